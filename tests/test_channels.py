@@ -10,12 +10,14 @@ from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines.lagrangian import walls
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.run import prepare
+from exudyn_flexlink.engines.lagrangian.track_point import cross, place_on
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import anchor_position, approach, pair_sides, pairs
 from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parents[1] / "models"
+crossing = compiled(cross)
 
 
 def assembled(*settings, model="clearance.yaml"):
@@ -113,11 +115,9 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
 
     def point_of(q):
         track = run.system.track
-        return (
-            track.at(float(q[model.layout.track_coordinate]))
-            if model.layout.play
-            else track.crossing(float(q[0]))
-        )
+        if model.layout.play:
+            return place_on(track.numbers, float(q[model.layout.track_coordinate]))
+        return crossing(track.numbers, model.layout.guide.at, float(q[0]), track.u)[1]
 
     def touches(q, v):
         poses, rates = model.poses(q[None], v[None], np.array([point_of(q)]))

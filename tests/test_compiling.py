@@ -58,7 +58,7 @@ import sys
 from exudyn_flexlink.engines.lagrangian import addresses, track_point, walls
 has = sys.argv[1:]
 addresses.equation_functions_for(addresses.Kind("walls" in has, "play" in has, knots=False))
-print(len(walls.look.signatures), len(track_point.crossing.signatures))
+print(len(walls.look.signatures), len(track_point._newton.signatures))
 """
 
 AFTERWARDS = """
@@ -70,7 +70,7 @@ def compiled():
     found = [one for module in modules for one in vars(module).items()]
     signatures = [(name, getattr(function, "signatures", ())) for name, function in found]
     return {(name, str(one)) for name, several in signatures for one in several}
-prepared = run.prepare(load_scene(sys.argv[1], ["run.turns=0.2"]))
+prepared = run.prepare(load_scene(sys.argv[1], sys.argv[2:]))
 run._compile(prepared)
 before = compiled()
 run.solve(prepared)
@@ -139,11 +139,20 @@ def test_walls_are_compiled_where_there_are_any_and_the_search_for_p_where_there
     assert python(tmp_path, read_only, OWN, *has) == compiled_then
 
 
-@pytest.mark.parametrize("model", ["no_clearance", "clearance", "supported"])
-def test_nothing_is_compiled_after_the_phase_that_compiles(tmp_path, model):
+@pytest.mark.parametrize(
+    ("model", "settings"),
+    [
+        ("no_clearance", ["run.turns=0.2"]),
+        ("clearance", ["run.turns=0.2"]),
+        ("supported", ["run.turns=0.2"]),
+        ("clearance", ["run.turns=0.02", "solver.integrator=dop853"]),
+        ("rigid", ["run.turns=0.6", "contacts.strike.law={type: impulse, restitution: 0.5}"]),
+    ],
+)
+def test_nothing_is_compiled_after_the_phase_that_compiles(tmp_path, model, settings):
     pytest.importorskip("numba")
     environment, path = {**os.environ, "PYTHONPATH": str(ROOT)}, str(MODELS / f"{model}.yaml")
-    assert python(tmp_path, environment, AFTERWARDS, path, within=600) == "True\n"
+    assert python(tmp_path, environment, AFTERWARDS, path, *settings, within=600) == "True\n"
 
 
 def test_after_compiling_garbage_is_looked_for_as_often_as_before():

@@ -14,7 +14,7 @@ from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.bouncing import is_over
 from exudyn_flexlink.engines.lagrangian.faces import touches
-from exudyn_flexlink.engines.lagrangian.impact import strike
+from exudyn_flexlink.engines.lagrangian.impact_events import strike
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
 from exudyn_flexlink.integrate.events import Event, first_fall

@@ -21,12 +21,13 @@ from exudyn_flexlink.curves import (
 )
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.mode import _ramp
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
-from exudyn_flexlink.engines.lagrangian.track_point import FINE, crossing, packed_piece, place_on
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, cross, packed_piece, place_on
 from exudyn_flexlink.integrate.collocation import radau
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
@@ -39,6 +40,7 @@ MODELS = HERE.parent / "models"
 EXPLICIT = ("solver.integrator=dop853", "accuracy.tolerance=1e-8")
 FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
+crossing = compiled(cross)
 
 # --- the method itself --------------------------------------------------------------------------
 

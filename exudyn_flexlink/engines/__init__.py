@@ -23,6 +23,9 @@ from exudyn_flexlink.versions import THIS, version_of
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
 
+Compilation = Literal["none", "once", "every run"]
+"""What is still to be compiled: nothing, code that is then kept, or code that is not."""
+
 ENGINES = {
     "exudyn": "exudyn_flexlink.engines.exudyn.run",
     "lagrangian": "exudyn_flexlink.engines.lagrangian.run",
@@ -110,7 +113,7 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
     return () if offered is None else tuple(offered(scene))
 
 
-def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
+def compiles(scene: Scene, engine: str) -> Compilation:
     """Tell whether an engine will begin by compiling, for up to half a minute.
 
     It does so once after it was installed; in every run where it can't keep the code on disk.
@@ -120,7 +123,7 @@ def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
 
     """
     tells = getattr(import_module(ENGINES[engine]), "compiles", None)
-    found: Literal["none", "once", "every run"] = "none" if tells is None else tells(scene)
+    found: Compilation = "none" if tells is None else tells(scene)
     return found
 
 

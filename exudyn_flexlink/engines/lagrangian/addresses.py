@@ -40,34 +40,23 @@ def kind_of(mechanism: Mechanism) -> Kind:
     return Kind(bool(mechanism.channels), mechanism.has_play, knots)
 
 
-def own_functions(kind: Kind) -> list[Callable[..., Any]]:
-    """Functions that not every mechanism has compiled."""
-    own: list[Callable[..., Any]] = []
-    if kind.walls:
-        own += [walls.add_wall_forces, change_within]
-    if not kind.play:
-        own.append(cross)
-    if kind.knots:
-        own.append(before_step)
-    return own
-
-
 @cache
 def equation_functions_for(kind: Kind) -> list[Callable[..., Any]]:
     """Functions of equations of motion: the last fields of a `Mode`."""
-    functions = equations_with(kind)
-    if not compiling():
-        return functions
-    return list(map(by_address, functions, equation_signatures()))
+    return _called(equations_with(kind), equation_signatures)
 
 
 @cache
 def step_functions_for(kind: Kind) -> list[Callable[..., Any]]:
     """Functions that steps of a mechanism call: the last fields of `Means`."""
-    functions = steps_with(kind)
-    if not compiling():
-        return functions
-    return list(map(by_address, functions, step_signatures()))
+    return _called(steps_with(kind), step_signatures)
+
+
+def _called(
+    functions: list[Callable[..., Any]], signatures: Callable[[], tuple[Any, ...]]
+) -> list[Callable[..., Any]]:
+    """Functions as compiled ones call them: by address, where anything is compiled."""
+    return list(map(by_address, functions, signatures())) if compiling() else functions
 
 
 def equations_with(kind: Kind) -> list[Callable[..., Any]]:

@@ -16,8 +16,8 @@ from exudyn_flexlink.engines.lagrangian.compiled import (
     inlined,
     inner,
 )
-from exudyn_flexlink.engines.lagrangian.event_functions import EventData, interpolate
-from exudyn_flexlink.engines.lagrangian.lengths import length_of, scale_at
+from exudyn_flexlink.engines.lagrangian.event_functions import EventData, Step, interpolate
+from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of, scale_at
 from exudyn_flexlink.engines.lagrangian.mode import (
     Instant,
     Mode,
@@ -49,7 +49,7 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
 )
 from exudyn_flexlink.engines.lagrangian.stiffness import presses, pressing_at
 from exudyn_flexlink.engines.lagrangian.track_point import FINE
-from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.control import SAFETY
 
@@ -115,6 +115,17 @@ def _drift(h: float, method: Method, work: Work) -> float:
 
 
 @inlined
+def _iterated(at: Instant, h: float, scale: Scale, mode: Mode, means: Means) -> tuple[int, int]:
+    """Solve for the stages of a step; return how that ended, and the number of iterations."""
+    control, memory = means.control, means.memory
+    aim = Aim(control.tolerance, control.lasting, memory[SLOWNESS])
+    how = (means.method, scale, means.work, means.rate_at)
+    ended, iterations, memory[SLOWNESS] = means.iterate(at, h, aim, mode, how)
+    memory[ITERATED] += iterations
+    return ended, iterations
+
+
+@inlined
 def _attempt(
     at: Instant,
     h: float,
@@ -134,25 +145,20 @@ def _attempt(
     pressing = pressing_at(at, mode)
     by_q, by_v = means.slopes(at, pressing, mode)
     scale = scale_at(at, mode, control.reaches)
-    known, tableau = (mode, scale), (method.nodes, method.matrix)
     most = np.inf
-    h = means.before_step(at, h, (work.begin, control.bend, memory), known, tableau)
+    h = means.before_step(at, h, (work.begin, control.bend, memory), (mode, scale), method)
     while h >= shortest_step(at.t):
         means.factor(h, by_q, by_v, method, work)
         if plain:
             _start(h, method, work)
         else:
             guess(h / memory[OLD_STEP], last, method, work)
-        aim = Aim(control.tolerance, control.lasting, memory[SLOWNESS])
-        how = (method, scale, work, means.rate_at)
-        ended, iterations, memory[SLOWNESS] = means.iterate(at, h, aim, mode, how)
-        memory[ITERATED] += iterations
+        ended, iterations = _iterated(at, h, scale, mode, means)
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
             missed = 0.0
             if presses(pressing):
-                within = (work.states, work.near, method.nodes, method.matrix, method.powers)
-                slack, sped = means.force_jumps(at, h, pressing, mode, within)
+                slack, sped = means.force_jumps(at, h, pressing, mode, (method, work))
                 slack_q, slack_v = means.slopes(at, slack, mode)
                 factor_real(h, slack_q, slack_v, method, work)
                 missed = control.tau * length_of(sped, scale)
@@ -162,7 +168,7 @@ def _attempt(
             change = change_of_step(h, error, iterations, past[1], memory)
             after = Instant(at.t + h, work.states[end], work.near[end])
             bends = (work.rates[end], control.bend, memory)
-            part = means.after_step((at, after), h, bends, known, tableau)
+            part = means.after_step((at, after), h, bends, (mode, scale), method)
             if error < 1.0 and part == 1.0:
                 memory[TROUBLE] = FINE
                 return h, error, min(change, most)
@@ -203,7 +209,7 @@ def _end_at_touch(
     within, and then cut, or lengthened, by the little that is left. Return its length and the pair,
     or `NONE`; `changes` (s, size) are changed.
     """
-    method, control, work, memory = means.method, means.control, means.work, means.memory
+    method, control, work = means.method, means.control, means.work
     stages, free = work.speeds.shape
     step = Step(at, whole, changes, method.powers)
     part, pair = means.change_within(NONE, step, mode)
@@ -220,10 +226,7 @@ def _end_at_touch(
     by_q, by_v = means.slopes(at, pressing_at(at, mode), mode)
     means.factor(h, by_q, by_v, method, work)
     scale = scale_at(at, mode, control.reaches)
-    aim = Aim(control.tolerance, control.lasting, memory[SLOWNESS])
-    how = (method, scale, work, means.rate_at)
-    ended, iterations, memory[SLOWNESS] = means.iterate(at, h, aim, mode, how)
-    memory[ITERATED] += iterations
+    ended, _ = _iterated(at, h, scale, mode, means)
     if ended == SOLVED:
         finish(at.y, h, method, work, changes)
         step = Step(at, h, changes, method.powers)
@@ -303,8 +306,8 @@ def advance(
         buffer.times[done + 1], buffer.places[done + 1] = t, near
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)
         done += 1
-        after = Instant(t, end, near)
-        if not means.uneventful(at, after, (changes, method.powers), mode, event_data):
+        step = Step(at, h, changes, method.powers)
+        if not means.uneventful(step, Instant(t, end, near), mode, event_data):
             ended = LOOK
         wanted = max(h * change, wanted if h == ahead else 0.0, LEAST_AFTER_TOUCH * whole)
     memory[STEP] = wanted

@@ -18,15 +18,15 @@ from importlib import import_module
 from pathlib import Path
 from platform import machine
 from shutil import rmtree
-from types import ModuleType
-from typing import Any, Literal, TypeVar, cast
+from typing import Any, TypeVar, cast
 
+from exudyn_flexlink.engines import Compilation
 from exudyn_flexlink.integrate import clock, collocation, control
 
 if sys.platform != "win32":
     import fcntl
 
-numba: ModuleType | None
+numba: Any
 try:
     import numba
 except ImportError:
@@ -149,7 +149,6 @@ def by_address(function: F, signature: Any) -> F:
     They do not contain it, as they do what they call by name, and LLVM works through it only once;
     and what is given may be another function of the same types. A call takes 3 ns more.
     """
-    assert numba is not None
     _BY_ADDRESS.add(function)
     options = {"cache": FOLDER is not None, "error_model": "numpy", "fastmath": REORDERED}
     with _kept_in(FOLDER):
@@ -162,12 +161,6 @@ def compiling() -> bool:
 
 
 borrowed = import_module("numba.extending").intrinsic(_borrowed) if compiling() else _itself
-
-
-def type_of(value: Any) -> Any:
-    """Return numba's type of a value."""
-    assert numba is not None
-    return numba.typeof(value)
 
 
 @contextmanager
@@ -222,10 +215,6 @@ def _compiled(function: F, **options: Any) -> F:
     jit = {"no_cfunc_wrapper": True, "error_model": "numpy", "fastmath": REORDERED, **options}
     with _kept_in(FOLDER):
         return cast(F, numba.njit(cache=FOLDER is not None, **jit)(function))
-
-
-Compilation = Literal["none", "once", "every run"]
-"""What is still to be compiled: nothing, code that is then kept, or code that is not."""
 
 
 def compilation(*functions: Callable[..., Any]) -> Compilation:
@@ -283,7 +272,6 @@ def fingerprint(folder: Path, more: Iterable[Path] = ()) -> str:
 @contextmanager
 def _kept_in(folder: Path | None) -> Iterator[None]:
     """Let numba keep code in a folder."""
-    assert numba is not None
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder or "")
     try:

@@ -15,16 +15,11 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import step_functions_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, Means, advance, means_made
-from exudyn_flexlink.engines.lagrangian.compiled import (
-    hearing_interrupts,
-    numba,
-    seldom_collecting,
-)
+from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.event_functions import Side, interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
-from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
-from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
+from exudyn_flexlink.engines.lagrangian.sampling import states_within
 from exudyn_flexlink.engines.lagrangian.step_arrays import Work, method_made, work_for, work_made
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
@@ -34,10 +29,10 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     Buffer,
     Control,
 )
-from exudyn_flexlink.engines.lagrangian.track import TROUBLES
+from exudyn_flexlink.engines.lagrangian.track import TROUBLES, DeadCentreError
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.integrate.clock import instant
-from exudyn_flexlink.integrate.collocation import Collocation
+from exudyn_flexlink.integrate.collocation import RADAU
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import NoConvergenceError
 
@@ -51,7 +46,6 @@ class CompiledStepper:
     """Makes steps of one error each, many at once, and counts them."""
 
     problem: LagrangianProblem
-    method: Collocation
     control: Control
     first_step: float = FIRST_STEP
     steps: int = 0
@@ -80,34 +74,26 @@ class CompiledStepper:
         return Buffer(
             np.zeros(steps + 1),
             np.zeros((steps + 1, size)),
-            np.zeros((steps, len(self.method.nodes), size)),
+            np.zeros((steps, len(RADAU.nodes), size)),
             np.zeros(steps + 1),
         )
 
     def compile(self) -> None:
-        """Have everything compiled that steps and samples are made by: of no step, and none."""
-        system, buffer = self.problem.system, self._room_for(1)
-        none = np.zeros(0)
-        compile_in_parallel(system.kind)
-        with seldom_collecting(), hearing_interrupts():
-            mode = system.mode()
-            advance(0.0, mode, self._means, system.event_data(), buffer)
-            states = states_within(
-                none, buffer.times, buffer.states, buffer.changes, self.method.powers
-            )
-            motions_at(none, states, none, mode, False)
-            system.motion(0.0, system.start)
+        """Have everything compiled that steps are made by: of no step, and none within."""
+        system, b = self.problem.system, self._room_for(1)
+        advance(0.0, system.mode(), self._means, system.event_data(), b)
+        states_within(np.zeros(0), b.times, b.states, b.changes, RADAU.powers)
 
     @cached_property
     def _work(self) -> Work:
         """Arrays of a step."""
         system = self.problem.system
-        return work_for(len(self.method.nodes), len(system.start), system.free)
+        return work_for(len(RADAU.nodes), len(system.start), system.free)
 
     @cached_property
     def _means(self) -> Means:
         """What steps are made by; they borrow its arrays."""
-        method, work = method_made(*self.method), work_made(*self._work)
+        method, work = method_made(*RADAU), work_made(*self._work)
         functions = step_functions_for(self.problem.system.kind)
         return means_made(method, self.control, work, self._memory, *functions)
 
@@ -119,6 +105,7 @@ class CompiledStepper:
         """Make a block of steps, no further than to `stop` (s); return the event at its end.
 
         Raises:
+            DeadCentreError: the guide's angle does not tell where P is next.
             NoConvergenceError: no step is short enough.
 
         """
@@ -145,19 +132,17 @@ class CompiledStepper:
         if last == first:
             return
         b = self._buffer
-        block = Block(
+        steps = Buffer(
             b.times[first : last + 1],
             b.states[first : last + 1],
             b.changes[first:last],
             b.places[first : last + 1],
-            mode,
-            self.method,
         )
-        lengths = np.diff(block.times)
+        lengths = np.diff(steps.times)
         self.largest = max(self.largest, float(lengths.max()))
         self.smallest = min(self.smallest, float(lengths.min()))
         self.steps += last - first
-        self.problem.accept_block(block)
+        self.problem.accept_block(steps, mode)
 
     def _look(self, last: int, mode: Mode, idle: bool) -> Event | None:
         """Look for an event in the step with number `last`, and go to it, or to the step's end.
@@ -167,7 +152,13 @@ class CompiledStepper:
         b, system = self._buffer, self.problem.system
         functions = system.way_event_functions if idle else system.point_event_functions
         begin, end = float(b.times[last]), float(b.times[last + 1])
-        dense = Dense(begin, end, b.states[last].copy(), b.changes[last].copy(), self.method)
+        y, changes = b.states[last].copy(), b.changes[last].copy()
+
+        def dense(t: float) -> FloatArray:
+            state, part = np.empty(len(y)), (t - begin) / (end - begin)
+            interpolate(part, y, changes, RADAU.powers, state)
+            return state
+
         event = self.problem.locate(functions, begin, end, dense)
         if event is None:
             self._take(last, last + 1, mode)
@@ -183,24 +174,8 @@ class CompiledStepper:
 
     def _give_up(self) -> None:
         """Say why no step is short enough: where P can't be found next, that is what is wrong."""
-        system = self.problem.system
-        system.trouble = TROUBLES.get(int(self._memory[TROUBLE]), "")
-        if not system.trouble:
-            system.rate(self.time + JUST_AHEAD, self.problem.state)
+        trouble = int(self._memory[TROUBLE])
+        if trouble in TROUBLES:
+            raise DeadCentreError(TROUBLES[trouble])
+        self.problem.system.coordinates(self.time + JUST_AHEAD, self.problem.state)
         raise NoConvergenceError("required step size is less than spacing between numbers")
-
-
-class Dense:
-    """The collocation polynomial of one step."""
-
-    def __init__(
-        self, begin: float, end: float, y: FloatArray, changes: FloatArray, method: Collocation
-    ) -> None:
-        self._begin, self._length = begin, end - begin
-        self._y, self._changes, self._powers = y, changes, method.powers
-
-    def __call__(self, t: float) -> FloatArray:
-        """State at t."""
-        at = np.empty(len(self._y))
-        interpolate((t - self._begin) / self._length, self._y, self._changes, self._powers, at)
-        return at

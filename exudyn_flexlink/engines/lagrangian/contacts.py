@@ -13,7 +13,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.lagrangian.equations import LASTING, NOT_ACTING, PENALTY
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
-from exudyn_flexlink.engines.lagrangian.impact import Impact
+from exudyn_flexlink.engines.lagrangian.impact_events import Impact
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import FaceContact
@@ -31,9 +31,6 @@ class Contact:
     intervals: list[Interval] = field(default_factory=list)  # those that ended, and impacts
     _before: tuple[float, float] | None = None  # gap and its rate at the last look
     _open: Interval | None = None  # with impulse and loss when it began
-    length: float = field(init=False)
-    rigid: bool = field(init=False)
-    bounces: Bounces = field(init=False)
 
     def __post_init__(self) -> None:
         self.length = self.face.length

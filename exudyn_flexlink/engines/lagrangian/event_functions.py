@@ -13,7 +13,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.faces import fill_gaps
+from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
 
@@ -32,6 +32,15 @@ SEEN = 3  # of a row of `EventData.seen`: where gaps begin
 NOTHING = 1e-13  # m: an event function this little below zero is there by rounding
 
 
+class Step(NamedTuple):
+    """A step of length h (s): its beginning, its changes (s, size), the method's powers."""
+
+    begin: Instant
+    h: float
+    changes: FloatArray
+    powers: FloatArray
+
+
 class EventData(NamedTuple):
     """What the event functions need besides the equations."""
 
@@ -40,7 +49,7 @@ class EventData(NamedTuple):
     lengths: FloatArray  # (c,) of their faces, m
     goal: FloatArray  # (4,) coordinates of the turning joint's parts (-1: ground), start, turns
     # (2, 3 + 4 c) at the two ends of the last step: time, rate of the track's coordinate, way to
-    # the end of its piece; gap, its rate, place and its rate of each contact
+    # the end of its piece; gap, place and their rates of each contact
     seen: FloatArray
 
 
@@ -61,11 +70,14 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
 def _look(at: Instant, mode: Mode, goal: FloatArray, row: FloatArray) -> float:
     """Fill in a row of `EventData.seen`; return the angle that is still to turn."""
     c = mode.constants
-    q, v, point, u = coordinates_at(at, mode)
+    q, v, point, u, _ = coordinates_at(at, mode)
     row[0], row[1] = at.t, v[int(c.track_coordinate)]
     row[2] = min(mode.piece[END] - u, u - mode.piece[START])
     if len(mode.acting) > 0:
-        fill_gaps(q, v, point, c, row[SEEN:])
+        states, _, _ = touches(q, v, point, c)
+        for k in range(len(states)):
+            for m in range(4):
+                row[SEEN + 4 * k + m] = states[k, m]
     return turns_left(q, goal)
 
 
@@ -105,13 +117,13 @@ def _no_event_between(begin: Instant, end: Instant, mode: Mode, event_data: Even
 def _beyond(before: FloatArray, after: FloatArray, done: float, length: float) -> bool:
     """Tell that a point was beyond the same end of its face all through a step of `done` (s)."""
     way = done * max(abs(before[3]), abs(after[3]))
-    return bool(max(before[2], after[2]) < -way or min(before[2], after[2]) > length + way)
+    return bool(max(before[1], after[1]) < -way or min(before[1], after[1]) > length + way)
 
 
 @inlined
 def _far(before: FloatArray, after: FloatArray, done: float) -> bool:
     """Tell that a point was on one side of its face's line all through a step of `done` (s)."""
-    way = done * max(abs(before[1]), abs(after[1]))
+    way = done * max(abs(before[2]), abs(after[2]))
     return bool(min(abs(before[0]), abs(after[0])) > way and before[0] * after[0] > 0)
 
 
@@ -124,12 +136,12 @@ def _fallen(before: FloatArray, now: FloatArray, event_data: EventData) -> bool:
     fallen = now[2] < -NOTHING
     for k in range(len(event_data.sides)):
         i, side = SEEN + 4 * k, event_data.sides[k]
-        gap, place = now[i], now[i + 2]
+        gap, place = now[i], now[i + 1]
         if side == PRESSED:
             fallen = fallen or min(place, event_data.lengths[k] - place, -gap) < -NOTHING
         else:
             way = 1.0 if side == APART else -1.0
-            fallen = fallen or way * gap < -NOTHING or way * before[i + 1] < 0.0 < way * now[i + 1]
+            fallen = fallen or way * gap < -NOTHING or way * before[i + 2] < 0.0 < way * now[i + 2]
     return bool(fallen)
 
 
@@ -150,25 +162,23 @@ def interpolate(
                 at[j] += weight * changes[m, j]
 
 
-def uneventful(
-    begin: Instant,
-    end: Instant,
-    inside: tuple[FloatArray, FloatArray],
-    mode: Mode,
-    event_data: EventData,
-) -> bool:
-    """Tell that no event function has fallen below zero in a step.
+@inlined
+def within(sigma: float, step: Step) -> Instant:
+    """Instant at the part sigma of a step."""
+    begin, h, changes, powers = step
+    y = np.empty(len(begin.y))
+    interpolate(sigma, begin.y, changes, powers, y)
+    return Instant(begin.t + sigma * h, y, begin.near)
 
-    `inside` are the step's changes and the method's powers.
-    """
-    if _no_event_between(begin, end, mode, event_data):
+
+def uneventful(step: Step, end: Instant, mode: Mode, event_data: EventData) -> bool:
+    """Tell that no event function has fallen below zero in a step."""
+    if _no_event_between(step.begin, end, mode, event_data):
         return True
-    y, rows = np.empty(len(begin.y)), event_data.seen.copy()  # the first is that of the start
+    rows = event_data.seen.copy()  # the first is that of the start
     for k in range(1, LOOKS + 1):
-        sigma = k / LOOKS
-        interpolate(sigma, begin.y, inside[0], inside[1], y)
-        at, now = Instant(begin.t + sigma * (end.t - begin.t), y, begin.near), rows[k % 2]
-        left = _look(at, mode, event_data.goal, now)
+        now = rows[k % 2]
+        left = _look(within(k / LOOKS, step), mode, event_data.goal, now)
         if left < -NOTHING or _fallen(rows[(k + 1) % 2], now, event_data):
             return False
     return True

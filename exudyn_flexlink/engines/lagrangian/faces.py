@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.constants import Constants
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 
@@ -55,28 +55,3 @@ def touches(
         states[k, 3] = slide + side * psi_rate * across
         states[k, 4] = nx * bx + ny * by - 2 * side * psi_rate * slide - psi_rate**2 * across
     return states, gradients, slides
-
-
-@inlined
-def fill_gaps(
-    q: FloatArray, v: FloatArray, point: TrackPoint, c: Constants, gaps: FloatArray
-) -> None:
-    """Fill in gap, its rate, place and its rate (4 c,) of all contacts: a part of `touches`."""
-    faces, rods, arms = c.faces, c.rods, c.arms
-    p = int(c.track_coordinate)
-    for k in range(len(faces)):
-        lever, side = int(faces[k, 0]), faces[k, 4]
-        angle = q[lever] + faces[k, 3]
-        tx, ty = np.cos(angle), np.sin(angle)
-        dx, dy = point[0] - faces[k, 1], point[1] - faces[k, 2]
-        ux, uy = point[2] * v[p], point[3] * v[p]
-        for i in range(len(rods)):
-            j = int(rods[i])
-            x, y = arms[k, i] * np.cos(q[j]), arms[k, i] * np.sin(q[j])
-            dx, dy = dx + x, dy + y
-            ux, uy = ux - y * v[j], uy + x * v[j]
-        along, across = tx * dx + ty * dy, side * (tx * dy - ty * dx)
-        gaps[4 * k] = across - faces[k, 5]
-        gaps[4 * k + 1] = side * (tx * uy - ty * ux - v[lever] * along)
-        gaps[4 * k + 2] = along - faces[k, 6]
-        gaps[4 * k + 3] = tx * ux + ty * uy + side * v[lever] * across

@@ -10,10 +10,8 @@ from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
+from exudyn_flexlink.engines.lagrangian.step_arrays import Method, Work
 from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
-
-Stages = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
-"""States at the stages and places of P, then the method's nodes, matrix and powers."""
 
 STEADY = 0.5  # of a contact's damping: steps in which more is left are smooth enough for the stages
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -21,7 +19,7 @@ PLACES, WEIGHTS = (PLACES + 1) / 2, WEIGHTS / 2  # of Gauss's rule within a step
 
 
 def force_jumps(
-    at: Instant, h: float, pressing: FloatArray, mode: Mode, stages: Stages
+    at: Instant, h: float, pressing: FloatArray, mode: Mode, means: tuple[Method, Work]
 ) -> tuple[FloatArray, FloatArray]:
     """How contacts press where they do it least (c, 3), and errors (f,) of the free speeds.
 
@@ -30,11 +28,10 @@ def force_jumps(
     speeds up to lift off, and what it no longer wipes out counts. Where it fades like that, what
     forces do between the stages counts, too: the embedded formula does not see it.
     """
-    states, near, nodes, _, _ = stages
+    method, work = means
     least, hardest = pressing.copy(), pressing[:, 1].copy()
-    for i in range(len(states)):
-        stage = Instant(at.t + nodes[i] * h, states[i], near[i])
-        found = pressing_at(stage, mode)
+    for i in range(len(work.states)):
+        found = pressing_at(_stage(i, at, h, method, work), mode)
         for k in range(len(least)):
             hardest[k] = max(hardest[k], found[k, 1])
             for m in range(3):
@@ -44,45 +41,45 @@ def force_jumps(
         steady = steady and least[k, 1] > STEADY * hardest[k]
     if steady:
         return least, np.zeros(len(mode.constants.inertias) - int(mode.drive[0]))
-    return least, _missed(at, h, mode, stages)
+    return least, _missed(at, h, mode, method, work)
 
 
 @inlined
-def _missed(at: Instant, h: float, mode: Mode, within: Stages) -> FloatArray:
+def _stage(i: int, at: Instant, h: float, method: Method, work: Work) -> Instant:
+    return Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
+
+
+@inlined
+def _missed(at: Instant, h: float, mode: Mode, method: Method, work: Work) -> FloatArray:
     """Errors of the free speeds: impulses along the step's polynomial less those by the stages."""
     c = mode.constants
-    states, near, nodes, matrix, powers = within
-    stages = len(states)
+    stages = len(work.states)
     rows = np.empty((stages + 1, len(mode.acting), 2))  # gaps and their rates
-    q, v, point, _ = coordinates_at(at, mode)
+    q, v, point, _, _ = coordinates_at(at, mode)
     first, gradients, _ = touches(q, v, point, c)
     for k in range(len(first)):
         rows[0, k, 0], rows[0, k, 1] = first[k, 0], first[k, 2]
     for i in range(stages):
-        stage = Instant(at.t + nodes[i] * h, states[i], near[i])
-        q1, v1, point1, _ = coordinates_at(stage, mode)
+        q1, v1, point1, _, _ = coordinates_at(_stage(i, at, h, method, work), mode)
         later, _, _ = touches(q1, v1, point1, c)
         for k in range(len(later)):
             rows[i + 1, k, 0], rows[i + 1, k, 1] = later[k, 0], later[k, 2]
     impulses = np.zeros(len(q))
     for k in range(len(mode.acting)):
         if mode.acting[k] == PENALTY:
-            impulse = _impulse(h, rows[:, k], c.faces[k, LAW:], (matrix, powers))
+            impulse = _impulse(h, rows[:, k], c.faces[k, LAW:], method)
             for j in range(len(q)):
                 impulses[j] += gradients[k, j] * impulse
     return accelerated_by(impulses, q, point, mode)
 
 
 @inlined
-def _impulse(
-    h: float, rows: FloatArray, law: FloatArray, weights: tuple[FloatArray, FloatArray]
-) -> float:
+def _impulse(h: float, rows: FloatArray, law: FloatArray, method: Method) -> float:
     """By how much a contact's impulse along the polynomial differs from that by the stages, N s.
 
-    `weights` are the method's matrix and powers, `rows` (1 + s, 2) gap and rate at the step's
-    start and at the stages; `law` as in `penalty`.
+    `rows` (1 + s, 2) are gap and rate at the step's start and at the stages; `law` as in `penalty`.
     """
-    matrix, powers = weights
+    matrix, powers = method.matrix, method.powers
     stages = len(rows) - 1
     impulse = 0.0
     for i in range(stages):

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.sampling import Motions
 from exudyn_flexlink.engines.lagrangian.walls import wall_forces
-from exudyn_flexlink.mechanism import GROUND, approach
+from exudyn_flexlink.mechanism import approach
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,7 @@ class Forces:
         torques = {}
         motor = self.model.layout.motor
         if motor is not None:
-            sign = -1.0 if motor.second == GROUND else 1.0
-            torques[motor.name] = sign * self.motion.motor
+            torques[motor.name] = self.model.layout.way * self.motion.motor
         for torque, ramp in self.model.layout.torques:
             torques[torque.name] = np.array([ramp.at(t) for t in time])
         return torques

@@ -1,15 +1,27 @@
-"""What an impact by impulse changes: of the contact that is hit, and of those that last."""
+"""Impact by impulse and momentum, the paper's eq. 2 to 4: ``-e v_a = v_s`` along the normal.
+
+The configuration stays, the speeds jump by the generalised impulse ``P_k = G_k p``:
+
+    M (v_s - v_a) = G p                         (eq. 2, M the mass matrix of the free coordinates)
+    g'_a = G v_a + ..,  g'_s = -e g'_a          (eq. 3 and 4, g' the rate of the gap)
+    p = -(1 + e) g'_a / (G M^-1 G^T)
+    energy lost = (1 - e^2)/2 g'_a^2 / (G M^-1 G^T)
+
+What that changes of the contact that is hit, and of those that last, is here, too.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED, REST_SPEED, is_over
-from exudyn_flexlink.engines.lagrangian.equations import NOT_ACTING
+from exudyn_flexlink.engines.lagrangian.equations import LASTING, NOT_ACTING
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
-from exudyn_flexlink.engines.lagrangian.impact import Impact, strike
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
 
 if TYPE_CHECKING:
@@ -17,6 +29,26 @@ if TYPE_CHECKING:
 
 
 ROUNDS = 50  # of impacts that follow from one
+
+
+@dataclass(frozen=True)
+class Impact:
+    """Jump of the free coordinates' speeds, impulse (N s), speeds along the normal, energy (J)."""
+
+    jump: FloatArray
+    impulse: float
+    approach_speed: float
+    separation_speed: float
+    energy_lost: float
+
+
+def strike(mass: FloatArray, gradient: FloatArray, gap_rate: float, restitution: float) -> Impact:
+    """Impact at a gap that closes with `gap_rate` (m/s, negative), gradient by free coordinates."""
+    answer: FloatArray = np.asarray(np.linalg.solve(mass, gradient), dtype=np.float64)
+    mobility = float(gradient @ answer)
+    impulse = -(1 + restitution) * gap_rate / mobility
+    lost = 0.5 * (1 - restitution**2) * gap_rate**2 / mobility
+    return Impact(answer * impulse, impulse, -gap_rate, -restitution * gap_rate, lost)
 
 
 def meet_face(system: System, t: float, y: FloatArray, k: int) -> FloatArray:
@@ -63,7 +95,7 @@ def _jump(
         # The drive keeps the guide's speed: its impulse closes the guide's own row of eq. 2.
         own = float(mass[0, 1:] @ hit.jump - gradients[k, 0] * hit.impulse)
         work = own * float(v[0])
-    _, _, impulses, works = system.totals(y)
+    impulses, works = system.totals(y)
     y[2 * free + 1] += work
     impulses[k] += hit.impulse
     works[k] += hit.energy_lost
@@ -78,7 +110,7 @@ def _settle(system: System, t: float, y: FloatArray, struck: int) -> FloatArray:
         rates = {
             k: float(states[k, 2])
             for k, contact in enumerate(system.contacts)
-            if k == struck or (contact.rigid and contact.side is Side.PRESSED)
+            if k == struck or contact.acting == LASTING
         }
         k = min(rates, key=lambda i: rates[i])
         if rates[k] > -1e-12:

@@ -23,17 +23,8 @@ class Instability:
         self._system = system
         # With play the error is measured in any case: touches multiply it.
         self._idle = system.model.mechanism.has_play or not system.free
-        self._growth = Growth(end / MOST_LOOKS)
+        self.growth = Growth(end / MOST_LOOKS)
         self._since = STEPS_APART  # steps
-
-    @property
-    def e_folds(self) -> float:
-        """By how many factors e errors may have grown so far."""
-        return self._growth.e_folds
-
-    def ringing(self, time: float, steps: int) -> float:
-        """How many steps of a run fast vibrations last over: of so many steps in a time (s)."""
-        return self._growth.ringing(time, steps)
 
     def follow(self, times: FloatArray, states: FloatArray, places: FloatArray) -> None:
         """Go along m steps from `times` (m,) to the next of `times` (m + 1,), s.
@@ -43,15 +34,15 @@ class Instability:
         if self._idle or self._system.acting.any():
             return
         for t, h, y, near in zip(times[:-1].tolist(), np.diff(times), states, places, strict=False):
-            if self._since >= STEPS_APART and self._growth.due(t):
+            if self._since >= STEPS_APART and self.growth.due(t):
                 self._look(t, float(h), y, float(near))
                 self._since = 0
-            self._growth.go(float(h))
+            self.growth.go(float(h))
             self._since += 1
 
     def _look(self, t: float, h: float, y: FloatArray, near: float) -> None:
         free, mode = self._system.free, self._system.mode()
-        first = len(self._system.model.constants.inertias) - free
+        first = self._system.first
 
         def accelerations(q: FloatArray, v: FloatArray) -> FloatArray:
             count = len(q)
@@ -63,4 +54,4 @@ class Instability:
             return np.asarray(found.a[:, first:])
 
         shifts = np.full(free, SHIFT), np.full(free, SHIFT / h)
-        self._growth.look(t, (y[:free], y[free : 2 * free]), shifts, accelerations)
+        self.growth.look(t, (y[:free], y[free : 2 * free]), shifts, accelerations)

@@ -27,10 +27,10 @@ from exudyn_flexlink.engines.lagrangian.mode import (
     torques_at,
     track_point_at,
 )
+from exudyn_flexlink.engines.lagrangian.step_arrays import Method
 from exudyn_flexlink.engines.lagrangian.step_control import MOVED
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, SPLINE, place_on
 
-Tableau = tuple[FloatArray, FloatArray]  # nodes (s,) and matrix (s, s) of the method
 Given = tuple[FloatArray, float, FloatArray]
 
 AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
@@ -60,10 +60,10 @@ def _first_beyond(piece: FloatArray, u: float) -> int:
 
 @inlined
 def _missed(
-    piece: FloatArray, way: tuple[float, float], knots: tuple[int, int], tableau: Tableau
+    piece: FloatArray, way: tuple[float, float], knots: tuple[int, int], method: Method
 ) -> float:
     """Largest sum of kernel times jump over some knots, for a step from and to two places."""
-    nodes, matrix = tableau
+    nodes, matrix = method.nodes, method.matrix
     stages = len(nodes)
     x, y, since = np.zeros(stages), np.zeros(stages), np.empty(stages)
     for k in range(knots[0], knots[1]):
@@ -95,7 +95,7 @@ def passes(piece: FloatArray, begin: float, end: float) -> bool:
 
 @inner
 def reached(
-    piece: FloatArray, way: tuple[float, float], h: float, allowed: float, tableau: Tableau
+    piece: FloatArray, way: tuple[float, float], h: float, allowed: float, method: Method
 ) -> float:
     """How far a step of length h from and to two places may go: there, or to a knot before.
 
@@ -106,7 +106,7 @@ def reached(
     speed = abs(end - begin) / h
     while first < last:
         if (
-            speed * speed * abs(end - begin) * _missed(piece, (begin, end), (first, last), tableau)
+            speed * speed * abs(end - begin) * _missed(piece, (begin, end), (first, last), method)
             <= allowed
         ):
             break
@@ -139,7 +139,7 @@ def _place(at: Instant, after: float, begin: FloatArray, mode: Mode) -> tuple[fl
 
 @inlined
 def shortened(
-    at: Instant, h: float, given: tuple[FloatArray, float], tableau: Tableau, mode: Mode
+    at: Instant, h: float, given: tuple[FloatArray, float], method: Method, mode: Mode
 ) -> float:
     """Length of the next step, at most h, by where P will be.
 
@@ -149,7 +149,7 @@ def shortened(
     end, ended = _place(at, h, begin, mode)
     if ended != FINE or not passes(mode.piece, at.near, end):
         return h  # where P is not found the step itself will be shorter
-    to = reached(mode.piece, (at.near, end), h, allowed, tableau)
+    to = reached(mode.piece, (at.near, end), h, allowed, method)
     if to == end:
         return h
     low, high, before, beyond = 0.0, h, abs(to - at.near), -abs(end - to)
@@ -205,7 +205,7 @@ def _allowed(at: Instant, given: Given, mode: Mode, scale: Scale) -> float:
 
 
 def before_step(
-    at: Instant, h: float, given: Given, known: tuple[Mode, Scale], tableau: Tableau
+    at: Instant, h: float, given: Given, known: tuple[Mode, Scale], method: Method
 ) -> float:
     """Length of the next step, at most h, so that knots cost no more than they may.
 
@@ -215,7 +215,7 @@ def before_step(
     if mode.piece[0] != SPLINE:
         return h
     allowed = _allowed(at, given, mode, scale)
-    return shortened(at, h, (given[0], allowed), tableau, mode)
+    return shortened(at, h, (given[0], allowed), method, mode)
 
 
 def after_step(
@@ -223,7 +223,7 @@ def after_step(
     h: float,
     given: Given,
     known: tuple[Mode, Scale],
-    tableau: Tableau,
+    method: Method,
 ) -> float:
     """Part of a step after which it should have ended at a knot; 1 if it is good.
 
@@ -233,5 +233,5 @@ def after_step(
     piece, begin, end = mode.piece, ends[0].near, ends[1].near
     if not passes(piece, begin, end):
         return 1.0
-    to = reached(piece, (begin, end), h, _allowed(ends[1], given, mode, scale), tableau)
+    to = reached(piece, (begin, end), h, _allowed(ends[1], given, mode, scale), method)
     return 1.0 if to == end else float((to - begin) / (end - begin))

@@ -73,6 +73,11 @@ class Layout:
         return 1 + len(self.rods) + len(self.levers) if self.play else 0
 
     @property
+    def way(self) -> float:
+        """Which way the motor turns the guide: -1 where the guide is its joint's first part."""
+        return -1.0 if self.motor is not None and self.motor.second == GROUND else 1.0
+
+    @property
     def count(self) -> int:
         """Number of coordinates."""
         return len(self.rods) + len(self.levers) + (2 if self.play else 0)

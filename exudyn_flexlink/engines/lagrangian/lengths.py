@@ -30,7 +30,7 @@ ScaleByReference, scale_of = by_reference(Scale, "ScaleByReference", __name__)
 def scale_at(at: Instant, mode: Mode, reaches: FloatArray) -> Scale:
     """Lengths that changes at the state y mean."""
     c = mode.constants
-    q, _, point, _ = coordinates_at(at, mode)
+    q, _, point, _, _ = coordinates_at(at, mode)
     n, begin = len(c.rods), int(c.rods[0])
     cosines, sines = turned(q[begin : begin + n])
     places, gamma = np.empty(3, dtype=np.int64), np.empty(2)

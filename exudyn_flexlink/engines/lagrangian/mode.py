@@ -118,28 +118,14 @@ def track_point_at(
     return mode.cross(mode.piece, (mode.centre[0], mode.centre[1]), theta, near)
 
 
-@compiled
-def state_rate(
-    y: FloatArray,
-    guide: tuple[float, float, float],
-    point: TrackPoint,
-    torques: FloatArray,
-    mode: Mode,
-) -> FloatArray:
-    """Time derivative of the integrator's state.
+@inlined
+def fill_rate(y: FloatArray, given: Given, mode: Mode, rate: FloatArray) -> None:
+    """Fill in the time derivative of the integrator's state.
 
     The state holds the free coordinates, their rates, the energies dissipated in dampers (with the
     work done on the walls) and supplied by motors, and of each contact the impulse, then the work
-    done on it. `guide` is the guide's angle, speed and prescribed acceleration.
+    done on it. `given` are the guide's angle, speed and prescribed acceleration; P; the torques.
     """
-    rate = np.empty(len(y))
-    fill_rate(y, (guide, point, torques), mode, rate)
-    return rate
-
-
-@inlined
-def fill_rate(y: FloatArray, given: Given, mode: Mode, rate: FloatArray) -> None:
-    """Fill in the rate of `state_rate`; `given` are its guide, point and torques."""
     guide, point, torques = given
     c = mode.constants
     count, contacts = len(c.inertias), len(mode.acting)
@@ -168,8 +154,8 @@ def fill_rate(y: FloatArray, given: Given, mode: Mode, rate: FloatArray) -> None
     rate[at], rate[at + 1] = lost, supplied
 
 
-def rate_at(at: Instant, mode: Mode, rate: FloatArray, way: FloatArray) -> tuple[float, int]:
-    """Fill in dy/dt, and P and its velocity (4,); return P's place, how the search for it ended."""
+@inlined
+def _fill_at(at: Instant, mode: Mode, rate: FloatArray, way: FloatArray) -> tuple[float, int]:
     t, y, near = at
     c = mode.constants
     count = len(c.inertias)
@@ -182,9 +168,24 @@ def rate_at(at: Instant, mode: Mode, rate: FloatArray, way: FloatArray) -> tuple
     return u, ended
 
 
-@inner
-def coordinates_at(at: Instant, mode: Mode) -> tuple[FloatArray, FloatArray, TrackPoint, float]:
-    """All coordinates and speeds (N,), P, and its place on the piece."""
+def rate_at(at: Instant, mode: Mode, rate: FloatArray, way: FloatArray) -> tuple[float, int]:
+    """Fill in dy/dt, and P and its velocity (4,); return P's place, how the search for it ended."""
+    return _fill_at(at, mode, rate, way)
+
+
+@compiled
+def state_rate(at: Instant, mode: Mode) -> tuple[FloatArray, int]:
+    """dy/dt, and how the search for P ended."""
+    rate = np.empty(len(at.y))
+    _, ended = _fill_at(at, mode, rate, np.empty(4))
+    return rate, ended
+
+
+@compiled
+def coordinates_at(
+    at: Instant, mode: Mode
+) -> tuple[FloatArray, FloatArray, TrackPoint, float, int]:
+    """All coordinates and speeds (N,), P, its place on the piece, how the search for it ended."""
     t, y, near = at
     c = mode.constants
     count = len(c.inertias)
@@ -195,5 +196,5 @@ def coordinates_at(at: Instant, mode: Mode) -> tuple[FloatArray, FloatArray, Tra
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
-    u, point, _ = track_point_at(guide[0], y, free, near, mode)
-    return q, v, point, u
+    u, point, ended = track_point_at(guide[0], y, free, near, mode)
+    return q, v, point, u, ended

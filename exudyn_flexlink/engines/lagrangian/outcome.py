@@ -136,7 +136,7 @@ def _checks(prepared: Prepared) -> Checks:
     recorder = prepared.recorder
     deepest = float(recorder.seeker.deepest.max(initial=0.0))
     deepest = max(recorder.largest_penetration, deepest)
-    stepper, growing = prepared.stepper, prepared.problem.instability
+    stepper, growing = prepared.stepper, prepared.problem.instability.growth
     # Explicit steps are far more accurate than asked.
     explicit = isinstance(stepper, ExplicitStepper)
     ringing = 0.0 if explicit else growing.ringing(prepared.problem.time, stepper.steps)

@@ -68,7 +68,7 @@ def compile_in_parallel(kind: Kind) -> None:
     frozen = not sys.executable or getattr(sys, "frozen", False)
     if compiled.FOLDER is None or not compiling() or frozen:
         return
-    left = [k for k, unit in enumerate(units(kind)) if _is_left(unit)]
+    left = [k for k, unit in enumerate(units(kind)) if compilation(unit.function) != "none"]
     count = min(cores(), MOST, len(left)) - 1
     if count < 1:
         return
@@ -122,10 +122,6 @@ def _of_python(function: Any, arguments: tuple[Any, ...]) -> Unit:
 
 def _of_address(function: Callable[..., Any], signature: Any) -> Unit:
     return Unit(function, lambda: by_address(function, signature))
-
-
-def _is_left(unit: Unit) -> bool:
-    return compilation(unit.function) != "none"
 
 
 def _compile(kind: Kind, left: list[int], place: Path) -> None:

@@ -15,12 +15,13 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.instability import Instability
+from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
-from exudyn_flexlink.engines.lagrangian.sampling import Block
+from exudyn_flexlink.engines.lagrangian.step_control import Buffer
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.integrate.events import Event, first_fall
+from exudyn_flexlink.integrate.explicit import Dense
 
-Dense = Callable[[float], FloatArray]
 EventFunctions = Callable[[float, FloatArray], Sequence[float]]
 
 SLOPE = 1e-4  # of a step: over which the rates of event functions are taken
@@ -89,12 +90,12 @@ class LagrangianProblem:
             default=None,
         )
 
-    def accept_block(self, block: Block) -> None:
+    def accept_block(self, steps: Buffer, mode: Mode) -> None:
         """Go to the end of steps in which nothing happened, and record them."""
-        self.instability.follow(block.times, block.states, block.places)
-        self.time, self.state = float(block.times[-1]), block.states[-1].copy()
-        self.system.track.at_rest(float(block.places[-1]))
-        self.recorder.take(block)
+        self.instability.follow(steps.times, steps.states, steps.places)
+        self.time, self.state = float(steps.times[-1]), steps.states[-1].copy()
+        self.system.track.at_rest(float(steps.places[-1]))
+        self.recorder.take(steps, mode)
 
     # --- of the explicit method ---------------------------------------------------------------
 
@@ -102,9 +103,9 @@ class LagrangianProblem:
         """dy/dt."""
         return self.system.rate(t, y)
 
-    def longest(self, t: float, y: FloatArray) -> float:
+    def longest(self, t: float, y: FloatArray) -> float:  # noqa: ARG002
         """Limit of the next step, s."""
-        return self.system.longest_step(t, y)
+        return self.system.longest_step(y)
 
     def first_event(self, begin: float, end: float, dense: Dense) -> Event | None:
         """Locate what happens first in a step between two instants."""

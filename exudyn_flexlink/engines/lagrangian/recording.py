@@ -6,7 +6,6 @@ their errors are controlled like those of the motion. Samples come from the dens
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import groupby
 from typing import NamedTuple
@@ -16,16 +15,20 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
-from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
+from exudyn_flexlink.engines.lagrangian.mode import Mode
+from exudyn_flexlink.engines.lagrangian.sampling import Motions, motions_at, states_within
+from exudyn_flexlink.engines.lagrangian.step_control import Buffer
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.touching import Rule
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
+from exudyn_flexlink.integrate.collocation import RADAU
+from exudyn_flexlink.integrate.explicit import Dense
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
-Dense = Callable[[float], FloatArray]
-_Motion = tuple[FloatArray, FloatArray, TrackPoint]
+_Motion = tuple[FloatArray, FloatArray, TrackPoint | FloatArray]
 
 BLOCK = 1024
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
@@ -103,11 +106,10 @@ class Recorder:
         if due or (crossed and len(self.system.events) > self._events):
             self._keep(t, y)
         self._events = len(self.system.events)
-        q, v, point = self.system.coordinates(t, y)
-        self._start = t, (q, v, point)
-        place = np.array([*point, self.system.track.place])
-        row = self._row(t, y)
-        self._checked.append((q[None], v[None], place[None], row[None]))
+        now = self.system.motion(t, y)
+        self._start = t, (now.q[0], now.v[0], now.point[0])
+        places = np.column_stack([now.point, now.place])
+        self._checked.append((now.q, now.v, places, self._rows(y[None], now.pressed)))
         self._waiting += 1
         if self._waiting >= BLOCK:
             self.flush()
@@ -133,21 +135,21 @@ class Recorder:
             if walls.deepest > deepest_allowed(walls.channel):
                 self.system.stop(broken_wall(walls.channel), BROKEN_WALL_ADVICE)
 
-    def take(self, block: Block) -> None:
+    def take(self, steps: Buffer, mode: Mode) -> None:
         """Keep the samples within steps in which nothing happened, and check their ends."""
-        end = float(block.times[-1])
+        end = float(steps.times[-1])
         last = int(np.searchsorted(self.grid, end, side="right"))
         if last > self._next:
-            self._keep_all(self.grid[self._next : last], block)
+            self._keep_all(self.grid[self._next : last], steps, mode)
             self._next = last
-        found, shift = self._nodes_of(block), self.system.track.place_of(0.0)
+        found, shift = self._nodes_of(steps, mode), self.system.track.shift
         if self.system.walls:
-            rule = Rule.of(self.seeker.nodes, np.array([0.0, *block.method.matrix[-1]]))
-            lengths = np.diff(block.times)
+            rule = Rule.of(self.seeker.nodes, np.array([0.0, *RADAU.matrix[-1]]))
+            lengths = np.diff(steps.times)
             self._take_walls(lengths, rule, (found.q, found.v, found.point))
         ends = slice(len(self.seeker.nodes) - 1, None, len(self.seeker.nodes))
         q, v, points, u = (part[ends] for part in (found.q, found.v, found.point, found.place))
-        rows = self._rows(block.states[1:], found.pressed[ends])
+        rows = self._rows(steps.states[1:], found.pressed[ends])
         self._checked.append((q, v, np.column_stack([points, u + shift]), rows))
         self._waiting += len(rows)
         self._start = end, None
@@ -171,22 +173,22 @@ class Recorder:
         q, v, points = (np.array(part) for part in zip(first, *inner, last, strict=True))
         return _Steps(np.array([begin]), np.array([end - begin]), q, v, points, pressed)
 
-    def _nodes_of(self, block: Block) -> Motions:
-        """Motion at the nodes of a block's steps, which is noted, too."""
-        # The block's times are the method's own, which it writes over.
-        nodes, begins, starts = self.seeker.nodes, block.times[:-1].copy(), block.states[:-1, None]
-        lengths = np.diff(block.times)
-        states = np.concatenate([starts, starts + block.changes], axis=1)
+    def _nodes_of(self, steps: Buffer, mode: Mode) -> Motions:
+        """Motion at the nodes of steps in a row, which is noted, too."""
+        # Their times are the method's own, which it writes over.
+        nodes, begins, starts = self.seeker.nodes, steps.times[:-1].copy(), steps.states[:-1, None]
+        lengths = np.diff(steps.times)
+        states = np.concatenate([starts, starts + steps.changes], axis=1)
         instants = (begins[:, None] + lengths[:, None] * nodes).ravel()
-        near = np.repeat(block.places[:-1], len(nodes))
-        found = motions_at(instants, states.reshape(len(instants), -1), near, block.mode, False)
+        near = np.repeat(steps.places[:-1], len(nodes))
+        found = motions_at(instants, states.reshape(len(instants), -1), near, mode, False)
         pressed = self._pressed(len(begins))
         self._steps.append(_Steps(begins, lengths, found.q, found.v, found.point, pressed))
         return found
 
     def _pressed(self, steps: int) -> BoolArray:
         """Contacts whose penalty acts, in so many steps, (steps, contacts)."""
-        acts = [c.side is Side.PRESSED and not c.rigid for c in self.system.contacts]
+        acts = [contact.acting == PENALTY for contact in self.system.contacts]
         return np.tile(np.array(acts, dtype=bool), (steps, 1))
 
     def _seek(self) -> None:
@@ -200,13 +202,13 @@ class Recorder:
             motion = poses.reshape(shape), rates.reshape(shape)
             self.seeker.take(begins, lengths, motion, pressed)
 
-    def _keep_all(self, instants: FloatArray, block: Block) -> None:
-        """Keep the samples at instants within a block."""
-        states = states_within(
-            instants, block.times, block.states, block.changes, block.method.powers
-        )
-        found = motions_at(instants, states, block.before(instants), block.mode, True)
-        kept, shift = self.samples, self.system.track.place_of(0.0)
+    def _keep_all(self, instants: FloatArray, steps: Buffer, mode: Mode) -> None:
+        """Keep the samples at instants within steps in a row."""
+        states = states_within(instants, steps.times, steps.states, steps.changes, RADAU.powers)
+        within = np.searchsorted(steps.times, instants, side="left") - 1
+        near = steps.places[np.clip(within, 0, len(steps.changes) - 1)]
+        found = motions_at(instants, states, near, mode, True)
+        kept, shift = self.samples, self.system.track.shift
         if kept.time and kept.time[-1] >= instants[0]:
             kept.drop_last()
         kept.time += instants.tolist()
@@ -220,8 +222,7 @@ class Recorder:
         touch; the energy in the walls, of which `pressed` (m,) is as in `Motions`.
         """
         contacts = self.system.contacts
-        _, _, impulses, _ = self.system.totals(states[0])
-        at, count = states.shape[1] - 2 - 2 * len(impulses), len(impulses)
+        at, count = 2 * self.system.free, len(contacts)
         acts = [contact.side is Side.PRESSED for contact in contacts]
         free = [contact.side is not Side.BEHIND for contact in contacts]
         rows = np.zeros((len(states), 3 + 3 * count))
@@ -241,18 +242,12 @@ class Recorder:
         kept = self.samples
         if kept.time and kept.time[-1] >= t:
             kept.drop_last()  # several events at one instant: the state after the last
+        now = self.system.motion(t, y)
         kept.time.append(t)
-        kept.motion.append(self.system.motion(t, y))
-        kept.totals.append(self._row(t, y))
+        kept.motion.append(now)
+        kept.totals += list(self._rows(y[None], now.pressed))
         while self._next < len(self.grid) and self.grid[self._next] <= t:
             self._next += 1
-
-    def _row(self, t: float, y: FloatArray) -> FloatArray:
-        """As `_rows`, of one state."""
-        pressed = np.zeros(1)
-        for walls in self.system.walls:
-            pressed[0] = walls.pressed_at(*self.system.coordinates(t, y))
-        return np.asarray(self._rows(y[None], pressed)[0])
 
     def flush(self) -> None:
         """Work off the block: extremes within its steps, and checks of their ends."""

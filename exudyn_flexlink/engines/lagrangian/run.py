@@ -14,14 +14,14 @@ from time import perf_counter
 
 import numpy as np
 
+from exudyn_flexlink.engines import Compilation
 from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.lagrangian.addresses import equations_with, kind_of, own_functions
+from exudyn_flexlink.engines.lagrangian.addresses import equations_with, kind_of, steps_with
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import (
-    Compilation,
     compilation,
     hearing_interrupts,
     one_at_a_time,
@@ -29,8 +29,10 @@ from exudyn_flexlink.engines.lagrangian.compiled import (
 )
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.instability import Instability
+from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
+from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
@@ -102,7 +104,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     if by_explicit:
         stepper = ExplicitStepper(problem, tolerance)
     else:
-        stepper = CompiledStepper(problem, RADAU, control(model, tolerance, end))
+        stepper = CompiledStepper(problem, control(model, tolerance, end))
     asked = Asked()
     solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress, asked.is_set)
     return Prepared(scene, model, system, recorder, problem, stepper, solution, asked, tolerance)
@@ -128,21 +130,28 @@ def compiles(scene: Scene) -> Compilation:
 
 
 def _compilation(mechanism: Mechanism, by_explicit: bool) -> Compilation:
-    if by_explicit:
-        return compilation(motions_at, *equations_with(kind_of(mechanism)))
-    return compilation(advance, *own_functions(kind_of(mechanism)))
+    kind = kind_of(mechanism)
+    steps = [] if by_explicit else [advance, *steps_with(kind)]
+    return compilation(motions_at, *equations_with(kind), *steps)
 
 
 def _compile(prepared: Prepared) -> None:
-    system = prepared.system
-    if isinstance(prepared.stepper, CompiledStepper):
-        prepared.stepper.compile()
-    else:
-        system.compile()
+    """Have everything compiled that steps, events and samples are made by."""
+    system, stepper = prepared.system, prepared.stepper
+    if isinstance(stepper, CompiledStepper):
+        compile_in_parallel(system.kind)
     with seldom_collecting(), hearing_interrupts():
+        if isinstance(stepper, CompiledStepper):
+            stepper.compile()
+        else:
+            system.rate(0.0, system.start)
+        q, v, point = system.coordinates(0.0, system.start)
+        system.motion(0.0, system.start)
         system.point_event_functions(0.0, system.start)
+        if not_smooth(prepared.model.mechanism):
+            mass_matrix(q, point, system.constants)
         for walls in system.walls:
-            walls.compile(*system.coordinates(0.0, system.start))
+            walls.compile(q, v, point)
 
 
 def not_smooth(mechanism: Mechanism) -> bool:

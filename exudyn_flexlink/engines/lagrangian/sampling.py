@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,24 +22,6 @@ from exudyn_flexlink.engines.lagrangian.mode import (
     torques_at,
 )
 from exudyn_flexlink.engines.lagrangian.walls import any_is
-from exudyn_flexlink.integrate.collocation import Collocation
-
-
-@dataclass(frozen=True)
-class Block:
-    """Steps in a row, between two events, as in `step_control.Buffer`; their mode and method."""
-
-    times: FloatArray  # (m + 1,)
-    states: FloatArray  # (m + 1, size)
-    changes: FloatArray  # (m, s, size)
-    places: FloatArray  # (m + 1,)
-    mode: Mode
-    method: Collocation
-
-    def before(self, instants: FloatArray) -> FloatArray:
-        """Places of P (m,) at the starts of the steps that instants (m,) are in."""
-        steps = np.searchsorted(self.times, instants, side="left") - 1
-        return self.places[np.clip(steps, 0, len(self.changes) - 1)]
 
 
 class Motions(NamedTuple):
@@ -95,7 +76,7 @@ def motions_at(
     )
     for i in range(size):
         t, y = times[i], states[i]
-        q, v, point, u = coordinates_at(Instant(t, y, places[i]), mode)
+        q, v, point, u, _ = coordinates_at(Instant(t, y, places[i]), mode)
         found.place[i] = u
         for j in range(count):
             found.q[i, j], found.v[i, j] = q[j], v[j]

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from exudyn_flexlink.engines.lagrangian.advance import Means, MeansByReference
-from exudyn_flexlink.engines.lagrangian.compiled import numba, type_of
+from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.constants import Constants, ConstantsByReference
 from exudyn_flexlink.engines.lagrangian.equations import Drive, State
-from exudyn_flexlink.engines.lagrangian.event_functions import EventData
+from exudyn_flexlink.engines.lagrangian.event_functions import EventData, Step
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, ScaleByReference
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, ModeByReference
 from exudyn_flexlink.engines.lagrangian.radau import Aim
@@ -26,38 +26,29 @@ from exudyn_flexlink.engines.lagrangian.step_arrays import (
     work_for,
 )
 from exudyn_flexlink.engines.lagrangian.step_control import Buffer, Control
-from exudyn_flexlink.engines.lagrangian.wall_events import Step
 from exudyn_flexlink.integrate.collocation import RADAU, Collocation
-
-
-class _Arrays(NamedTuple):
-    """Types of a number, of arrays of them by dimensions, and of integers in one."""
-
-    number: Any
-    line: Any
-    square: Any
-    cube: Any
-    numbers: Any
 
 
 @cache
 def equation_signatures() -> tuple[Any, ...]:
     """Signatures of the functions of equations of motion, the last fields of a `Mode`."""
     number, line, square, _, numbers = _arrays()
-    point = _types().UniTuple(number, 6)
+    point = numba.types.UniTuple(number, 6)
     placed, constants = _tuple(line, line, point), _constants()
     forces = number(placed, numbers, constants, line)
     return (
-        _tuple(number, point, _types().int64)(line, _types().UniTuple(number, 2), number, number),
+        _tuple(number, point, numba.types.int64)(
+            line, numba.types.UniTuple(number, 2), number, number
+        ),
         _tuple(line, number, line, line, number)(
             _record(State, line, line, point),
-            _record(Drive, _types().int64, number, line),
-            _tuple(numbers, numbers, _types().FunctionType(forces)),
+            _record(Drive, numba.types.int64, number, line),
+            _tuple(numbers, numbers, numba.types.FunctionType(forces)),
             constants,
         ),
         forces,
-        _types().none(placed, numbers, constants, square),
-        _types().none(placed, square, constants, _types().UniTuple(square, 2)),
+        numba.types.none(placed, numbers, constants, square),
+        numba.types.none(placed, square, constants, numba.types.UniTuple(square, 2)),
         number(line, line, point, numbers, constants),
     )
 
@@ -67,7 +58,7 @@ def step_signatures() -> tuple[Any, ...]:
     """Signatures of the functions that steps of a mechanism call, the last fields of `Means`."""
     number, line, square, _, numbers = _arrays()
     mode, instant, method, work = _mode(), _instant(), _method(), _work()
-    whole = _types().int64
+    whole = numba.types.int64
     changed = _tuple(number, whole)
     rate_at = changed(instant, mode, line, line)
     scale = _by_reference(ScaleByReference, Scale, line, line, line, line, numbers, line)
@@ -75,27 +66,25 @@ def step_signatures() -> tuple[Any, ...]:
         number,
         _tuple(line, number, line),
         _tuple(mode, scale),
-        _tuple(line, square),
+        method,
     )
-    squares = _types().UniTuple(square, 2)
+    step = _record(Step, instant, number, square, square)
     return (
-        changed(whole, _record(Step, instant, number, square, square), mode),
-        _types().none(number, square, square, method, work),
+        changed(whole, step, mode),
+        numba.types.none(number, square, square, method, work),
         _tuple(whole, whole, number)(
             instant,
             number,
-            type_of(Aim(0.0, 0.0, 0.0)),
+            numba.typeof(Aim(0.0, 0.0, 0.0)),
             mode,
-            _tuple(method, scale, work, _types().FunctionType(rate_at)),
+            _tuple(method, scale, work, numba.types.FunctionType(rate_at)),
         ),
         rate_at,
-        squares(instant, square, mode),
-        _tuple(square, line)(
-            instant, number, square, mode, _tuple(square, line, line, square, square)
-        ),
+        numba.types.UniTuple(square, 2)(instant, square, mode),
+        _tuple(square, line)(instant, number, square, mode, _tuple(method, work)),
         number(instant, *at_knots),
-        number(_types().UniTuple(instant, 2), *at_knots),
-        _types().boolean(instant, instant, squares, mode, _event_data()),
+        number(numba.types.UniTuple(instant, 2), *at_knots),
+        numba.types.boolean(step, instant, mode, _event_data()),
     )
 
 
@@ -109,7 +98,7 @@ def advance_arguments() -> tuple[Any, ...]:
 def motions_arguments() -> tuple[Any, ...]:
     """Types of the arguments of `motions_at`."""
     _, line, square, _, _ = _arrays()
-    return line, square, line, _mode(), _types().boolean
+    return line, square, line, _mode(), numba.types.boolean
 
 
 def wall_arguments() -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -133,11 +122,13 @@ def _means() -> Any:
 
 
 def _method() -> Any:
-    return _by_reference(MethodByReference, Collocation, *map(type_of, RADAU))
+    return _by_reference(MethodByReference, Collocation, *map(numba.typeof, RADAU))
 
 
 def _work() -> Any:
-    return _by_reference(WorkByReference, Work, *map(type_of, work_for(len(RADAU.nodes), 2, 1)))
+    return _by_reference(
+        WorkByReference, Work, *map(numba.typeof, work_for(len(RADAU.nodes), 2, 1))
+    )
 
 
 def _constants() -> Any:
@@ -173,7 +164,7 @@ def _instant() -> Any:
 
 
 def _pointers(signatures: tuple[Any, ...]) -> list[Any]:
-    return [_types().FunctionType(signature) for signature in signatures]
+    return [numba.types.FunctionType(signature) for signature in signatures]
 
 
 def _by_reference(kind: Any, record: Callable[..., Any], *fields: Any) -> Any:
@@ -181,19 +172,15 @@ def _by_reference(kind: Any, record: Callable[..., Any], *fields: Any) -> Any:
 
 
 def _record(record: Callable[..., Any], *fields: Any) -> Any:
-    return _types().NamedTuple(fields, record)
+    return numba.types.NamedTuple(fields, record)
 
 
 def _tuple(*fields: Any) -> Any:
-    return _types().Tuple(fields)
+    return numba.types.Tuple(fields)
 
 
 @cache
-def _arrays() -> _Arrays:
-    line, square, cube = (type_of(np.zeros((1,) * dimensions)) for dimensions in (1, 2, 3))
-    return _Arrays(line.dtype, line, square, cube, type_of(np.zeros(1, np.int64)))
-
-
-def _types() -> Any:
-    assert numba is not None
-    return numba.types
+def _arrays() -> tuple[Any, ...]:
+    """Types of a number, of arrays of them by dimensions (1, 2, 3), and of integers in one."""
+    line, square, cube = (numba.typeof(np.zeros((1,) * dimensions)) for dimensions in (1, 2, 3))
+    return line.dtype, line, square, cube, numba.typeof(np.zeros(1, np.int64))

@@ -32,7 +32,7 @@ class Control(NamedTuple):
 
 
 class Buffer(NamedTuple):
-    """Room for m steps: states at their ends and changes at their stages."""
+    """Steps in a row, or room for them, m: states at their ends and changes at their stages."""
 
     times: FloatArray  # (m + 1,)
     states: FloatArray  # (m + 1, size)

@@ -27,7 +27,7 @@ def slopes(at: Instant, pressing: FloatArray, mode: Mode) -> tuple[FloatArray, F
     """
     c = mode.constants
     first = int(mode.drive[0])
-    q, v, point, _ = coordinates_at(at, mode)
+    q, v, point, _, _ = coordinates_at(at, mode)
     count, contacts = len(q), len(mode.acting)
     springs, dampers = np.empty((count, count)), np.empty((count, count))
     stiffness, damping = c.stiffness, c.damping
@@ -65,7 +65,7 @@ def pressing_at(at: Instant, mode: Mode) -> FloatArray:
     struck, walled = any_is(mode.acting, PENALTY), any_is(mode.touching, 1)
     if not struck and not walled:
         return found
-    q, v, point, _ = coordinates_at(at, mode)
+    q, v, point, _, _ = coordinates_at(at, mode)
     if walled:
         mode.take_wall_slopes((q, v, point), mode.touching, c, found[contacts:])
     if not struck:

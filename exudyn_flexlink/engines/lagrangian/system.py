@@ -8,13 +8,15 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for, kind_of
-from exudyn_flexlink.engines.lagrangian.compiled import hearing_interrupts, seldom_collecting
 from exudyn_flexlink.engines.lagrangian.contacts import Contact
+from exudyn_flexlink.engines.lagrangian.equations import LASTING
 from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData, Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
 from exudyn_flexlink.engines.lagrangian.mode import (
+    Instant,
     Mode,
+    coordinates_at,
     drive_numbers,
     mode_made,
     motor_numbers,
@@ -23,8 +25,8 @@ from exudyn_flexlink.engines.lagrangian.mode import (
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.sampling import Motions, motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
-from exudyn_flexlink.engines.lagrangian.track import Track
-from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
+from exudyn_flexlink.engines.lagrangian.track import TROUBLES, Track
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, place_on
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.mechanism import GROUND, TOUCHING, TurnGoal, approach
 from exudyn_flexlink.result import Event
@@ -33,7 +35,7 @@ EXPLICIT_TURN = 0.05  # rad per explicit step of the guide: Newton's method for 
 
 
 class System:
-    """Equations, event functions and events of a model; the state is that of `state_rate`."""
+    """Equations, event functions and events of a model; the state is that of `mode.fill_rate`."""
 
     def __init__(self, model: Model, goal: TurnGoal | None) -> None:
         self.model = model
@@ -44,27 +46,16 @@ class System:
         self.reached = False
         mechanism, state = model.mechanism, model.assembly.state
         self.kind = kind_of(mechanism)
-        curve, centre = mechanism.slots[0].curve, model.layout.guide.at
-        self.track = Track(curve, float(state.places[0]), state.laps[0], centre)
+        curve = mechanism.slots[0].curve
+        self.track = Track(curve, float(state.places[0]), state.laps[0])
         self.contacts = [Contact(face, self.events) for face in model.layout.faces]
         for contact in self.contacts:
             if approach(contact.face, state.q, state.v).gap < -TOUCHING:
                 contact.side = Side.BEHIND
         self.acting = np.zeros(len(self.contacts), dtype=np.int64)
-        count = len(model.constants.inertias)
-        self._motors = [
-            (ramp, turning_row(model.layout, motor.first, motor.second))
-            for motor, ramp in model.layout.torques
-        ]
-        self._still = np.zeros(count)
         self.trouble = ""
         self.first = model.first
-        self.free = count - model.first
-        self._theta, self._way = float(model.start[0][0]), 1.0
-        motor = model.layout.motor
-        if motor is not None and motor.second == GROUND:
-            self._way = -1.0
-        self._ramp = model.layout.ramp
+        self.free = model.layout.count - model.first
         self._turning = 0.0
         self._track_coordinate = model.layout.track_coordinate
         self.constants = model.machine_constants
@@ -72,10 +63,13 @@ class System:
         self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
         self._modes: dict[int, Mode] = {}  # by the piece of the track
         layout = model.layout
+        motors = [
+            (ramp, turning_row(layout, motor.first, motor.second)) for motor, ramp in layout.torques
+        ]
         # A mode borrows its arrays.
         self._centre = np.array(layout.guide.at, dtype=float)
-        self._drive = drive_numbers(self._ramp, self._way, self._theta, layout.play)
-        self._motor_numbers = motor_numbers(self._motors, count)
+        self._drive = drive_numbers(layout.ramp, layout.way, float(model.start[0][0]), layout.play)
+        self._motor_numbers = motor_numbers(motors, layout.count)
 
     @property
     def start(self) -> FloatArray:
@@ -87,7 +81,7 @@ class System:
     def begin(self) -> None:
         """Take in what touches at time 0."""
         for walls in self.walls:
-            walls.start(*self.coordinates(0.0, self.start))
+            walls.settle(0.0, self.coordinates(0.0, self.start))
 
     @property
     def over(self) -> bool:
@@ -98,26 +92,7 @@ class System:
         """End the run after the step that is under way, for a reason."""
         self.stop_reason, self.stop_advice = reason, advice
 
-    def compile(self) -> None:
-        """Have everything compiled that an explicit method's steps and samples are made by."""
-        with seldom_collecting(), hearing_interrupts():
-            self.rate(0.0, self.start)
-            self.motion(0.0, self.start)
-
     # --- equations ----------------------------------------------------------------------------
-
-    def _guide(self, t: float, y: FloatArray) -> tuple[float, float, float]:
-        """Angle, speed and prescribed acceleration of the guide."""
-        if self._ramp is None:
-            return float(y[0]), float(y[self.free]), 0.0
-        ramp, way = self._ramp, self._way
-        return self._theta + way * ramp.integral(t), way * ramp.at(t), way * ramp.rate(t)
-
-    def _torques(self, t: float) -> FloatArray:
-        torques = self._still
-        for ramp, row in self._motors:
-            torques = torques + ramp.at(t) * row
-        return torques
 
     def mode(self) -> Mode:
         """The present equations, for machine code."""
@@ -153,43 +128,35 @@ class System:
 
     def rate(self, t: float, y: FloatArray) -> FloatArray:
         """dy/dt."""
-        guide = self._guide(t, y)
-        try:
-            point = self._track_point(guide[0], y)
-            return state_rate(y, guide, point, self._torques(t), self.mode())
-        except (ValueError, ArithmeticError) as error:
-            # A trial step too far; where no step is short enough, this is what is wrong.
-            self.trouble = str(error)
-            return np.full_like(y, np.nan)
+        rate, ended = state_rate(Instant(t, y, self.track.home), self.mode())
+        if ended == FINE:
+            return rate
+        # A trial step too far; where no step is short enough, this is what is wrong.
+        self.trouble = TROUBLES[ended]
+        return np.full_like(y, np.nan)
 
     def coordinates(self, t: float, y: FloatArray) -> tuple[FloatArray, FloatArray, TrackPoint]:
-        """All coordinates and speeds, and P."""
-        theta, omega, _ = self._guide(t, y)
-        first, free = self.first, self.free
-        q, v = np.empty(first + free), np.empty(first + free)
-        q[0], v[0] = theta, omega
-        q[first:], v[first:] = y[:free], y[free : 2 * free]
-        return q, v, self._track_point(theta, y)
+        """All coordinates and speeds, and P.
 
-    def _track_point(self, theta: float, y: FloatArray) -> TrackPoint:
-        """P: where the guide's angle puts it, or by its own coordinate, the last free one."""
-        return (
-            self.track.at(float(y[self.free - 1]))
-            if self._track_coordinate
-            else self.track.crossing(theta)
-        )
+        Raises:
+            DeadCentreError: the guide's angle does not tell where P is.
+
+        """
+        q, v, point, u, ended = coordinates_at(Instant(t, y, self.track.home), self.mode())
+        self.track.found(u, ended)
+        return q, v, point
 
     def motion(self, t: float, y: FloatArray) -> Motions:
         """Everything about one instant, P's place by the parameter of the whole curve."""
         self.coordinates(t, y)  # finds P, also where it is far from its last place
         near = np.array([self.track.u])
         found = motions_at(np.array([t]), np.array([y]), near, self.mode(), True)
-        return found._replace(place=found.place + self.track.place_of(0.0))
+        return found._replace(place=found.place + self.track.shift)
 
-    def totals(self, y: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
-        """Energies dissipated in dampers and supplied, impulse of and work on each contact."""
-        at, count = 2 * self.free, len(self.contacts)
-        return float(y[at]), float(y[at + 1]), y[at + 2 : at + 2 + count], y[at + 2 + count :]
+    def totals(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Impulses of the contacts, and the works done on them: parts of the state."""
+        at, count = 2 * self.free + 2, len(self.contacts)
+        return y[at : at + count], y[at + count :]
 
     # --- event functions ----------------------------------------------------------------------
 
@@ -210,11 +177,11 @@ class System:
         values = self._way_left(q)
         if self.contacts:
             states, _, _ = touches(q, v, point, self.constants)
-            lasting = any(c.rigid and c.side is Side.PRESSED for c in self.contacts)
+            lasting = any(contact.acting == LASTING for contact in self.contacts)
             forces = self.motion(t, y).forces[0] if lasting else self.acting
             for contact, touch, force in zip(self.contacts, states, forces, strict=True):
                 values += contact.event_functions(touch, float(force))
-                if contact.rigid and contact.side is Side.PRESSED:
+                if contact.acting == LASTING:
                     contact.peak = max(contact.peak, float(force))
         return values
 
@@ -232,11 +199,10 @@ class System:
         looks = [walls.quiet(done, q, v, point) for walls in self.walls]
         return all(looks) and quiet
 
-    def longest_step(self, t: float, y: FloatArray) -> float:
+    def longest_step(self, y: FloatArray) -> float:
         """Limit of the next step: the guide turns a little."""
-        speed = abs(self._guide(t, y)[1])
-        if self._ramp is not None:
-            speed = abs(self._ramp.value)
+        ramp = self.model.layout.ramp
+        speed = abs(float(y[self.free]) if ramp is None else ramp.value)
         return EXPLICIT_TURN / speed if speed > 0 else inf
 
     def left(self, t: float, y: FloatArray) -> float | None:
@@ -274,9 +240,10 @@ class System:
 
     def touch(self, t: float, y: FloatArray, k: int) -> None:
         """Pair k of link and guide begins or ceases to touch, and whichever do with it."""
-        q, v, point = self.coordinates(t, y)
+        at = self.coordinates(t, y)
         for walls in self.walls:
-            walls.change(t, k, q, v, point)
+            walls.change(t, k, at)
+            walls.settle(t, at)
 
     def _end_of_piece(self, t: float, y: FloatArray, way: int) -> FloatArray:
         slot = self.model.mechanism.slots[0].name
@@ -294,7 +261,7 @@ class System:
         """P's place and speed by the parameter of the next piece, which goes on the same way."""
         y, free = y.copy(), self.free
         y[free - 1] = self.track.u
-        new = self.track.at(self.track.u)
+        new = place_on(self.track.numbers, self.track.u)
         y[2 * free - 1] *= hypot(old[2], old[3]) / hypot(new[2], new[3])
         return y
 
@@ -333,7 +300,7 @@ class System:
         As it begins and as it ends the contact stores nothing: what it stored when the point slid
         off the end of the face is lost.
         """
-        _, _, impulses, works = self.totals(y)
+        impulses, works = self.totals(y)
         return float(impulses[k]), float(works[k])
 
     def intervals(self, t: float, y: FloatArray, k: int) -> list[Interval]:

@@ -21,9 +21,10 @@ from exudyn_flexlink.engines.lagrangian.wall_events import (
     NONE,
     calm,
     first_changed,
-    wall_event_functions,
 )
 from exudyn_flexlink.engines.lagrangian.walls import (
+    GAP,
+    INSIDE,
     look,
     wall_forces,
     wall_work,
@@ -75,20 +76,21 @@ class Walls:
 
     def compile(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
         """Have everything compiled that says who touches, and what is made of touches."""
-        first_changed(look(q, v, point, self.constants).pairs, self.touching, self._two_sided)
+        seen = look(q, v, point, self.constants).pairs
+        first_changed(seen, self.touching, self._two_sided)
+        calm(seen, seen, self.touching, self._two_sided, 0.0)
         motion = q[None], v[None], np.array([point])
         wall_work(*motion, self.touching, self.constants)
         wall_forces(*motion, self.constants)
 
-    def start(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
-        """Take in which pairs touch at time 0."""
-        self._change_all(0.0, (q, v, point))
-
     def event_functions(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> list[float]:
         """Values at whose fall below zero a pair begins or ceases to touch, m."""
         seen = look(q, v, point, self.constants).pairs
-        found: list[float] = wall_event_functions(seen, self.touching, self._two_sided).tolist()
-        return found
+        gap, inside = seen[:, GAP], seen[:, INSIDE]
+        if self._two_sided:
+            gap = np.full(len(seen), -inf)
+        until = np.where(self.touching != 0, np.minimum(-gap, inside), np.maximum(gap, -inside))
+        return [float(value) for value in until]
 
     def quiet(self, done: float, q: FloatArray, v: FloatArray, point: TrackPoint) -> bool:
         """Tell whether no pair can have changed in the last step, of length `done` (s)."""
@@ -101,20 +103,17 @@ class Walls:
         """What was seen last is no end of a step any more."""
         self._seen = None
 
-    def change(self, t: float, k: int, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
-        """Pair k begins to touch, or ceases to; likewise whichever do at the same time."""
-        self._change(t, k, (q, v, point))
-        self._change_all(t, (q, v, point))
-
-    def _change_all(self, t: float, at: At) -> None:
+    def settle(self, t: float, at: At) -> None:
+        """Take in which pairs begin to touch at t (s), or cease to."""
         seen = look(*at, self.constants).pairs
         for _ in seen:
             k = first_changed(seen, self.touching, self._two_sided)
             if k == NONE:
                 return
-            self._change(t, int(k), at)
+            self.change(t, int(k), at)
 
-    def _change(self, t: float, k: int, at: At) -> None:
+    def change(self, t: float, k: int, at: At) -> None:
+        """Pair k begins to touch, or ceases to."""
         self.touching[k] = 1 - self.touching[k]
         q, v, point = at
         poses, rates = self.poses(q[None], v[None], np.array([point]))
@@ -162,11 +161,6 @@ class Walls:
                 penetration=max(touch.penetration, float(depths.max())),
             )
             self.deepest = max(self.deepest, so_far.penetration)
-
-    def pressed_at(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> float:
-        """Sum of the squares of how deep the pairs are that touch, m^2."""
-        work = wall_work(q[None], v[None], np.array([point]), self.touching, self.constants)
-        return float(np.sum(work[0, :, 2] ** 2))
 
     def stored(self, pressed: FloatArray) -> FloatArray:
         """Energy in all pairs, J, by the sums of their squared depths, m^2."""

@@ -5,18 +5,13 @@ Places on a piece are computed in `track_point`.
 
 from __future__ import annotations
 
-from math import nan
-
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Curve, next_piece
 from exudyn_flexlink.engines.lagrangian.track_point import (
     FINE,
     MISSES,
     TOUCHES,
-    TrackPoint,
-    crossing,
     packed_piece,
-    place_on,
 )
 
 TROUBLES = {
@@ -32,40 +27,27 @@ class DeadCentreError(ValueError):
 class Track:
     """The track of P, piece by piece; `u` is where P was last, on the current piece's parameter.
 
-    Every search starts where P was after the last accepted step: trial steps leave no trace.
+    Every search starts at `home`, where P was after the last accepted step: trial steps leave no
+    trace.
     """
 
-    def __init__(self, curve: Curve, place: float, lap: int, centre: tuple[float, float]) -> None:
+    def __init__(self, curve: Curve, place: float, lap: int) -> None:
         self.curve = curve
-        self.centre = centre
         self.piece, self.u = curve.locate(place)
-        self._home = self.u
+        self.home = self.u
         self.lap = lap
         self._pieces = [packed_piece(piece) for piece in curve.pieces]
-        self._angle = nan
-        self._point: TrackPoint = (0.0,) * 6
 
-    def crossing(self, theta: float) -> TrackPoint:
-        """Components of gamma, gamma', gamma'' at the guide's angle; that asked last is kept.
+    def found(self, u: float, ended: int) -> None:
+        """P is at u, as a search says that ended like this.
 
         Raises:
             DeadCentreError: the axis misses the track or touches it.
 
         """
-        if theta != self._angle:
-            self._point, self._angle = self._cross(theta), theta
-        return self._point
-
-    def _cross(self, theta: float) -> TrackPoint:
-        self.u, point, ended = crossing(self.numbers, self.centre, theta, self._home)
         if ended != FINE:
             raise DeadCentreError(TROUBLES[ended])
-        return point
-
-    def at(self, u: float) -> TrackPoint:
-        """Components of gamma, gamma', gamma'' by the current piece's parameter, at its value u."""
         self.u = u
-        return place_on(self.numbers, u)
 
     @property
     def numbers(self) -> FloatArray:
@@ -74,12 +56,11 @@ class Track:
 
     def at_rest(self, u: float) -> None:
         """P is at u on its piece: searches start there from now on."""
-        self.u = self._home = u
-        self._angle = nan
+        self.u = self.home = u
 
     def settle(self) -> None:
         """Start from the last place from now on."""
-        self._home = self.u
+        self.home = self.u
 
     @property
     def left(self) -> tuple[float, float]:
@@ -88,13 +69,9 @@ class Track:
         return piece.end - self.u, self.u - piece.start
 
     @property
-    def place(self) -> float:
-        """Parameter of the whole curve at the last place."""
-        return self.place_of(self.u)
-
-    def place_of(self, u: float) -> float:
-        """Parameter of the whole curve at u on the current piece."""
-        return float(self.curve.breaks[self.piece] + u - self.curve.pieces[self.piece].start)
+    def shift(self) -> float:
+        """By how much the parameter of the whole curve is more than that of the current piece."""
+        return float(self.curve.breaks[self.piece] - self.curve.pieces[self.piece].start)
 
     def next_piece(self, way: int) -> bool:
         """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
@@ -103,7 +80,5 @@ class Track:
             return False
         self.piece, self.lap = after
         piece = self.curve.pieces[self.piece]
-        self.u = piece.start if way > 0 else piece.end
-        self._home = self.u
-        self._angle = nan
+        self.at_rest(float(piece.start if way > 0 else piece.end))
         return True

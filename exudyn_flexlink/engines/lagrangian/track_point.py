@@ -198,8 +198,7 @@ def _walk(
     return u, place, TOUCHES if ended == TOUCHES else MISSES
 
 
-@compiled
-def crossing(
+def cross(
     piece: FloatArray, centre: tuple[float, float], theta: float, near: float
 ) -> tuple[float, TrackPoint, int]:
     """Where the guide's axis crosses the piece, followed from the place `near` as the guide turns.
@@ -229,10 +228,3 @@ def crossing(
         ddy * square + dy * second,
     )
     return u, point, ended
-
-
-def cross(
-    piece: FloatArray, centre: tuple[float, float], theta: float, near: float
-) -> tuple[float, TrackPoint, int]:
-    """As `crossing`, for those that call it by its address."""
-    return crossing(piece, centre, theta, near)

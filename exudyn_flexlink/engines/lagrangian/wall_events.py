@@ -8,14 +8,10 @@ pair is.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
-from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
+from exudyn_flexlink.engines.lagrangian.event_functions import Step, within
+from exudyn_flexlink.engines.lagrangian.mode import Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.walls import (
     GAP,
     GAP_RATE,
@@ -31,15 +27,6 @@ BEYOND, FAR_BEYOND = 8, 0.1  # looks for an event beyond a step's end, and parts
 EXACT = 1e-12
 LOOKS = 8  # within a step where something may happen
 HALVINGS = 45  # of the time between two looks: to rounding
-
-
-class Step(NamedTuple):
-    """A step of length h (s): its beginning, its changes (s, size), the method's powers."""
-
-    begin: Instant
-    h: float
-    changes: FloatArray
-    powers: FloatArray
 
 
 @inner
@@ -93,24 +80,10 @@ def calm(
     return True
 
 
-@compiled
-def wall_event_functions(pairs: FloatArray, touching: IntArray, two_sided: bool) -> FloatArray:
-    """Values (pairs,) at whose fall below zero a pair begins or ceases to touch, m."""
-    values = np.empty(len(touching))
-    for k in range(len(touching)):
-        gap, inside = (-np.inf if two_sided else pairs[k, GAP]), pairs[k, INSIDE]
-        values[k] = min(-gap, inside) if touching[k] != 0 else max(gap, -inside)
-    return values
-
-
 @inner
 def _pairs_within(sigma: float, step: Step, mode: Mode) -> FloatArray:
     """All pairs at the part sigma of a step, (pairs, 5)."""
-    begin, h, changes, powers = step
-    y = np.empty(len(begin.y))
-    interpolate(sigma, begin.y, changes, powers, y)
-    at = Instant(begin.t + sigma * h, y, begin.near)
-    q, v, point, _ = coordinates_at(at, mode)
+    q, v, point, _, _ = coordinates_at(within(sigma, step), mode)
     return look(q, v, point, mode.constants).pairs
 
 
