@@ -37,7 +37,6 @@ from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import NoConvergenceError
 
 FIRST_STEP = 1e-6  # s
-JUST_AHEAD = 1e-9  # s
 ROOM = 256 if numba is not None else 16  # steps between looks at the user's patience
 
 
@@ -173,9 +172,8 @@ class CompiledStepper:
         return event
 
     def _give_up(self) -> None:
-        """Say why no step is short enough: where P can't be found next, that is what is wrong."""
+        """Say why no step is short enough: where P can't be found, that is what is wrong."""
         trouble = int(self._memory[TROUBLE])
         if trouble in TROUBLES:
             raise DeadCentreError(TROUBLES[trouble])
-        self.problem.system.coordinates(self.time + JUST_AHEAD, self.problem.state)
         raise NoConvergenceError("required step size is less than spacing between numbers")

@@ -57,6 +57,7 @@ from exudyn_flexlink.scene import Scene
 SHARE = 0.2  # of the tolerance: error that one step may make
 # The same with walls, where a touch multiplies errors.
 WALLED_SHARE = 0.02
+JUST_AHEAD = 1e-9  # s: where no step is short enough, what is wrong is as near as this
 IMPLICIT_TURN = 0.4  # rad of the guide in one implicit step: Newton's method for P stays local
 EXPLICIT_NODES = np.array([0.0, 0.5, 1.0])  # at which an explicit step is looked at for extremes
 WITHOUT_TOLERANCE = 1e-7  # m: where the scene gives a step, of which the Lagrangian has no use
@@ -188,11 +189,21 @@ def solve(prepared: Prepared) -> str:
         except DeadCentreError as error:
             complaint = str(error)
         except NoConvergenceError as error:
-            stuck = f"no step is short enough ({error}{_last(problem)})"
-            complaint = system.trouble or stuck
+            complaint = _dead_centre(system, problem) or (
+                f"no step is short enough ({error}{_last(problem)})"
+            )
     recorder.keep_last(problem.time, problem.state)
     recorder.flush()
     return complaint
+
+
+def _dead_centre(system: System, problem: LagrangianProblem) -> str:
+    """Say that P can't be found in a trial step, or just ahead; empty if it can."""
+    try:
+        system.coordinates(problem.time + JUST_AHEAD, problem.state)
+    except DeadCentreError as error:
+        return str(error)
+    return system.trouble
 
 
 def _last(problem: LagrangianProblem) -> str:
