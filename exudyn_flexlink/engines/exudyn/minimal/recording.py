@@ -239,7 +239,8 @@ class Recorder:
     def _solved(self, found: Sequence[Evaluation]) -> tuple[TreeState, FloatArray, FloatArray]:
         """Coordinates, accelerations of all, and constraint forces, all (n, ...)."""
         instants: list[TreeForces] = [at.kept for at in found]
-        free = np.concatenate([at.accelerations for at in found])
+        mass, force = (np.concatenate(own) for own in zip(*[at[:2] for at in found], strict=True))
+        free = Evaluation(mass, force).accelerations
         state = joined([whole.state for whole in instants])
         accelerations = self.model.whole_accelerations(state, free)
         return state, accelerations, self.model.constraint_forces(instants, accelerations)

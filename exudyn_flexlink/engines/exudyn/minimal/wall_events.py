@@ -41,11 +41,14 @@ class WallWatch:
     def __init__(self, walls: Walls, x: FloatArray, v: FloatArray) -> None:
         self.walls = walls
         self._lengths, self._held = self.walls.faces.length, self.walls.faces.held
+        self._any_held = bool(self._held.any())
         self.seen = self.walls.faces.look(x, v)
         self._ahead: tuple[TreeState, Seen] | None = None  # at the end of the last step looked at
 
     def _open(self, seen: Seen) -> Seen:
         """The same with what is held from both sides as if behind a face that never opens."""
+        if not self._any_held:
+            return seen
         gap, rate = np.where(self._held, INSIDE, seen.gap), np.where(self._held, 0, seen.gap_rate)
         return seen._replace(gap=gap, gap_rate=rate)
 
