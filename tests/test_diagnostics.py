@@ -209,6 +209,40 @@ def test_a_strike_deep_in_what_is_round_is_told_with_its_radius(
     assert depth == pytest.approx(2 / np.sqrt(stiffness), rel=1e-6)
 
 
+OVAL = """
+title: a cam between its nose and its side, the follower pressed harder and harder
+curves: {oval: {type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.01], on: cam}}
+bodies:
+  cam: {type: rigid, mass: 1, inertia: 1.0e-3, points: {hub: [0, 0]}}
+  follower: {type: rigid, mass: 0.02, inertia: 1.0e-4, points: {c: [0, 0]}}
+joints:
+  hub: {type: revolute, points: [ground, cam.hub], at: [0, 0]}
+  rail: {type: prismatic, points: [ground, follower.c], at: [0, 0], axis: [1, 0]}
+drives:
+  motor: {type: speed, joint: hub, value: 3.14159}
+  push: {type: force, point: follower.c, value: [PUSH, 0]}
+contacts: {touch: {type: point_on_curve, point: follower.c, curve: oval, side: right,
+                   law: {stiffness: 1.0e+4, restitution: 0.2}}}
+initial: {angles: {cam: ANGLE deg}, positions: {follower: [PLACE, 0]}}
+run: {duration: 0.5, sample: 1 ms}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "push", "told"),
+    [((0, 0.04), '"-0.3-50*t**2"', False), ((90, 0.01), '"-1-20*t"', True)],
+)
+def test_depth_counts_against_the_radius_where_it_is(
+    start: tuple[float, float], push: str, told: bool
+) -> None:
+    """1.5 mm are little at a cam's side, of radius 160 mm, and much at its nose, of 2.5 mm."""
+    text = OVAL.replace("PUSH", push).replace("ANGLE", str(start[0]))
+    result = simulate(results.scene_from(text.replace("PLACE", str(start[1]))), measure=False)
+    assert result.contacts["touch"].gap.min() < -1e-3
+    assert any("m deep" in warning for warning in result.warnings) == told
+
+
 @pytest.mark.parametrize(("formulation", "right"), [("minimal", True), ("redundant", False)])
 def test_a_row_of_bounces_is_told_where_it_is_off(formulation: str, right: bool) -> None:
     """By formulation `minimal` the 24 bounces keep even to 1e-9 m."""

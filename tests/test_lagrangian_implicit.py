@@ -350,6 +350,14 @@ def test_a_dead_centre_ends_the_run_and_says_so(integrator: str) -> None:
     assert result.time[-1] == pytest.approx((np.arcsin(0.5) - 0.1) / 10, abs=1e-6)
 
 
+def test_steps_that_get_shorter_and_shorter_turn_no_point_round() -> None:
+    """SciPy's method makes 20,000 steps to a dead centre, where rounding moves P to and fro."""
+    scene = load_scene(MODELS / "hard" / "dead_centre.yaml", ["solver.integrator=dop853"])
+    result = simulate(scene, "lagrangian")
+    assert result.checks.steps > 1000
+    assert max(len(extreme.time) for extreme in result.extremes.values()) < 10
+
+
 PLAIN = """
 import sys
 sys.modules["numba"] = None

@@ -45,8 +45,6 @@ def test_a_step_that_the_user_gave_is_as_long_again_after_an_event(monkeypatch):
     problem = Problem()
     problem.repartition_due = lambda: False
     problem.longest = lambda _: 1e9
-    problem.on_singularity = lambda: (False, False)
-    problem.slipped = lambda _: 0.0
     stepper = ImplicitStepper(SimpleNamespace(), problem, control, Lasting(0, 0), 20.0)
     monkeypatch.setattr(stepper, "at", None, raising=False)
     monkeypatch.setattr(stepper, "_step", lambda h: SimpleNamespace(t=0.0, h=h, end=h))

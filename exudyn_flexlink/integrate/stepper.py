@@ -86,7 +86,8 @@ class ImplicitStepper:
     """Where the integration is, and the steps from there; `h` (s) is the next one.
 
     `rounded` are the instants (s) of steps on singularities, where rounding decided on errors;
-    `slips` those at which steps of the user's own length began that `slipped`, and how far (m).
+    `slips` those at which steps of the user's own length began that `slipped`, with their lengths
+    (s) and how far that was (m).
     """
 
     def __init__(
@@ -103,7 +104,7 @@ class ImplicitStepper:
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         self.rounded: list[float] = []
-        self.slips: list[tuple[float, float]] = []
+        self.slips: list[tuple[float, float, float]] = []
         self.steps, self.smallest, self.largest = 0, inf, 0.0
         self._end = end
         self.at: Evaluation
@@ -156,12 +157,22 @@ class ImplicitStepper:
             if landed is None:
                 return None
             step = landed
+        self._note(step)
         self.time, self._state, self.at = step.end, step.finish, step.stages.pick(-1)
         self.steps += 1
         self.smallest, self.largest = min(self.smallest, step.h), max(self.largest, step.h)
         self.problem.accept(step)
         # The step that was made again tells the instant better than the one the event was found in.
         return event and replace(event, time=self.time)
+
+    def _note(self, step: Step) -> None:
+        """Take note of a step on a singularity, and of one that slipped, but that the user gave."""
+        if self.problem.on_singularity()[0]:
+            self.rounded.append(step.t)
+        if self.control.fixed is not None:
+            slip = self.problem.slipped(step)
+            if slip > self.control.tolerance:
+                self.slips.append((step.t, step.h, slip))
 
     # --- one step -----------------------------------------------------------------------------
 
@@ -175,7 +186,6 @@ class ImplicitStepper:
             step = self._step(h)
             if step is not None and self.control.fixed is not None:
                 self.h = self.control.fixed  # it was shorter if an event had to be met from nearer
-                self._note_unchecked(step)
                 return step
             if lengths and self._on_singularity(step):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
@@ -191,8 +201,6 @@ class ImplicitStepper:
                 if part < 1:
                     h, first = h * part, False
                 elif good:
-                    if self.problem.on_singularity()[0]:
-                        self.rounded.append(self.time)
                     self.control.note(h, step.error)
                     self.h = h * (factor if first else min(factor, 1.0))
                     return step
@@ -235,14 +243,6 @@ class ImplicitStepper:
         """Tell that an error too large may be one of rounding, at a singularity that is passed."""
         on_one = self.problem.on_singularity()[0]
         return on_one and step.error < ROUNDED * self.control.allowed
-
-    def _note_unchecked(self, step: Step) -> None:
-        """Take note of what would have made a step of the user's own length a shorter one."""
-        if self.problem.on_singularity()[0]:
-            self.rounded.append(step.t)
-        slip = self.problem.slipped(step)
-        if slip > self.control.tolerance:
-            self.slips.append((step.t, slip))
 
     def _slips(self, step: Step) -> bool:
         """Tell that a dependent coordinate did not go where its speed would have taken it."""

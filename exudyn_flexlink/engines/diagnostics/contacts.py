@@ -10,6 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     CircleContact,
+    Contact,
     CurveContact,
     FaceContact,
     approach,
@@ -69,33 +70,38 @@ def thin_overlaps(result: Result) -> Iterator[str]:
 
 
 def deep_strikes(result: Result) -> Iterator[str]:
-    """Say of each round contact where it sank deepest, against the radius of what is round there.
+    """Say of each round contact when it was deepest, against the radius of what is round there.
 
     At that depth no direction is the nearest way out any more.
     """
     for contact in build_mechanism(result.scene).contacts:
-        if isinstance(contact, FaceContact):
+        history = result.contacts[contact.name]
+        radius = _round(contact, history.place)
+        depth = np.where(history.force > 0, -history.gap, 0.0)
+        share = depth / radius
+        if share.max(initial=0.0) <= THIN:
             continue
-        worst = (0.0, 0.0, 0.0, 0.0)
-        for touch in result.contacts[contact.name].touches:
-            radius = _round(contact, np.array([touch.place, touch.end_place]))
-            worst = max(worst, (touch.penetration / radius, touch.penetration, radius, touch.begin))
-        share, depth, radius, at = worst
-        if share > THIN:
-            yield (
-                f"after t = {at:.6g} s contact '{contact.name}' is {depth:.2g} m deep, {share:.2g} "
-                f"of the radius of {radius:.2g} m there: what follows depends on the contact's "
-                "stiffness; raise it and compare"
-            )
+        k = int(np.argmax(share))
+        yield (
+            f"at t = {result.time[k]:.6g} s contact '{contact.name}' is {depth[k]:.2g} m deep, "
+            f"{share[k]:.2g} of the radius of {radius[k]:.2g} m there: what follows depends on the "
+            "contact's stiffness; raise it and compare"
+        )
 
 
-def _round(contact: CircleContact | CurveContact, places: FloatArray) -> float:
-    """Smallest radius (m) of what touches at places (n,) m; of a curve as it bends to the point."""
-    if isinstance(contact, CircleContact):
-        return min(radius for radius in contact.radii if radius > 0)
-    curve = contact.curve
-    bend = float((-contact.side * curve.curvature(curve.arc_length.place(places))).max())
-    return contact.radius + (1 / bend if bend > 0 else inf)
+def _round(contact: Contact, places: FloatArray) -> FloatArray:
+    """Radius (n,) of what is pressed from outside at places (n,) m, infinite of what is not round.
+
+    Of a curve where it bends away from the point, with the radius of the roller.
+    """
+    if isinstance(contact, CurveContact):
+        curve = contact.curve
+        bend = -contact.side * curve.curvature(curve.arc_length.place(places))
+        radius = np.divide(1.0, bend, out=np.full(len(bend), inf), where=bend > 0)
+        return np.asarray(contact.radius + radius)
+    if isinstance(contact, CircleContact) and not contact.inside:
+        return np.full(len(places), min(radius for radius in contact.radii if radius > 0))
+    return np.full(len(places), inf)
 
 
 def idle_contacts(result: Result) -> Iterator[str]:

@@ -28,7 +28,7 @@ from exudyn_flexlink.integrate.explicit import Dense
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
-_Motion = tuple[FloatArray, FloatArray, TrackPoint | FloatArray]
+_Motion = tuple[FloatArray, FloatArray, TrackPoint]
 
 BLOCK = 1024
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
@@ -106,8 +106,9 @@ class Recorder:
         if due or (crossed and len(self.system.events) > self._events):
             self._keep(t, y)
         self._events = len(self.system.events)
+        # P is searched as within the steps: right at a dead centre another search ends elsewhere.
+        self._start = t, self.system.coordinates(t, y)
         now = self.system.motion(t, y)
-        self._start = t, (now.q[0], now.v[0], now.point[0])
         places = np.column_stack([now.point, now.place])
         self._checked.append((now.q, now.v, places, self._rows(y[None], now.pressed)))
         self._waiting += 1

@@ -138,10 +138,10 @@ def _slipped(run: MinimalRun) -> list[str]:
     found = run.stepper.slips
     if not found:
         return []
-    time, slip = max(found, key=lambda one: one[1])
+    time, step, slip = max(found, key=lambda one: one[2])
     return [
-        f"the step is too long: in that from {time:.4g} s on, what a loop, a slot or a drive moves "
-        f"ended up to {slip:.2g} m from where its speed takes it; so did {len(found)} of "
+        f"a step of {step:.3g} s is too long from {time:.4g} s on: what a loop, a slot or a drive "
+        f"moves ended it {slip:.2g} m from where its speed takes it; so did {len(found)} of "
         f"{run.stepper.steps} steps; shorten the step, or ask for a tolerance"
     ]
 
