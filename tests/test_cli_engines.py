@@ -185,7 +185,7 @@ def test_a_comparison_interrupted_in_its_first_run_leaves_nothing(
     run_of(fake)
     assert main(["compare", NO_CLEARANCE]) == 130
     assert capsys.readouterr().err == (
-        "interrupted before there were two runs to compare; nothing was written\n"
+        "interrupted before two runs were compared; nothing was written\n"
     )
     assert list(Path().iterdir()) == []
 

@@ -22,6 +22,7 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import build
+from exudyn_flexlink.plots import FIGURES
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
@@ -245,7 +246,7 @@ def test_a_result_tells_itself(run):
 
 def test_figures_by_name(run, tilting):
     drawn = run.plot.all()
-    assert set(drawn) < set(dir(run.plot))
+    assert set(drawn) < {*FIGURES, "all"} == set(dir(run.plot))
     figure = run.plot.coordinates()
     assert figure._repr_png_().startswith(b"\x89PNG")
     figure.savefig("s.pdf")

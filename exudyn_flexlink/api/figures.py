@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
     from exudyn_flexlink.plots import Style
 
+# Those of `plots.FIGURES`: what is asked for names alone needs no matplotlib.
+NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
+
 
 class Plots:
     """Figures of one run: each a method that returns a matplotlib figure.
@@ -25,18 +28,14 @@ class Plots:
         self._result = result
 
     def __dir__(self) -> list[str]:
-        from exudyn_flexlink import plots
-
-        return [*plots.FIGURES, "all"]
+        return [*NAMES, "all"]
 
     def __repr__(self) -> str:
         return f"<Plots: {', '.join(dir(self))}>"
 
     def __getattr__(self, name: str) -> Callable[..., Figure]:
-        from exudyn_flexlink import plots
-
-        if name not in plots.FIGURES:
-            raise AttributeError(f"no figure '{name}'; there are: {', '.join(plots.FIGURES)}")
+        if name not in NAMES:
+            raise AttributeError(f"no figure '{name}'; there are: {', '.join(NAMES)}")
         return partial(_drawn, self._result, name)
 
     def all(self, style: str = "screen") -> dict[str, Figure]:

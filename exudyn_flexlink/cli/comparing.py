@@ -32,7 +32,7 @@ JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be 
 NEEDED = 2  # runs of a comparison, samples of a run
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
 FINER = 0.5  # times the tolerances, or the errors of steps, of a variant: likewise
-UNTOLD = "interrupted before there were two runs to compare; nothing was written"
+UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 
 def compare_command(options: argparse.Namespace) -> int:
