@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.prescribed import OfTime
+
+Part = TypeVar("Part", float, FloatArray)
 
 
 @dataclass(frozen=True)
@@ -26,43 +29,37 @@ class Ramp(OfTime):
         """Value at `time`, whatever the state."""
         if time >= self.duration:
             return self.value
-        x = max(time, 0.0) / self.duration
-        return self.value * x**3 * (10 - 15 * x + 6 * x * x)
+        return self.value * _rise(max(time, 0.0) / self.duration)
 
     def rate(self, time: float) -> float:
         """Time derivative of the value."""
         if time >= self.duration or time <= 0:
             return 0.0
-        x = time / self.duration
-        return self.value * 30 * x * x * (1 - x) ** 2 / self.duration
+        return self.value * _steepness(time / self.duration) / self.duration
 
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time`."""
         if time >= self.duration:
             return self.value * (time - self.duration / 2)
-        x = max(time, 0.0) / self.duration
-        return self.value * self.duration * x**4 * (2.5 - 3 * x + x * x)
+        return self.value * self.duration * _area(max(time, 0.0) / self.duration)
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
         """Values (n,) at instants (n,) s."""
         if self.duration == 0:
             return np.full(len(time), self.value)
-        x = self._parts(time)
-        return np.asarray(self.value * x**3 * (10 - 15 * x + 6 * x * x))
+        return self.value * _rise(self._parts(time))
 
     def rates(self, time: FloatArray) -> FloatArray:
         """Time derivatives (n,) of the value at instants (n,) s."""
         if self.duration == 0:
             return np.zeros(len(time))
-        x = self._parts(time)
-        return np.asarray(self.value * 30 * x * x * (1 - x) ** 2 / self.duration)
+        return self.value * _steepness(self._parts(time)) / self.duration
 
     def integrals(self, time: FloatArray) -> FloatArray:
         """Integrals (n,) of the value from 0 to instants (n,) s."""
         if self.duration == 0:
             return self.value * time
-        x = self._parts(time)
-        rising = self.duration * x**4 * (2.5 - 3 * x + x * x)
+        rising = self.duration * _area(self._parts(time))
         return np.asarray(self.value * (rising + np.maximum(time - self.duration, 0.0)))
 
     def _parts(self, time: FloatArray) -> FloatArray:
@@ -83,3 +80,18 @@ class Ramp(OfTime):
             middle = (low + high) / 2
             low, high = (middle, high) if self.integral(middle) / integral < 1 else (low, middle)
         return high
+
+
+def _rise(x: Part) -> Part:
+    """Part of the value that is reached after a part of the ramp, 0 to 1 both."""
+    return x**3 * (10 - 15 * x + 6 * x * x)
+
+
+def _steepness(x: Part) -> Part:
+    """Derivative of `_rise`."""
+    return 30 * x * x * (1 - x) ** 2
+
+
+def _area(x: Part) -> Part:
+    """Integral of `_rise` from 0."""
+    return x**4 * (2.5 - 3 * x + x * x)

@@ -147,8 +147,8 @@ def closed_spline(rng: np.random.Generator) -> Model:
 def closed_curve(rng: np.random.Generator) -> tuple[Model, list[float]]:
     """Draw a closed curve around the origin, some 0.15 m away, and a place on it.
 
-    A spline, an ellipse, or two half ellipses that meet at the height of the origin's y-axis with
-    one tangent and two curvatures.
+    A spline, an ellipse, or two half ellipses that meet on the y-axis with one tangent and two
+    curvatures.
     """
     kind = str(rng.choice(["spline", "ellipse", "halves"], p=[0.4, 0.2, 0.4]))
     if kind == "spline":

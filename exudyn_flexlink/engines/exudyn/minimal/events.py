@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import NamedTuple
 
@@ -29,6 +29,9 @@ Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
 Left = Callable[[FloatArray, FloatArray], tuple[float, float]]
 """How far a point is from the end of its piece, and from its start, at coordinates and places."""
+
+Following = tuple[TrackPoint | OnCurve, float, Left]
+"""What is followed along pieces, how little beyond one is still on it, and what is left of it."""
 
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
 SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
@@ -123,7 +126,7 @@ class EventFinder:
         """
         slots = enumerate(self.model.coordinates.points)
         curves = [contact.along_curve for contact in self.model.contacts]
-        followed: list[tuple[TrackPoint | OnCurve, float, Left]] = [
+        followed: list[Following] = [
             *((point, SEAM, partial(_left_of_slot, point, k)) for k, point in slots),
             *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
         ]
@@ -131,18 +134,28 @@ class EventFinder:
             return []
         stages = step.stages.kept.state
         nodes = [*zip(stages.x[:-1], stages.places[:-1], strict=True), (end.x, end.places)]
-        found = []
-        for point, seam, left in followed:
-            for c, node in zip(C.tolist(), nodes, strict=True):
-                ahead, behind = left(*node)
-                if min(ahead, behind) < -seam:
-                    side, way = (0, 1) if ahead < behind else (1, -1)
-                    on_piece = partial(self._on_piece, step, left, side)
-                    time = first_fall(on_piece, None, (step.t, step.t + c * step.h))
-                    if time is not None:
-                        found.append(Event(time, PieceEnd(point, way)))
-                        break
-        return found
+        times = (step.t + step.h * C).tolist()
+        found = [self._end_of_piece(step, one, zip(times, nodes, strict=True)) for one in followed]
+        return [event for event in found if event is not None]
+
+    def _end_of_piece(
+        self,
+        step: Step,
+        one: Following,
+        nodes: Iterable[tuple[float, tuple[FloatArray, FloatArray]]],
+    ) -> Event | None:
+        """Where one of them does, by the times (s) of nodes, with coordinates and places there."""
+        point, seam, left = one
+        for time, node in nodes:
+            ahead, behind = left(*node)
+            if min(ahead, behind) >= -seam:
+                continue
+            side, way = (0, 1) if ahead < behind else (1, -1)
+            on_piece = partial(self._on_piece, step, left, side)
+            passed = first_fall(on_piece, None, (step.t, time))
+            if passed is not None:
+                return Event(passed, PieceEnd(point, way))
+        return None
 
     def _on_piece(self, step: Step, left: Left, side: int, t: float) -> float:
         at = self._at(step, t)
