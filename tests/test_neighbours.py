@@ -23,6 +23,7 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.result import INTERRUPTED, ContactHistory, Outcome, SleeveHistory
+from exudyn_flexlink.scene import Accuracy
 from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER
 from exudyn_flexlink.storage import load, save
 
@@ -199,6 +200,21 @@ def test_a_neighbour_is_more_accurate_where_it_can_be(settings, factor, changed)
     near = retuned(run.scene, run, factor)
     found = near.accuracy.model_dump() | near.solver.model_dump()
     assert {key: found[key] for key in changed} == pytest.approx(changed)
+
+
+def test_where_a_step_is_given_that_the_run_had_no_use_for_its_neighbour_has_a_tolerance():
+    """The Lagrangian's methods choose their steps themselves."""
+    run = touched(3, {"tolerance": 1e-7})
+    stepped = run.scene.changed(accuracy=Accuracy(step=1e-4))
+    near = retuned(stepped, run, HIGH_ORDER)
+    assert near.accuracy == Accuracy(tolerance=HIGH_ORDER * 1e-7)
+
+
+def test_the_lagrangian_measures_a_scene_that_gives_a_step(capsys, tmp_path):
+    settings = ["--set", "accuracy.step=1e-4", "--set", "run.turns=0.2"]
+    out = ["--out", str(tmp_path / "run")]
+    command = ["simulate", "rigid", "--engine", "lagrangian", "--no-plots", "--horizon"]
+    assert main([*command, *settings, *out]) == 0, capsys.readouterr()
 
 
 @pytest.mark.parametrize(("enough", "squared"), [(1e-7, 1), (1e-8, 1), (1e-10, 2), (0, 3)])

@@ -154,7 +154,8 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
     """Return the scene with steps that make errors `factor` times those of a run.
 
     Steps that are given, and those of a contact, are of a method of order 2, or better. A
-    tolerance stays within what a scene may ask for.
+    tolerance stays within what a scene may ask for. It takes the place of a step that the run had
+    no use for.
     """
     settings = result.settings
     other: dict[str, float] = {}
@@ -163,8 +164,7 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
         other["tolerance"] = max(least, factor * float(settings["tolerance"]))
     if "step" in settings:
         other["step"] = sqrt(factor) * float(settings["step"])
-    given = scene.accuracy.model_dump(exclude_none=True)
-    accuracy = type(scene.accuracy).model_validate(given | other)
+    accuracy = type(scene.accuracy).model_validate(other) if other else scene.accuracy
     if "steps_per_contact" not in settings:
         return scene.changed(accuracy=accuracy)
     per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
