@@ -27,6 +27,7 @@ from exudyn_flexlink.mechanism.kinematics import anchor_position, length_along, 
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
+from exudyn_flexlink.mechanism.open_speeds import least_speeds
 
 
 @dataclass(frozen=True)
@@ -174,7 +175,7 @@ def _speeds(mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Star
 def _velocities(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Start
 ) -> FloatArray:
-    """Velocities of least size that satisfy joints, motors and the speeds given.
+    """Velocities that satisfy joints, motors and the speeds given, the others as little as can be.
 
     A flexible body moves as if it were rigid, unless the joints can't have that.
     """
@@ -183,13 +184,13 @@ def _velocities(
     free = len(rows) - len(wanted)  # those of joints: these move at no speed
     right = np.append(np.zeros(free), [speed for speed, _ in wanted])
     for rigid in (True, False):
-        v = _least_velocities(mechanism, rows, right, rigid)
+        v = least_speeds(mechanism, rows, right, q, rigid)
         if _follows(rows, v, right):
             return v
 
     def contradicted(last: int) -> bool:
         some = np.where(np.arange(len(rows)) <= free + last, right, np.nan)
-        return not _follows(rows, _least_velocities(mechanism, rows, some), some)
+        return not _follows(rows, least_speeds(mechanism, rows, some, q), some)
 
     # The first that contradicts: with those before it the parts can move, with it they can't.
     raise wanted[bisect_left(range(len(wanted)), True, key=contradicted)][1]
@@ -226,17 +227,6 @@ def _with_speeds(
         for name in (*sliding, *in_slots)
     ]
     return rows, wanted
-
-
-def _least_velocities(
-    mechanism: Mechanism, rows: Constraints, right: FloatArray, rigid: bool = False
-) -> FloatArray:
-    """Velocities of least size that satisfy rows, as far as they can."""
-    roots = np.tile(np.eye(3), (rows.count, 1, 1))
-    if rigid:  # then the first part of a body speaks for it
-        firsts = [parts[0] for parts in mechanism.bodies.values()]
-        roots[np.setdiff1d(np.arange(len(roots)), firsts)] = 0.0
-    return LeastMotion(mechanism, rows, roots, right, rigid).nearest()
 
 
 def _follows(rows: Constraints, v: FloatArray, right: FloatArray) -> bool:

@@ -173,11 +173,12 @@ class LeastMotion:
 def _lengths(mechanism: Mechanism, rows: FloatArray, roots: FloatArray) -> FloatArray:
     """Lengths of rows by the metric as if there were no joints: what is left of them may be none.
 
-    Parts without a metric of their own move with the first part of their body, and count as it.
+    Parts without a metric of their own move with the one of their body that has, and count as it.
     """
     speaker = np.arange(len(roots))
     for parts in mechanism.bodies.values():
-        speaker[list(parts)] = [i if roots[i].any() else parts[0] for i in parts]
+        first = next(i for i in parts if roots[i].any())
+        speaker[list(parts)] = [i if roots[i].any() else first for i in parts]
     own = np.einsum(
         "pij,kpj->kpi", np.linalg.inv(roots[speaker]), rows.reshape(len(rows), len(roots), 3)
     )
