@@ -338,12 +338,22 @@ accuracy: {tolerance: 1.0e-6}
 # --- springs and welds ------------------------------------------------------------------------
 
 
-def test_sprung_rod_rings_down_with_its_damping_ratio_and_frequency():
-    """phi = A exp(-zeta w t) (cos w_d t + zeta/sqrt(1 - zeta^2) sin w_d t) about the rest angle."""
+BOB = "bob: {type: rigid, mass: 0.5, inertia: 2.0e-4, centre_of_mass: [0.02, 0.03]}"
+WELDED = "tip: {type: weld, points: [lever.end, bob.centre], angle: 40 deg}"
+
+
+@pytest.mark.parametrize(
+    ("body", "weld", "more"), [("", "", 0.0), (f", {BOB}", f", {WELDED}", 2e-4 + 0.5 * 0.3**2)]
+)
+def test_sprung_rod_rings_down_with_its_damping_ratio_and_frequency(body, weld, more):
+    """phi = A exp(-zeta w t) (cos w_d t + zeta/sqrt(1 - zeta^2) sin w_d t) about the rest angle.
+
+    What is welded to the rod counts.
+    """
     text = f"""
 {STEEL}
-bodies: {{lever: {rod(0.3)}}}
-joints: {{pivot: {{type: revolute, points: [ground, lever.start], at: [0, 0]}}}}
+bodies: {{lever: {rod(0.3)}{body}}}
+joints: {{pivot: {{type: revolute, points: [ground, lever.start], at: [0, 0]}}{weld}}}
 springs:
   spring:
     {{type: torsional, joint: pivot, frequency: 5 Hz, damping_ratio: 0.08, rest_angle: 0.5}}
@@ -358,7 +368,7 @@ accuracy: {{tolerance: 1.0e-6}}
     exact = 0.5 + 0.3 * np.exp(-zeta * w * result.time) * swing
     np.testing.assert_allclose(angle(result, "lever"), exact, atol=5e-6)
     energy = total_energy(result)
-    given = 0.5 * KILOGRAM * 0.3**3 / 3 * w**2 * 0.3**2
+    given = 0.5 * (KILOGRAM * 0.3**3 / 3 + more) * w**2 * 0.3**2
     assert energy[0] == pytest.approx(given, rel=1e-12)
     assert result.energy.dissipated[-1] == pytest.approx(given - energy[-1], rel=1e-4)
 

@@ -96,3 +96,4 @@ from exudyn_flexlink.mechanism.schedule import (
 )
 from exudyn_flexlink.mechanism.sensing import force_at, motor_place, motor_speed, size_at, sizes_at
 from exudyn_flexlink.mechanism.tracks import build_curves
+from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to

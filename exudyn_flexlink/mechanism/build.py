@@ -51,6 +51,7 @@ def build_mechanism(scene: Scene) -> Mechanism:
         raise SceneError(scene.document, mistakes)
     joints = scene.joints.items()
     springs, drives = scene.springs.items(), scene.drives.items()
+    welds = tuple(Weld(n, *bodies.ends(j), j.angle) for n, j in joints if isinstance(j, WeldJoint))
     return Mechanism(
         parts=tuple(bodies.parts),
         points=bodies.points,
@@ -62,9 +63,7 @@ def build_mechanism(scene: Scene) -> Mechanism:
             ),
             *bodies.pins,
         ),
-        welds=tuple(
-            Weld(n, *bodies.ends(j), j.angle) for n, j in joints if isinstance(j, WeldJoint)
-        ),
+        welds=welds,
         slides=(
             *(
                 bodies.slide(n)
@@ -80,7 +79,7 @@ def build_mechanism(scene: Scene) -> Mechanism:
             if isinstance(j, SlotJoint)
         ),
         springs=(
-            *(spring_of(bodies, n, s) for n, s in springs if isinstance(s, TorsionalSpring)),
+            *(spring_of(bodies, n, s, welds) for n, s in springs if isinstance(s, TorsionalSpring)),
             *bodies.springs,
         ),
         linear_springs=(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import pi
 
 from exudyn_flexlink import scene
@@ -15,8 +15,9 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     CurveContact,
     FaceContact,
 )
-from exudyn_flexlink.mechanism.model import LinearSpring, RotarySpring
+from exudyn_flexlink.mechanism.model import LinearSpring, RotarySpring, Weld
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
+from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.scene import (
     CircleOnCircle,
     ContactLaw,
@@ -29,12 +30,17 @@ from exudyn_flexlink.scene import (
 from exudyn_flexlink.source import Mistake
 
 
-def spring_of(bodies: Bodies, name: str, spring: TorsionalSpring) -> RotarySpring:
-    """Return a spring and damper at a revolute joint."""
+def spring_of(
+    bodies: Bodies, name: str, spring: TorsionalSpring, welds: Sequence[Weld]
+) -> RotarySpring:
+    """Return a spring and damper at a revolute joint.
+
+    A frequency, or a damping ratio, is that of the body at the joint with all that is welded to it.
+    """
     first, second = bodies.joint_parts(spring.joint)
     stiffness, damping = spring.stiffness or 0.0, spring.damping or 0.0
     if spring.frequency is not None or spring.damping_ratio is not None:
-        inertia = _inertia_about_joint(bodies, spring.joint)
+        inertia = inertia_with_welded(_moving_end(bodies, spring.joint), bodies.parts, welds)
         if spring.frequency is not None:
             stiffness = inertia * (2 * pi * spring.frequency) ** 2
         if spring.damping_ratio is not None:
@@ -110,8 +116,8 @@ def _ends(bodies: Bodies, contact: PointOnLine) -> tuple[Anchor, Anchor]:
     return bodies.on_one_rod(start, end)
 
 
-def _inertia_about_joint(bodies: Bodies, joint: str) -> float:
+def _moving_end(bodies: Bodies, joint: str) -> Anchor:
+    """Point by which a joint of the scene holds a body on the ground."""
     found = bodies.scene.joints[joint]
     assert isinstance(found, RevoluteJoint)
-    anchor = next(anchor for anchor in bodies.ends(found) if anchor.part != GROUND)
-    return bodies.parts[anchor.part].inertia_about(anchor.x, anchor.y)
+    return next(anchor for anchor in bodies.ends(found) if anchor.part != GROUND)

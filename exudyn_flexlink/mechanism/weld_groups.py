@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
 from exudyn_flexlink.mechanism.model import Mechanism, Weld
-from exudyn_flexlink.mechanism.parts import GROUND
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 
 ROOT = -1
 
@@ -38,22 +38,37 @@ def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
     left = [GROUND, *range(len(mechanism.parts))]
     groups = []
     while left:
-        group = {left[0]: Frame(ROOT)}
-        while (weld := _leading_out(mechanism, group)) is not None:
-            near = weld.first.part in group
-            here, there = (weld.first, weld.second) if near else (weld.second, weld.first)
-            angle = group[here.part].angle + (weld.angle if near else -weld.angle)
-            x, y = group[here.part].place(here.x, here.y)
-            back = with_at_origin((there.x, there.y), ROOT, angle)
-            group[there.part] = Frame(ROOT, x + back.x, y + back.y, angle)
-        groups.append(group)
-        left = [part for part in left if part not in group]
+        groups.append(welded_to(left[0], mechanism.welds))
+        left = [part for part in left if part not in groups[-1]]
     return groups
 
 
-def _leading_out(mechanism: Mechanism, group: Collection[int]) -> Weld | None:
+def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
+    """A part and all that is welded to it, with frames in its axes."""
+    group = {part: Frame(ROOT)}
+    while (weld := _leading_out(welds, group)) is not None:
+        near = weld.first.part in group
+        here, there = (weld.first, weld.second) if near else (weld.second, weld.first)
+        angle = group[here.part].angle + (weld.angle if near else -weld.angle)
+        x, y = group[here.part].place(here.x, here.y)
+        back = with_at_origin((there.x, there.y), ROOT, angle)
+        group[there.part] = Frame(ROOT, x + back.x, y + back.y, angle)
+    return group
+
+
+def inertia_with_welded(at: Anchor, parts: Sequence[RigidPart], welds: Sequence[Weld]) -> float:
+    """Moment of inertia (kg m^2) about a point of a part, with all that is welded to the part."""
+    total = 0.0
+    for part, frame in welded_to(at.part, welds).items():
+        if part != GROUND:
+            x, y = frame.place(*parts[part].centre)
+            total += parts[part].inertia + parts[part].mass * ((x - at.x) ** 2 + (y - at.y) ** 2)
+    return total
+
+
+def _leading_out(welds: Iterable[Weld], group: Collection[int]) -> Weld | None:
     """First weld between a part of a group and another; None if there is none."""
-    for weld in mechanism.welds:
+    for weld in welds:
         if (weld.first.part in group) != (weld.second.part in group):
             return weld
     return None

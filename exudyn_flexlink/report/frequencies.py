@@ -10,12 +10,13 @@ from exudyn_flexlink.mechanism import (
     Anchor,
     LinearSpring,
     Mechanism,
-    RigidPart,
     RotarySpring,
     beam_of,
     chain_of,
+    inertia_with_welded,
+    welded_to,
 )
-from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.report.text import listed, number, table
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
 MODES = 4
@@ -54,21 +55,26 @@ def _rule(name: str, body: FlexibleBody) -> list[str]:
 
 
 def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
-    """Undamped frequencies of bodies that only a sprung joint holds to the ground."""
+    """Undamped frequencies of bodies, with what is welded to them, that only a sprung joint holds.
+
+    It holds them on the ground.
+    """
     rows = []
     for joint, springs in _springs_of_joints(scene, mechanism).items():
         stiffness = sum(spring.stiffness for spring in springs)
-        part = _held_by(joint, mechanism)
-        if part is None or stiffness <= 0:
+        held = _held_by(joint, mechanism)
+        if held is None or stiffness <= 0:
             continue
         turns = isinstance(springs[0], RotarySpring)
-        mass = mechanism.parts[part].mass
-        inertia = _inertia_about(joint, part, mechanism) if turns else mass
+        parts, welds = mechanism.parts, mechanism.welds
+        welded = sorted(welded_to(held.part, welds))
+        mass = sum(parts[part].mass for part in welded)
+        inertia = inertia_with_welded(held, parts, welds) if turns else mass
         frequency = sqrt(stiffness / inertia) / (2 * pi)
         ratio = sum(spring.damping for spring in springs) / (2 * sqrt(stiffness * inertia))
         way = f"{'about' if turns else 'along'} {joint}"
         told = [f"{frequency:.2f} Hz", f"damping ratio {number(ratio)}"]
-        rows.append([mechanism.parts[part].body, way, *told])
+        rows.append([listed([parts[part].body for part in welded]), way, *told])
     return ["Natural frequencies of sprung bodies, by themselves", *table(rows)] if rows else []
 
 
@@ -84,15 +90,15 @@ def _springs_of_joints(
     return found
 
 
-def _held_by(joint: str, mechanism: Mechanism) -> int | None:
-    """Part that this joint alone holds, on the ground, if there is one."""
-    held = {anchor.part for name, anchor in _anchors(mechanism) if name == joint}
-    if GROUND not in held or len(held) != 2:
+def _held_by(joint: str, mechanism: Mechanism) -> Anchor | None:
+    """Point of a part that this joint alone holds, and on the ground, if there is one."""
+    ends = [anchor for name, anchor in _anchors(mechanism) if name == joint]
+    held = [anchor for anchor in ends if anchor.part != GROUND]
+    if len(ends) != 2 or len(held) != 1:
         return None
-    (part,) = held - {GROUND}
-    return (
-        part if [name for name, at in _anchors(mechanism) if at.part == part] == [joint] else None
-    )
+    welded, inner = welded_to(held[0].part, mechanism.welds), {w.name for w in mechanism.welds}
+    joints = {name for name, at in _anchors(mechanism) if at.part in welded} - inner
+    return held[0] if joints == {joint} and GROUND not in welded else None
 
 
 def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
@@ -102,11 +108,3 @@ def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
         *((joint.name, anchor) for joint in joints for anchor in (joint.first, joint.second)),
         *((slot.name, slot.anchor) for slot in mechanism.slots),
     ]
-
-
-def _inertia_about(joint: str, index: int, mechanism: Mechanism) -> float:
-    """Moment of inertia (kg m^2) of a part about the point that a joint holds."""
-    part: RigidPart = mechanism.parts[index]
-    anchor = next(a for name, a in _anchors(mechanism) if name == joint and a.part == index)
-    x, y = anchor.x - part.centre[0], anchor.y - part.centre[1]
-    return part.inertia + part.mass * (x * x + y * y)

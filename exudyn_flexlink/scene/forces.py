@@ -74,7 +74,8 @@ class TorsionalSpring(Part):
     )
     frequency: PositiveFrequency | None = Field(
         None,
-        description="undamped frequency of the body about its grounded joint; or 'stiffness'",
+        description="undamped frequency of the body about its grounded joint, with what is welded "
+        "to it; or 'stiffness'",
     )
     damping: NonNegativeTorsionalDamping | None = Field(
         None, description="torque per angular speed; or 'damping_ratio'"
