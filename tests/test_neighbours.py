@@ -21,6 +21,7 @@ from exudyn_flexlink.engines.diagnostics.neighbour import (
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
+from exudyn_flexlink.observables import common_times, separation
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.result import INTERRUPTED, ContactHistory, Outcome, SleeveHistory
 from exudyn_flexlink.scene import Accuracy
@@ -28,6 +29,7 @@ from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER
 from exudyn_flexlink.storage import load, save
 
 MODELS = Path(__file__).parents[1] / "models"
+PENDULUM = MODELS / "textbook" / "double_pendulum.yaml"
 
 # A scene that was 7 mm off after a turn and 84 touches, and said nothing.
 RATTLING = [
@@ -191,7 +193,7 @@ def test_a_run_that_stopped_is_left_as_it_is():
             0.25,
             {"tolerance": 2.5e-6, "steps_per_contact": 120},
         ),
-        ({"step": 1e-4}, 0.25, {"step": 5e-5}),
+        ({"step": 1e-4, "steps_per_contact": 60.0}, 0.25, {"step": 5e-5}),
     ],
 )
 def test_a_neighbour_is_more_accurate_where_it_can_be(settings, factor, changed):
@@ -215,6 +217,17 @@ def test_the_lagrangian_measures_a_scene_that_gives_a_step(capsys, tmp_path):
     out = ["--out", str(tmp_path / "run")]
     command = ["simulate", "rigid", "--engine", "lagrangian", "--no-plots", "--horizon"]
     assert main([*command, *settings, *out]) == 0, capsys.readouterr()
+
+
+def test_steps_that_are_given_in_minimal_coordinates_are_judged_by_error_control():
+    """A step of half the length changed nothing here: contacts and turns bound the steps."""
+    settings = ["run.duration=1", "accuracy.step=1", "solver.formulation=minimal"]
+    run = simulate(load_scene(PENDULUM, settings), measure=False)
+    found = measured_by(run, lambda scene: simulate(scene, measure=False)).result.error
+    exact = simulate(load_scene(PENDULUM, [settings[0], "accuracy.tolerance=1e-10"]))
+    off = separation(run, exact, common_times(run, exact)).max()
+    assert off > 1e-8
+    assert off < found.largest < 4 * off
 
 
 @pytest.mark.parametrize(("enough", "squared"), [(1e-7, 1), (1e-8, 1), (1e-10, 2), (0, 3)])

@@ -231,13 +231,15 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
     rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.touching]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
+    form = formulation(scene)
     if fixed_step is not None:
-        about = "" if duration is None else f", about {duration / fixed_step:,.0f} steps"
-        rows.append(["step", f"{number(fixed_step)} s, fixed{about}"])
+        count = "" if duration is None else f", about {duration / fixed_step:,.0f} steps"
+        shorter = ", less where contacts, turns and pieces of curves ask for it"
+        kept = shorter if form == "minimal" else count
+        rows.append(["step", f"{number(fixed_step)} s, fixed{kept}"])
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
-    form = formulation(scene)
     rows.append(["formulation", _FORMULATIONS[form]])
     if form != "minimal" and (found := resolutions(scene, assembly)):
         rows.append(["", _steps_in_contact(found, fixed_step)])

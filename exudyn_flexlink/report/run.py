@@ -22,6 +22,7 @@ from exudyn_flexlink.report.strikes import BESIDES, response_table, strike_table
 from exudyn_flexlink.report.tables import Table
 from exudyn_flexlink.report.text import in_blocks, lines_of, number
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
 _ENERGIES = {
@@ -128,7 +129,7 @@ def error_table(result: Result) -> Table:
     if still:
         rows.append(["positions", still])
     elif result.error is not None:
-        rows.append(["positions", positions_text(result.error)])
+        rows.append(["positions", positions_text(result.error, result.scene)])
     if forces_of(result) and (result.error is None or result.error.missing):
         again = not still and (result.error is None or result.error.missing == NOT_MEASURED)
         how = ": '--horizon' makes a second run, which tells them" if again else ", either"
@@ -156,14 +157,15 @@ def run_force_errors(result: Result) -> Table:
     return force_error_table(result.error.forces, caption)
 
 
-def positions_text(error: MeasuredError) -> str:
-    """How far points are off, as a neighbouring run tells."""
+def positions_text(error: MeasuredError, scene: Scene) -> str:
+    """How far points are off, as a neighbouring run tells; without a tolerance by what is seen."""
     if error.missing:
         return f"not measured: {error.missing}"
     points, limit = name_of(error.points), f"{error.limit:.3g} m"
     until = "" if error.stopped is None else f" up to t = {number(error.stopped)} s"
     worst = f" ({error.worst})" if len(error.points) > 1 else ""
     if error.exceeds_from is None:
-        return f"{points} off by {error.largest:.2g} m at most{worst}{until}, of {limit} allowed"
+        end = "allowed" if scene.accuracy.tolerance else "that a figure would show"
+        return f"{points} off by {error.largest:.2g} m at most{worst}{until}, of {limit} {end}"
     within = f"within {limit} up to t = {number(error.exceeds_from)} s"
     return f"{points} {within}; then off by up to {error.largest:.2g} m{worst}{until}"

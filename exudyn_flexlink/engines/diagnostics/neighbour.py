@@ -16,9 +16,9 @@ from exudyn_flexlink.engines.diagnostics.bursts import alike_by_chance
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
-from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.mechanism import extent, least_tolerance
 from exudyn_flexlink.result import INTERRUPTED, Result
-from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Scene
+from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Accuracy, Scene
 from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER, measured_error
 
 # Errors of the neighbour's steps over those of the run's: 1.8 times as many steps by order 9, twice
@@ -26,6 +26,7 @@ from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER, measured_error
 # multiply them, errors are in proportion to those of steps only roughly: a tenth told 0.88 of 1.08
 # tolerances, scene 289 of scripts/random_strikes.py --seed 11, which prints the least that is told.
 HIGH_ORDER, SECOND_ORDER = 0.03, 0.25
+CONTROLLED = 1e-6  # of the extent: error of a run of given steps that is told as such, not as less
 LOOSER = 10.0  # likewise, where the run is as accurate as rounding allows
 MORE_STEPS = 1.15  # times those of the run, of a neighbour that is more accurate
 MOST_AGAIN = 3  # tries of a neighbour that has them: to a tolerance 1e-8 times as large
@@ -72,7 +73,7 @@ def measured_by(result: Result, again: Callable[[Scene], Result]) -> Measured:
         neighbour, asked = _finer(result, again, factor)
         told = _measured(result, neighbour, factor)
         if factor < 1 and alike_by_chance(result, neighbour, told):
-            neighbour = _made(again, retuned(result.scene, result, asked * factor))
+            neighbour = _made(again, _judging(result, asked * factor))
             told = _measured(result, neighbour, factor**2)
     except KeyboardInterrupt as error:
         raise LateInterruptError(_broken_off(result, told, GAVE_UP)) from error
@@ -96,7 +97,7 @@ def _finer(result: Result, again: Callable[[Scene], Result], factor: float) -> t
     made, each by the square of what was asked before, so that few are enough. They cost little
     more than the run itself. Runs that multiply errors have steps of their own.
     """
-    asked, scene = factor, retuned(result.scene, result, factor)
+    asked, scene = factor, _judging(result, factor)
     neighbour = _made(again, scene)
     if factor > 1 or "tolerance" not in result.settings or beyond_steps(result):
         return neighbour, asked
@@ -137,7 +138,7 @@ def _of_forces(result: Result, neighbour: Result, factor: float) -> float:
 
 
 def _second_order(result: Result) -> bool:
-    return bool({"steps_per_contact", "step"} & set(result.settings))
+    return "steps_per_contact" in result.settings
 
 
 def neighbouring(result: Result) -> float:
@@ -148,6 +149,20 @@ def neighbouring(result: Result) -> float:
     asked = float(settings.get("tolerance", inf))
     at_best = finer * asked < least * (1 - 1e-9)
     return LOOSER if at_best else finer
+
+
+def _judging(result: Result, factor: float) -> Scene:
+    """Return the scene of a neighbour whose steps make errors `factor` times those of the run.
+
+    Half of a step that is given may change nothing in minimal coordinates, where contacts, turns
+    and pieces of curves bound steps, too: there it is error control that judges.
+    """
+    scene = result.scene
+    if "step" not in result.settings or _second_order(result):
+        return retuned(scene, result, factor)
+    assembly = assemble_scene(scene)
+    tolerance = max(least_tolerance(assembly), factor * CONTROLLED * extent(assembly))
+    return scene.changed(accuracy=Accuracy(tolerance=tolerance))
 
 
 def retuned(scene: Scene, result: Result, factor: float) -> Scene:
@@ -164,7 +179,7 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
         other["tolerance"] = max(least, factor * float(settings["tolerance"]))
     if "step" in settings:
         other["step"] = sqrt(factor) * float(settings["step"])
-    accuracy = type(scene.accuracy).model_validate(other) if other else scene.accuracy
+    accuracy = Accuracy.model_validate(other) if other else scene.accuracy
     if "steps_per_contact" not in settings:
         return scene.changed(accuracy=accuracy)
     per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
