@@ -17,8 +17,9 @@ from exudyn_flexlink.engines.diagnostics.contacts import thin_overlaps
 from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
 from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.intervals import Interval
-from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.report import check_text
 from exudyn_flexlink.result import (
     INTERRUPTED,
     EnergyHistory,
@@ -26,6 +27,7 @@ from exudyn_flexlink.result import (
     Result,
 )
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import parse_document
 
 STRIKE = MODELS / "strike_stiffness.yaml"
 
@@ -333,3 +335,30 @@ def test_an_interrupted_crawl_names_the_contact(run: Result) -> None:
     (told,) = tiny_steps(crawling)
     assert told.startswith("contact 'strike' acted as the run was ended")
     assert "transition_speed" in told
+
+
+# --- springs
+
+
+WOUND = """title: two arms with a spring between them
+bodies:
+  a: &arm {type: rigid, mass: 1, inertia: 0.01, points: {p: [0, 0], q: [0.3, 0]}}
+  b: *arm
+joints:
+  A: {type: revolute, points: [ground, a.p], at: [0, 0]}
+  B: {type: revolute, points: [a.q, b.p]}
+springs:
+  s: {type: torsional, joint: B, stiffness: 1, rest_angle: 10 deg}
+run: {duration: 0.01}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@pytest.mark.parametrize(("angle", "told"), [("-175 deg", "-355 deg"), ("185 deg", "")])
+def test_a_spring_that_starts_wound_by_whole_turns_says_so(angle: str, told: str) -> None:
+    scene = scene_of(
+        parse_document(f"{WOUND}initial: {{angles: {{a: 170 deg, b: {angle}}}}}\n", "test")
+    )
+    warned = [text for text in simulate(scene).warnings if "starts wound by" in text]
+    assert [told in text for text in warned] == ([True] if told else [])
+    assert ("starts wound by" in check_text(scene, assemble_scene(scene))) == bool(told)

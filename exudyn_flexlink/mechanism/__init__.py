@@ -79,6 +79,7 @@ from exudyn_flexlink.mechanism.resolution import (
     half_period,
     resolutions,
 )
+from exudyn_flexlink.mechanism.rotary_springs import wound_at_start
 from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
 from exudyn_flexlink.mechanism.sampling import (
     kept_interval,

@@ -14,6 +14,7 @@ from exudyn_flexlink.mechanism import (
     length_along,
     moved_by_forces,
     speed_along,
+    wound_at_start,
 )
 from exudyn_flexlink.report.text import listed, number, table
 from exudyn_flexlink.scene import FlexibleBody, Scene
@@ -68,6 +69,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
         *(["", _angles(way, {})] for way in ways),
     ]
     idle = [["", told] for _, told in idle_at_start(assembly.mechanism, state.q, state.v)]
+    idle += [["", told] for told in wound_at_start(assembly.mechanism, state.q)]
     slides = [["", _places(assembly)]] if assembly.mechanism.slides else []
     return [
         "Start",

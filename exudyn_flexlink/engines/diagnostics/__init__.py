@@ -13,6 +13,7 @@ from exudyn_flexlink.engines.diagnostics.contacts import (
 )
 from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
 from exudyn_flexlink.engines.diagnostics.sampling import few_samples
+from exudyn_flexlink.engines.diagnostics.springs import wound_springs
 from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, soft_walls
 from exudyn_flexlink.result import Result
 
@@ -31,6 +32,7 @@ def diagnosed(result: Result) -> Result:
         *thin_overlaps(result),
         *deep_strikes(result),
         *idle_contacts(result),
+        *wound_springs(result),
     )
     failed = refusal(result) if result.outcome.completed else None
     return replace(result, warnings=warnings, outcome=failed or result.outcome)
