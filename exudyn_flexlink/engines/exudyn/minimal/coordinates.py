@@ -101,6 +101,9 @@ class Coordinates(Protocol):
     def on_dead_centre(self) -> tuple[bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
 
+    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:
+        """Move instants off dead centres of loops, at the independent coordinates there."""
+
     def locked(self, at: TreeState) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""
 
@@ -285,6 +288,10 @@ class OpenCoordinates:
     def on_dead_centre(self) -> tuple[bool, bool]:
         """Tell whether a step fell on a dead centre that can be passed: there is none here."""
         return False, False
+
+    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:
+        """There are no loops."""
+        return t
 
     def locked(self, at: TreeState) -> str:
         """Say that a guide's axis all but touches its track; empty if none does."""

@@ -98,12 +98,23 @@ class Recorder:
 
     def take(self, step: Step, end: TreeState) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
+        self._leave_dead_centres(step)
         if len(step.finish.q) and not self._shaken:
             self._take(step, step, end)
             return
         for part in cut(self.model, step, self.grid[self._next :]):
             last = part.end >= step.end
             self._take(step, part, end if last else part.stages.kept.state.pick(-1))
+
+    def _leave_dead_centres(self, step: Step) -> None:
+        """Take those samples a little earlier or later that a step would have on a dead centre."""
+        last = int(np.searchsorted(self.grid, step.end))
+        wanted = self.grid[self._next : last]
+        if len(wanted):
+            z, _ = step.at(wanted)
+            later = self.model.coordinates.beside_dead_centres(wanted, z)
+            before = 2 * wanted - later
+            self.grid[self._next : last] = np.where(later < step.end, later, before)
 
     def _take(self, whole: Step, step: Step, end: TreeState) -> None:
         """Take `step`, or a part of it: the polynomial is that of the `whole`."""
