@@ -261,10 +261,10 @@ def test_a_namesake_in_another_file_is_not_yet_the_function(tmp_path, monkeypatc
     pytest.importorskip("numba")
     monkeypatch.setattr(compiled, "FOLDER", tmp_path)
     (tmp_path / "room").mkdir()
-    for name, function in (("absent", absent.before_step), ("knots", knots.before_step)):
+    for name, function in (("absent", absent.after_step), ("knots", knots.after_step)):
         monkeypatch.setattr(compiled, "_BY_ADDRESS", set())
         assert compiled.compilation(function) == "once"
-        (tmp_path / "room" / f"{name}.before_step-1.py311.nbi").touch()
+        (tmp_path / "room" / f"{name}.after_step-1.py311.nbi").touch()
         assert compiled.compilation(function) == "none"
 
 

@@ -18,14 +18,13 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import brentq
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.collocation import A, C
-from exudyn_flexlink.integrate.problem import Evaluation, State
+from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
 
-AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
+AT_KNOT = 1e-7  # of the step: a knot so close to its start is there
 
 
 class Followed(Protocol):
@@ -36,9 +35,6 @@ class Followed(Protocol):
 
     def places(self, at: Evaluation) -> Sequence[float]:
         """Places on the curves at an evaluation."""
-
-    def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
-        """Places on the curves at coordinates and speeds; ValueError where there are none."""
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) things accelerate if curve k pushes its point by 1 m/s^2."""
@@ -52,57 +48,31 @@ class KnotControl:
         self.followed, self.allowed = followed, allowed
         self._moved: dict[int, float] = {}  # by a push of each point: the most so far
 
-    def shortened(self, t: float, h: float, state: State, at: Evaluation) -> float:
-        """Length (s) of the next step, at most h, by where the points will be.
-
-        `at` is the evaluation at its start.
-        """
-
-        def beyond(after: float, k: int, to: float) -> float:
-            q = state.q + after * (state.v + after / 2 * state.a)
-            return self.followed.places_near(t + after, q, state.v)[k] - to
-
-        for k, (knots, _) in enumerate(self.followed.knots()):
-            if not len(knots):
-                continue
-            try:
-                end = beyond(h, k, 0.0)
-                to = self._reached(k, at, end, h)
-                if to != end:
-                    within = 1e-3 * AT_KNOT * h
-                    h = float(brentq(beyond, 0, h, (k, to), xtol=within, rtol=AT_KNOT))
-            except ValueError:
-                return h  # no place there: the step itself will be shorter
-        return h
-
     def part(self, step: Step) -> float:
         """Part of a step after which it should have ended; 1 if it is good."""
         part = 1.0
         for k, (knots, _) in enumerate(self.followed.knots()):
             if not len(knots):
                 continue
-            last = step.stages.pick(-1)
-            begin, end = (self.followed.places(at)[k] for at in (step.begin, last))
-            to = self._reached(k, step.begin, end, step.h, last)
+            ends = step.begin, step.stages.pick(-1)
+            begin, end = (self.followed.places(at)[k] for at in ends)
+            to = self._reached(k, begin, end, step)
             if to != end:
                 part = min(part, (to - begin) / (end - begin))
         return part
 
-    def _reached(
-        self, k: int, at: Evaluation, end: float, h: float, after: Evaluation | None = None
-    ) -> float:
-        """How far a step of length h from `at` to `end` may go: there, or to a knot before."""
-        (places, jumps), begin = self.followed.knots()[k], self.followed.places(at)[k]
+    def _reached(self, k: int, begin: float, end: float, step: Step) -> float:
+        """How far a step between two places may go: there, or to a knot before."""
+        places, jumps = self.followed.knots()[k]
         low, high = np.searchsorted(places, [min(begin, end), max(begin, end)])
         if low == high:
             return end
-        places, jumps, speed = places[low:high], jumps[low:high], abs(end - begin) / h
+        places, jumps, speed = places[low:high], jumps[low:high], abs(end - begin) / step.h
         if end < begin:
             places, jumps = places[::-1], jumps[::-1]
-        for known in (at, after):
-            if known is not None:
-                moved = self.followed.moved_by_point(k, known)
-                self._moved[k] = max(self._moved.get(k, 0.0), moved)
+        for at in (step.begin, step.stages.pick(-1)):
+            moved = self.followed.moved_by_point(k, at)
+            self._moved[k] = max(self._moved.get(k, 0.0), moved)
         scale = speed**2 * self._moved[k]
         while len(places):
             parts = (places - begin) / (end - begin)

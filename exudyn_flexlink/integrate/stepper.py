@@ -208,7 +208,7 @@ class ImplicitStepper:
                     h, first = h * min(factor, 0.9), False
 
     def _fitted(self, h: float, left: float) -> float:
-        """Length of a step so that what is `left` (s) ends with a step, and knots end steps, too.
+        """Length of a step so that what is `left` (s) ends with a step.
 
         Raises:
             NoConvergenceError: the clock does not tell it from none.
@@ -220,9 +220,7 @@ class ImplicitStepper:
             h = left / 2
         if h < instant(self.time, EVENT_TIME) and h < left:
             raise NoConvergenceError(f"{h:.3g} s")
-        if self.control.fixed is not None:
-            return h
-        return self.knots.shortened(self.time, h, self._state, self.at)
+        return h
 
     def _step(self, h: float) -> Step | None:
         # An iteration that goes astray may overflow: it is not a number, hence rejected.

@@ -33,11 +33,6 @@ def depths(q: Any, v: Any, point: Any, touching: Any, c: Any) -> float:  # noqa:
     return 0.0
 
 
-def before_step(at: Any, h: float, given: Any, known: Any, method: Any) -> float:  # noqa: ARG001
-    """Length of a step, s."""
-    return h
-
-
 def after_step(ends: Any, h: float, given: Any, known: Any, method: Any) -> float:  # noqa: ARG001
     """Part of a step that is good."""
     return 1.0

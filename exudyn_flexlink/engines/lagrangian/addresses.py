@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.lagrangian.compiled import by_address, compiling
 from exudyn_flexlink.engines.lagrangian.equations import accelerations
 from exudyn_flexlink.engines.lagrangian.event_functions import uneventful
 from exudyn_flexlink.engines.lagrangian.force_jumps import force_jumps
-from exudyn_flexlink.engines.lagrangian.knots import after_step, before_step
+from exudyn_flexlink.engines.lagrangian.knots import after_step
 from exudyn_flexlink.engines.lagrangian.mode import rate_at
 from exudyn_flexlink.engines.lagrangian.radau import factor, iterate
 from exudyn_flexlink.engines.lagrangian.signatures import equation_signatures, step_signatures
@@ -77,8 +77,6 @@ def equations_with(kind: Kind) -> list[Callable[..., Any]]:
 
 def steps_with(kind: Kind) -> list[Callable[..., Any]]:
     """Python's functions that steps of a mechanism call."""
-    before, after = absent.before_step, absent.after_step
-    if kind.knots:
-        before, after = before_step, after_step
+    after = after_step if kind.knots else absent.after_step
     change = change_within if kind.walls else absent.change_within
-    return [change, factor, iterate, rate_at, slopes, force_jumps, before, after, uneventful]
+    return [change, factor, iterate, rate_at, slopes, force_jumps, after, uneventful]

@@ -71,8 +71,7 @@ class Means(NamedTuple):
     rate_at: Callable[..., Any]
     slopes: Callable[..., Any]
     force_jumps: Callable[..., Any]
-    before_step: Callable[..., Any]  # knots
-    after_step: Callable[..., Any]
+    after_step: Callable[..., Any]  # knots
     uneventful: Callable[..., Any]
 
 
@@ -146,7 +145,6 @@ def _attempt(
     by_q, by_v = means.slopes(at, pressing, mode)
     scale = scale_at(at, mode, control.reaches)
     most = np.inf
-    h = means.before_step(at, h, (work.begin, control.bend, memory), (mode, scale), method)
     while h >= shortest_step(at.t):
         means.factor(h, by_q, by_v, method, work)
         if plain:

@@ -29,12 +29,11 @@ from exudyn_flexlink.engines.lagrangian.mode import (
 )
 from exudyn_flexlink.engines.lagrangian.step_arrays import Method
 from exudyn_flexlink.engines.lagrangian.step_control import MOVED
-from exudyn_flexlink.engines.lagrangian.track_point import FINE, SPLINE, place_on
+from exudyn_flexlink.engines.lagrangian.track_point import SPLINE, place_on
 
 Given = tuple[FloatArray, float, FloatArray]
 
-AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
-ROUNDS = 30  # of the search for the instant at a knot
+AT_KNOT = 1e-7  # of the step: a knot so close to its start is there
 LEAST_SINE = 1e-9  # of the angle between guide and track
 
 
@@ -125,48 +124,6 @@ def reached(
     return end
 
 
-@inner
-def _place(at: Instant, after: float, begin: FloatArray, mode: Mode) -> tuple[float, int]:
-    """Where P will be after a time (s); `begin` is the state's rate."""
-    free = len(begin) // 2 - 1 - len(mode.acting)
-    y = at.y.copy()
-    for j in range(free):
-        y[j] += after * (y[free + j] + after / 2 * begin[free + j])
-    theta, _, _ = guide_at(at.t + after, y, free, mode)
-    u, _, ended = track_point_at(theta, y, free, at.near, mode)
-    return u, ended
-
-
-@inlined
-def shortened(
-    at: Instant, h: float, given: tuple[FloatArray, float], method: Method, mode: Mode
-) -> float:
-    """Length of the next step, at most h, by where P will be.
-
-    `given` are the state's rate, and what the step may miss of P's acceleration.
-    """
-    begin, allowed = given
-    end, ended = _place(at, h, begin, mode)
-    if ended != FINE or not passes(mode.piece, at.near, end):
-        return h  # where P is not found the step itself will be shorter
-    to = reached(mode.piece, (at.near, end), h, allowed, method)
-    if to == end:
-        return h
-    low, high, before, beyond = 0.0, h, abs(to - at.near), -abs(end - to)
-    close = 0.1 * AT_KNOT * before
-    for _ in range(ROUNDS):
-        middle = low + (high - low) * before / (before - beyond)
-        u, ended = _place(at, middle, begin, mode)
-        left = (to - u) if to > at.near else (u - to)
-        if ended != FINE or abs(left) <= close:
-            return middle
-        if left > 0:
-            low, before, beyond = middle, left, beyond / 2
-        else:
-            high, beyond, before = middle, left, before / 2
-    return high
-
-
 @inlined
 def moved_by_point(at: Instant, rate: FloatArray, mode: Mode, scale: Scale) -> float:
     """How much (m/s^2) points accelerate if the track pushes P aside by 1 m/s^2.
@@ -204,20 +161,6 @@ def _allowed(at: Instant, given: Given, mode: Mode, scale: Scale) -> float:
     return bend / memory[MOVED] if memory[MOVED] > 0.0 else np.inf
 
 
-def before_step(
-    at: Instant, h: float, given: Given, known: tuple[Mode, Scale], method: Method
-) -> float:
-    """Length of the next step, at most h, so that knots cost no more than they may.
-
-    `given` are the state's rate, what knots may cost, and `Means.memory`.
-    """
-    mode, scale = known
-    if mode.piece[0] != SPLINE:
-        return h
-    allowed = _allowed(at, given, mode, scale)
-    return shortened(at, h, (given[0], allowed), method, mode)
-
-
 def after_step(
     ends: tuple[Instant, Instant],
     h: float,
@@ -227,7 +170,8 @@ def after_step(
 ) -> float:
     """Part of a step after which it should have ended at a knot; 1 if it is good.
 
-    `ends` are its begin and its end, `given` that of `before_step` at its end.
+    `ends` are its begin and its end; `given` are the rate of the state at its end, what knots may
+    cost, and `Means.memory`.
     """
     mode, scale = known
     piece, begin, end = mode.piece, ends[0].near, ends[1].near

@@ -62,12 +62,6 @@ def step_signatures() -> tuple[Any, ...]:
     changed = _tuple(number, whole)
     rate_at = changed(instant, mode, line, line)
     scale = _by_reference(ScaleByReference, Scale, line, line, line, line, numbers, line)
-    at_knots = (
-        number,
-        _tuple(line, number, line),
-        _tuple(mode, scale),
-        method,
-    )
     step = _record(Step, instant, number, square, square)
     return (
         changed(whole, step, mode),
@@ -82,8 +76,13 @@ def step_signatures() -> tuple[Any, ...]:
         rate_at,
         numba.types.UniTuple(square, 2)(instant, square, mode),
         _tuple(square, line)(instant, number, square, mode, _tuple(method, work)),
-        number(instant, *at_knots),
-        number(numba.types.UniTuple(instant, 2), *at_knots),
+        number(
+            numba.types.UniTuple(instant, 2),
+            number,
+            _tuple(line, number, line),
+            _tuple(mode, scale),
+            method,
+        ),
         numba.types.boolean(step, instant, mode, _event_data()),
     )
 

@@ -306,11 +306,6 @@ class MinimalModel:
         found: list[float] = at.kept.state.places.tolist()
         return found
 
-    def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
-        """As `places`, at coordinates and speeds."""
-        found: list[float] = self.state(t, q, v).places.tolist()
-        return found
-
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
         if not len(at.force):
