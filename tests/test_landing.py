@@ -6,7 +6,7 @@ import pytest
 
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import Event
-from exudyn_flexlink.integrate.radau import Lasting
+from exudyn_flexlink.integrate.radau import ErrorTimes
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 
 FOUND = Event(0.95, "a wall is left", bends=True)
@@ -24,7 +24,9 @@ class Problem:
 
 def test_no_step_to_an_event_is_longer_than_the_one_it_was_found_in(monkeypatch):
     """Beyond its end no other event was looked for: the end of a curve would be passed unseen."""
-    stepper = ImplicitStepper(SimpleNamespace(), Problem(), ErrorControl(1e-6), Lasting(0, 0), 2.0)
+    stepper = ImplicitStepper(
+        SimpleNamespace(), Problem(), ErrorControl(1e-6), ErrorTimes(0, 0), 2.0
+    )
     made = []
 
     def step(h):
@@ -45,7 +47,7 @@ def test_a_step_that_the_user_gave_is_as_long_again_after_an_event(monkeypatch):
     problem = Problem()
     problem.repartition_due = lambda: False
     problem.longest = lambda _: 1e9
-    stepper = ImplicitStepper(SimpleNamespace(), problem, control, Lasting(0, 0), 20.0)
+    stepper = ImplicitStepper(SimpleNamespace(), problem, control, ErrorTimes(0, 0), 20.0)
     monkeypatch.setattr(stepper, "at", None, raising=False)
     monkeypatch.setattr(stepper, "_step", lambda h: SimpleNamespace(t=0.0, h=h, end=h))
     assert stepper.advance(20.0) is None  # it can't be met in a step of 1 s

@@ -56,7 +56,7 @@ def test_errors_of_speeds_last_until_the_run_ends_or_walls_catch_them(run: Minim
     at, problem = run.stepper.at, run.problem
 
     def longest() -> float:
-        return float(abs(np.linalg.eigvals(problem.slow(at))).max())
+        return float(abs(np.linalg.eigvals(problem.position_per_speed_error(at))).max())
 
     assert longest() == pytest.approx(FREELY * problem.end)
     walls = run.model.walls

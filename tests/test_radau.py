@@ -11,9 +11,9 @@ from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.integrate.collocation import WEIGHTS, A, C
 from exudyn_flexlink.integrate.contact_share import ContactShare
 from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
-from exudyn_flexlink.integrate.radau import Lasting, Radau
+from exudyn_flexlink.integrate.radau import ErrorTimes, Radau
 
-LASTING = Lasting(SWING, 0.25 * SWING)
+TIMES = ErrorTimes(SWING, 0.25 * SWING)
 
 
 class Oscillator:
@@ -76,7 +76,7 @@ class LetGo(Pressed):
 
 def advance(problem, q, v, h, count):
     """State after `count` steps, and the steps."""
-    radau = Radau(problem, LASTING, np.zeros((len(q), len(q))))
+    radau = Radau(problem, TIMES, np.zeros((len(q), len(q))))
     at = problem.evaluate(0.0, q, v)
     state = State(q, v, np.linalg.solve(at.mass, at.force))
     steps = []
@@ -139,7 +139,7 @@ def test_a_step_fails_whose_contacts_are_too_stiff_to_be_solved_for(monkeypatch)
         raise np.linalg.LinAlgError
 
     problem, q, v = Pressed([1e-3], [0.0], [0.0]), np.array([-1e-4]), np.array([-2e-2])
-    radau, at = Radau(problem, LASTING, np.zeros((1, 1))), problem.evaluate(0.0, q, v)
+    radau, at = Radau(problem, TIMES, np.zeros((1, 1))), problem.evaluate(0.0, q, v)
     monkeypatch.setattr(ContactShare, "share", singular)
     assert radau.step(0.0, 2e-5, at, State(q, v, at.force / 1e-3), 1e-12) is None
 
@@ -161,7 +161,7 @@ def test_what_a_contact_no_longer_damps_counts_as_error():
             y = creeping(begin)
             at = problem.evaluate(begin, y[:1], y[1:])
             state = State(y[:1], y[1:], at.force / 1e-3)
-            step = Radau(problem, LASTING, np.zeros((1, 1))).step(begin, h, at, state, 1e-12)
+            step = Radau(problem, TIMES, np.zeros((1, 1))).step(begin, h, at, state, 1e-12)
             off = step.finish[:2] - solve_ivp(rates, (begin, begin + h), y, **exactly).y[:, -1:]
             if step.error <= good_enough:
                 assert max(abs(off[0, 0]), SWING * abs(off[1, 0])) <= good_enough
@@ -199,7 +199,7 @@ def test_between_steps_places_and_speeds_belong_together():
 def test_what_the_last_round_left_of_the_force_is_no_error_of_the_next_step():
     """The start's force was found before the last round: the state's accelerations are better."""
     problem = Oscillator([1.0], [40.0**2], [3.0])
-    radau = Radau(problem, LASTING, np.zeros((1, 1)))
+    radau = Radau(problem, TIMES, np.zeros((1, 1)))
     state = State(np.ones(1), np.zeros(1), np.array([-(40.0**2)]))
     at = problem.evaluate(0.0, state.q, state.v)
     stale = at._replace(force=at.force * (1 + 1e-3))
@@ -210,7 +210,7 @@ def test_what_the_last_round_left_of_the_force_is_no_error_of_the_next_step():
 def test_a_step_far_longer_than_the_last_is_not_guessed_from_it():
     """As after a step that ended at an event: its polynomial tells nothing so far beyond it."""
     problem, h = Oscillator([1.0], [9.0], [0.2]), 0.1
-    radau = Radau(problem, LASTING, np.zeros((1, 1)))
+    radau = Radau(problem, TIMES, np.zeros((1, 1)))
     state = State(np.ones(1), np.zeros(1), np.array([-9.0]))
     tiny = radau.step(0.0, 1e-9, problem.evaluate(0.0, state.q, state.v), state, 1e-12)
     began = radau.iterations

@@ -31,15 +31,16 @@ SHORTEST_PART = 1e-3  # of Newton's way
 LOOKS, LOOK_WEIGHTS = np.polynomial.legendre.leggauss(12)  # a finer rule than that of the stages
 LOOKS, LOOK_WEIGHTS = (1 + LOOKS) / 2, LOOK_WEIGHTS / 2
 TO_LOOKS = np.vander(LOOKS, STAGES + 1, increasing=True) @ NODES
-STEADY = 0.5  # of a contact's damping: steps in which more is left are smooth enough for the stages
+STEADY = 0.5  # if a contact keeps this share of its largest damping, the stages resolve the step
 
 
 class ContactShare(NamedTuple):
     """Contacts beside the iteration's systems, by Woodbury's formula."""
 
     rows: FloatArray  # (c, n): gradients of the gaps
-    arms: ComplexArray  # (systems, n, c): inverse times rows
-    gains: FloatArray  # (stages c, stages c): changes of the gaps' rates by forces at the stages
+    inverse_times_rows: ComplexArray  # (systems, n, c)
+    # (stages c, stages c): changes of the gaps' rates by forces at the stages, m/s per N.
+    rate_per_force: FloatArray
     press: Press
     touching: FloatArray  # (c, 2): gaps and rates at the start of the step
     start: Pressing  # (c,) each: there
@@ -49,13 +50,13 @@ class ContactShare(NamedTuple):
         cls, rows: FloatArray, press: Press, inverses: ComplexArray, touching: FloatArray
     ) -> ContactShare:
         """Contacts that touch so (c, 2) at the start of the step."""
-        arms = inverses @ rows.T
-        by_system = rows @ arms  # (systems, c, c)
+        inverse_times_rows = inverses @ rows.T
+        by_system = rows @ inverse_times_rows  # (systems, c, c)
         count = len(rows)
-        gains = (BOTH @ by_system.reshape(len(arms), -1)).real  # (stages stages, c c)
-        gains = gains.reshape(STAGES, STAGES, count, count).transpose(0, 2, 1, 3)
-        gains = gains.reshape(STAGES * count, STAGES * count)
-        return cls(rows, arms, gains, press, touching, press(touching))
+        pairs = (BOTH @ by_system.reshape(len(by_system), -1)).real  # (stages stages, c c)
+        blocks = pairs.reshape(STAGES, STAGES, count, count).transpose(0, 2, 1, 3)
+        rate_per_force = blocks.reshape(STAGES * count, STAGES * count)
+        return cls(rows, inverse_times_rows, rate_per_force, press, touching, press(touching))
 
     def share(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
         """What the contacts add to a change (stages, n) of the speeds found without them.
@@ -66,7 +67,7 @@ class ContactShare(NamedTuple):
         before = self.press(touching)
         pushes = self._pushes(h, free, touching, before) - before.force
         of_systems = TO @ pushes  # (systems, c)
-        return np.asarray((FROM @ (self.arms @ of_systems[:, :, None])[:, :, 0]).real)
+        return np.asarray((FROM @ (self.inverse_times_rows @ of_systems[:, :, None])[:, :, 0]).real)
 
     def _pushes(
         self, h: float, free: FloatArray, touching: FloatArray, start: Pressing
@@ -87,13 +88,13 @@ class ContactShare(NamedTuple):
                 break
             slopes = pressing.stiffness.reshape(size, 1) * spread
             slopes.flat[:: size + 1] += pressing.damping.ravel()
-            way = np.linalg.solve(same + self.gains @ slopes, off)
+            way = np.linalg.solve(same + self.rate_per_force @ slopes, off)
             part, before = 1.0, left
             while True:
                 trial = rates + part * way
                 moved = np.stack([(spread @ trial).reshape(shape), trial.reshape(shape)], axis=-1)
                 pressing = self.press(touching + moved)
-                off = flat + self.gains @ (pressing.force - start.force).ravel() - trial
+                off = flat + self.rate_per_force @ (pressing.force - start.force).ravel() - trial
                 left = float(np.abs(off).max())
                 if left < before or part < SHORTEST_PART:
                     break
@@ -124,10 +125,10 @@ class ContactShare(NamedTuple):
 
     def _filtered(self, of_rates: FloatArray, change: FloatArray) -> FloatArray:
         """A change (n,) found by the real system without contacts, with such ones (c,) in it."""
-        arm = self.arms[0].real
-        system = np.eye(len(arm.T)) + (self.rows @ arm) * of_rates
+        inverse = self.inverse_times_rows[0].real
+        system = np.eye(len(self.rows)) + (self.rows @ inverse) * of_rates
         return np.asarray(
-            change - arm @ (of_rates * np.linalg.solve(system, self.rows @ change)), float
+            change - inverse @ (of_rates * np.linalg.solve(system, self.rows @ change)), float
         )
 
     def _missed(self, h: float, touching: FloatArray, stages: Pressing) -> FloatArray:
@@ -141,7 +142,7 @@ class ContactShare(NamedTuple):
             (TO_LOOKS @ nodes.reshape(STAGES + 1, -1)).reshape(-1, *nodes.shape[1:])
         )
         impulses = h * (LOOK_WEIGHTS @ between.force - WEIGHTS @ stages.force)
-        return np.asarray((REAL / h) * (self.arms[0].real @ impulses))
+        return np.asarray((REAL / h) * (self.inverse_times_rows[0].real @ impulses))
 
 
 @cache

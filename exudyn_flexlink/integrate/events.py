@@ -20,7 +20,7 @@ from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
 
 EVENT_TIME = 1e-13  # s: to which events are located, where the clock tells that apart
 LOOKS = 8  # at event functions within a step in which they may fall
-NOTHING = 1e-14  # m: an event function this little below zero is there by rounding
+GAP_ROUNDING = 1e-14  # m: a gap, or another event function, so little below zero is zero, rounded
 HALVINGS = 40  # of the time to the next look, in the search for where a function rises from zero
 
 Function = Callable[[float], float]
@@ -74,10 +74,10 @@ def first_fall(value: Function, rate: Function | None, within: tuple[float, floa
         lowest = after
         if rate is not None and rate(t) < 0 < rate(after):
             lowest = zero(rate, t, after)
-        if value(lowest) < -NOTHING:
-            if value(t) > NOTHING:
+        if value(lowest) < -GAP_ROUNDING:
+            if value(t) > GAP_ROUNDING:
                 return zero(value, t, lowest)
-            if value(lowest) < value(t) - NOTHING:
+            if value(lowest) < value(t) - GAP_ROUNDING:
                 return _after_rising(value, t, lowest)
         t = after
     return None

@@ -22,7 +22,9 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray
 # Accelerations (m, n) at rows (m, n) of coordinates and speeds.
 Accelerations = Callable[[FloatArray, FloatArray], FloatArray]
 
-ROUNDED = 1e-5  # of the largest eigenvalue: what rounding makes of one that is zero, twice over
+# Smaller real parts, relative to the largest eigenvalue, count as zero: rounding makes them, most
+# of an eigenvalue that is zero twice over.
+ROUNDED = 1e-5
 FAST = 1.0  # rad a step: of slower vibrations steps of order 9 make no error to speak of
 
 

@@ -56,12 +56,12 @@ class KnotControl:
                 continue
             ends = step.begin, step.stages.pick(-1)
             begin, end = (self.followed.places(at)[k] for at in ends)
-            to = self._reached(k, begin, end, step)
+            to = self._allowed_end(k, begin, end, step)
             if to != end:
                 part = min(part, (to - begin) / (end - begin))
         return part
 
-    def _reached(self, k: int, begin: float, end: float, step: Step) -> float:
+    def _allowed_end(self, k: int, begin: float, end: float, step: Step) -> float:
         """How far a step between two places may go: there, or to a knot before."""
         places, jumps = self.followed.knots()[k]
         low, high = np.searchsorted(places, [min(begin, end), max(begin, end)])

@@ -43,10 +43,11 @@ from exudyn_flexlink.integrate.problem import Equations, Evaluation, State
 DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]
 MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
-FARTHEST = 8.0  # lengths of the last step: its polynomial tells nothing of what is beyond
+FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
-LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
+# Share of the slow position error that counts: iteration errors have either sign and average out.
+LASTING = 0.03
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 
 
@@ -89,8 +90,8 @@ class Step(NamedTuple):
         return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
 
 
-class Lasting(NamedTuple):
-    """How long errors of speeds last until they have become those of places, s."""
+class ErrorTimes(NamedTuple):
+    """Times (s) that turn a speed error into a position error."""
 
     in_contact: float  # those of steps with a contact in them, whose force leaps
     free: float
@@ -99,12 +100,18 @@ class Lasting(NamedTuple):
 class Radau:
     """Steps by some equations."""
 
-    def __init__(self, equations: Equations, lasting: Lasting, slow: FloatArray) -> None:
-        """Take the equations, how long errors of speeds last, and slow motions.
+    def __init__(
+        self,
+        equations: Equations,
+        error_times: ErrorTimes,
+        position_per_speed_error: FloatArray,
+    ) -> None:
+        """Take the equations, and what turns speed errors into position errors.
 
-        `slow` (n, n), s, is the matrix by which those make places of errors of speeds.
+        `position_per_speed_error` (n, n), s, does so through slow modes.
         """
-        self.equations, self.lasting, self.slow = equations, lasting, slow
+        self.equations, self.error_times = equations, error_times
+        self.position_per_speed_error = position_per_speed_error
         self.iterations = 0
         # Begin, length and speeds of the last step solved.
         self._last: tuple[float, float, FloatArray] | None = None
@@ -138,8 +145,8 @@ class Radau:
         moved = h * (A @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
         in_contact = matrices.contacts is not None
-        tau = self.lasting.in_contact if in_contact else self.lasting.free
-        errors[1:] = tau * errors[1:] + errors[1:] @ self.slow.T
+        tau = self.error_times.in_contact if in_contact else self.error_times.free
+        errors[1:] = tau * errors[1:] + errors[1:] @ self.position_per_speed_error.T
         error = self.equations.size(errors)
         known = np.concatenate([state.v[None], speeds])
         self._last = (t, h, known)
@@ -189,7 +196,8 @@ class Radau:
                 change += matrices.contacts.share(h, change, self._stages.touching)
             w += change
             size = h * self.equations.size(change)
-            size += LASTING * self.equations.size(self.slow @ change[-1])
+            slow_error = self.position_per_speed_error @ change[-1]
+            size += LASTING * self.equations.size(slow_error)
             if before > 0:
                 rate = size / before
                 if not rate < 1:

@@ -20,10 +20,12 @@ from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.knots import Followed, KnotControl
 from exudyn_flexlink.integrate.problem import Equations, Evaluation, NoConvergenceError, State
-from exudyn_flexlink.integrate.radau import Lasting, Radau, Step
+from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, Step
 
-LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.7, 1.25)  # of a step on a singular place, each of the last
-ROUNDED = 10.0  # times the error allowed: what rounding may make of it there
+# A stage fell on a singularity: try again with the last length times these, from the list's end.
+RETRY_FACTORS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.7, 1.25)
+# Near a singularity an error up to this many times the allowed one counts as rounding.
+ROUNDED = 10.0
 LANDINGS = 4  # steps that try to end right at an event
 CORRECTIONS = 3  # by Newton's method, of where a step's end is moved to an event
 END_SHIFT = 1e-2  # of a step: its end is moved along its polynomial by no more than this
@@ -45,8 +47,8 @@ class HybridProblem(Protocol):
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state (s), choosing the coordinates to go on with."""
 
-    def slow(self, at: Evaluation) -> FloatArray:
-        """Matrix (n, n), s, by which slow motions make places of errors of speeds."""
+    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+        """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be chosen."""
@@ -95,12 +97,12 @@ class ImplicitStepper:
         model: Model,
         problem: HybridProblem,
         control: ErrorControl,
-        lasting: Lasting,
+        error_times: ErrorTimes,
         end: float,
     ) -> None:
         """`end` (s) is that of the run."""
         self.model, self.problem, self.control = model, problem, control
-        self.radau = Radau(model, lasting, np.zeros((0, 0)))
+        self.radau = Radau(model, error_times, np.zeros((0, 0)))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         self.rounded: list[float] = []
@@ -114,7 +116,8 @@ class ImplicitStepper:
         """Take up the state at time 0."""
         self.restart(inf)
         # An error a of the acceleration moves what swings by a tau^2, what moves freely by a end^2.
-        lasts = self._end if self.radau.slow.any() else self.radau.lasting.free
+        radau = self.radau
+        lasts = self._end if radau.position_per_speed_error.any() else radau.error_times.free
         self.knots = KnotControl(self.model, self.control.allowed / lasts**2)
         self.problem.begin(self.at)
 
@@ -136,7 +139,7 @@ class ImplicitStepper:
             self._state = self._state._replace(a=self.at.accelerations)
         else:
             self.at, self._state = self.problem.restart(self.time)
-        self.radau.slow = self.problem.slow(self.at)
+        self.radau.position_per_speed_error = self.problem.position_per_speed_error(self.at)
         if self.control.fixed is None:
             self.h = min(self.h, longest)
 
@@ -180,16 +183,16 @@ class ImplicitStepper:
         """Make a step to `stop` (s) at most, as short as its error asks; choose the next."""
         if self.problem.repartition_due():
             self.restart(inf)
-        h, first, lengths = min(self.h, self.problem.longest(self.at)), True, [*LENGTHS]
+        h, first, factors = min(self.h, self.problem.longest(self.at)), True, [*RETRY_FACTORS]
         while True:
             h = self._fitted(h, stop - self.time)
             step = self._step(h)
             if step is not None and self.control.fixed is not None:
                 self.h = self.control.fixed  # it was shorter if an event had to be met from nearer
                 return step
-            if lengths and self._on_singularity(step):
+            if factors and self._on_singularity(step):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
-                h *= lengths.pop()
+                h *= factors.pop()
             elif step is None or self._slips(step):
                 h, first = h / 4, False
             elif (part := self.knots.part(step)) < 1:
@@ -227,12 +230,15 @@ class ImplicitStepper:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             return self.radau.step(self.time, h, self.at, self._state, self.control.allowed)
 
-    def _on_singularity(self, step: Step | None) -> bool:
-        """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
+    def _on_singularity(self, step: Step | None, at_stop: bool) -> bool:
+        """Tell that a step ends on a singularity, or is no good since a stage of it is on one.
+
+        A step `at_stop` can't end elsewhere.
+        """
         if self.control.fixed is not None:
             return False
         any_stage, end = self.problem.on_singularity()
-        return end or (any_stage and not self._good(step))
+        return (end and not at_stop) or (any_stage and not self._good(step))
 
     def _good(self, step: Step | None) -> bool:
         return step is not None and not self._slips(step) and self.control.passes(step.error)

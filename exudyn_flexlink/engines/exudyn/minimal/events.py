@@ -22,7 +22,7 @@ from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import NOTHING, Event, fall, farthest, first_fall, zero
+from exudyn_flexlink.integrate.events import GAP_ROUNDING, Event, fall, farthest, first_fall, zero
 from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
@@ -82,7 +82,7 @@ class EventFinder:
         for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
             if not contact.acts and touch.inside < 0:
-                contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
+                contact.side = Side.BEHIND if touch.gap < -GAP_ROUNDING else Side.APART
             contact.follow(end.x)
 
     def first(self, step: Step, end: TreeState) -> Event | None:

@@ -114,8 +114,8 @@ class MinimalProblem:
             self.recorder.keep_again(at)
         return at, State(q, v, at.accelerations)
 
-    def slow(self, at: Evaluation) -> FloatArray:
-        """Matrix (n, n), s, by which slow motions make places of errors of speeds."""
+    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+        """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
         return self._lasting.at(at)
 
     def repartition_due(self) -> bool:

@@ -32,7 +32,7 @@ from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import NoConvergenceError
-from exudyn_flexlink.integrate.radau import Lasting
+from exudyn_flexlink.integrate.radau import ErrorTimes
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
@@ -75,10 +75,10 @@ def prepare(
     goal = _goal(scene, assembly, layout)
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
     tau = coasting(mechanism, end)
-    lasting = Lasting(tau, tau - (1 - FREE) * SWING)
+    error_times = ErrorTimes(tau, tau - (1 - FREE) * SWING)
     tolerance = resolving(accuracy.tolerance or smallest, mechanism)
     control = ErrorControl(tolerance, accuracy.step)
-    stepper = ImplicitStepper(model, problem, control, lasting, end)
+    stepper = ImplicitStepper(model, problem, control, error_times, end)
     knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
     leap(0.0, min(knots, default=inf))
     solution = Solution(stepper, problem, [*knots, end], progress, asked.is_set, leap)

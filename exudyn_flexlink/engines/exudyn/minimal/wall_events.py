@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
 from exudyn_flexlink.engines.exudyn.minimal.walls import Walls
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import EVENT_TIME, NOTHING
+from exudyn_flexlink.integrate.events import EVENT_TIME, GAP_ROUNDING
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.turning import StepPolynomial, highest
 
@@ -195,7 +195,7 @@ class _Event:
         it rises, as little below zero as the last event may have left it is nothing.
         """
         falls = np.diff(looks, prepend=looks[0]) < 0
-        below = np.flatnonzero(looks < np.where(falls, -NOTHING, -EXACT))
+        below = np.flatnonzero(looks < np.where(falls, -GAP_ROUNDING, -EXACT))
         last = int(below[0]) if len(below) else len(LOOKS)
         dips = [self._dip(looks[: last + 1]), self._corner(gap[: last + 1], beyond[: last + 1])]
         found = [dip for dip in dips if dip is not None]
@@ -210,7 +210,7 @@ class _Event:
         for i in np.flatnonzero((here < before) & (here <= after) & (lowest <= 0)).tolist():
             ends = LOOKS[i : i + 1], LOOKS[i + 2 : i + 3]
             at = float(highest(lambda at: -np.vectorize(self)(at), *ends)[0])
-            if self(at) < -NOTHING:
+            if self(at) < -GAP_ROUNDING:
                 return float(LOOKS[i]), at
         return None
 
@@ -230,7 +230,7 @@ class _Event:
                 for value in (self._gap_at, self._beyond)
             )
             begin, end = (closed, passed) if gap[i] > 0 else (passed, closed)
-            if begin < end and self((begin + end) / 2) < -NOTHING:
+            if begin < end and self((begin + end) / 2) < -GAP_ROUNDING:
                 return float(LOOKS[i]), (begin + end) / 2
         return None
 
