@@ -99,6 +99,13 @@ def test_nor_may_that_of_a_table(tmp_path: Path, header: str, words: str) -> Non
     assert f"a.csv line 1: {words}" in str(caught.value)
 
 
+def test_drives_that_are_a_list_are_a_mistake_and_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t (ms),M (N m)\n0,0\n9,1\n")
+    drives = "drives: [{type: torque, joint: pin, value: {file: a.csv, rule: linear}}]\n"
+    with pytest.raises(SceneError, match="numbers must be in seconds"):
+        parse_scene(parse_document(PENDULUM + drives, "model.yaml", tmp_path))
+
+
 def test_a_table_of_speeds_takes_either_unit(tmp_path: Path) -> None:
     drive = "drives: {d: {type: speed, joint: pin, value: {file: a.csv, rule: linear}}}\n"
     document = parse_document(PENDULUM + drive, "model.yaml", tmp_path)

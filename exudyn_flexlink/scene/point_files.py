@@ -90,7 +90,8 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
 
 def _columns_of_table(document: Document, path: KeyPath) -> Columns:
     """Return the columns of a drive's table; what it gives is open where the drive has no type."""
-    drive = document.data["drives"].get(path[1])
+    drives = document.data["drives"]
+    drive = drives.get(path[1]) if isinstance(drives, dict) else None
     kind = drive.get("type") if isinstance(drive, dict) else None
     return {"time": (Dimension.TIME,), "value": _VALUES.get(str(kind), ())}
 
