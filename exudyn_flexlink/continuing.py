@@ -137,10 +137,17 @@ def _require_free(result: Result, time: float) -> None:
         return
     spans = free_spans(result)
     before, after = spans[spans[:, 1] <= time], spans[spans[:, 0] >= time]
-    near = [f"from {a:.6g} to {b:.6g} s" for a, b in (*before[-1:], *after[:1])]
+    near = [_span_text(float(a), float(b)) for a, b in (*before[-1:], *after[:1])]
     hint = f"; nothing does {' and '.join(near)}" if near else ""
     names = ", ".join(f"'{name}'" for name in pressing)
     raise CannotContinueError(f"{names} presses at {time:.9g} s{hint}")
+
+
+def _span_text(begin: float, end: float) -> str:
+    """Tell a span (s) by so many digits that its two ends differ."""
+    texts = ((f"{begin:.{digits}g}", f"{end:.{digits}g}") for digits in range(6, 18))
+    first, last = next(pair for pair in texts if pair[0] != pair[1])
+    return f"from {first} to {last} s"
 
 
 class _PointOnLaps:

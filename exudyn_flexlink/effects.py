@@ -7,11 +7,13 @@ from typing import Any
 
 from exudyn_flexlink.scene import (
     GROUND,
+    INITIAL_OF_JOINTS,
     Body,
     ContactLaw,
     FlexibleBody,
     ForceDrive,
     ImpulseLaw,
+    Initial,
     Joint,
     LinearSpring,
     PointsJoint,
@@ -19,6 +21,7 @@ from exudyn_flexlink.scene import (
     RodBody,
     Scene,
     SleeveJoint,
+    SlotJoint,
     Spring,
     sensed_by,
     split_point,
@@ -136,21 +139,33 @@ def _each_flexible(scene: Scene, change: Callable[[FlexibleBody], Body]) -> dict
 def _without_impact(scene: Scene) -> dict[str, Any]:
     """Take contacts out, and the bodies that only they reach, with what holds those."""
     gone = _only_struck(scene)
+    bodies = {name: body for name, body in scene.bodies.items() if name not in gone}
     joints = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
-    initial = scene.initial
+    return {
+        "contacts": {},
+        "curves": {name: curve for name, curve in scene.curves.items() if curve.on not in gone},
+        "bodies": bodies,
+        "joints": joints,
+        "springs": {n: s for n, s in scene.springs.items() if _holds(s, joints, gone)},
+        "initial": _initial_of(scene.initial, bodies, joints),
+    }
+
+
+def _initial_of(
+    initial: Initial, bodies: Mapping[str, Body], joints: Mapping[str, Joint]
+) -> Initial:
+    """Keep the initial values of what is there; a body and a joint may have one name."""
     kept = {
-        key: {name: each for name, each in value.items() if name not in gone}
+        key: {
+            name: each
+            for name, each in value.items()
+            if name in (joints if key in INITIAL_OF_JOINTS else bodies)
+        }
         if isinstance(value, Mapping)
         else value
         for key, value in initial
     }
-    return {
-        "contacts": {},
-        "bodies": {name: body for name, body in scene.bodies.items() if name not in gone},
-        "joints": joints,
-        "springs": {n: s for n, s in scene.springs.items() if _holds(s, joints, gone)},
-        "initial": type(initial).model_validate(kept),
-    }
+    return Initial.model_validate(kept)
 
 
 def _holds(spring: Spring, joints: Mapping[str, Any], gone: set[str]) -> bool:
@@ -172,7 +187,11 @@ def _only_struck(scene: Scene) -> set[str]:
 
 
 def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
-    """Tell whether no other body, spring between bodies, drive or end of the run needs a body."""
+    """Tell whether nothing else needs a body.
+
+    That is: no other body, slot or spring between bodies, no drive, no end of the run, and nobody
+    watches it.
+    """
     mine = {name: joint for name, joint in scene.joints.items() if body in joint.bodies}
     alone = all(isinstance(j, PointsJoint) and GROUND in j.points for j in mine.values())
     drives = scene.drives.values()
@@ -181,6 +200,10 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     sensed = {one.of for drive in drives for one in sensed_by(drive)}
     needed = {scene.run.of} | turned | sensed
     seen = pushed | {point.partition(".")[0] for point in sensed if "." in point}
+    seen |= {drive.axes for drive in drives if isinstance(drive, ForceDrive)}
+    slots = [joint for joint in scene.joints.values() if isinstance(joint, SlotJoint)]
+    seen |= {scene.curves[slot.curve].on or GROUND for slot in slots}
+    seen |= {split_point(scene.outputs.watch)[0]} if scene.outputs.watch else set()
     sprung = any(
         body in ends and not ends <= {body, GROUND}
         for spring in scene.springs.values()

@@ -5,6 +5,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from results import tilting_link
 from test_physics_tools import MODELS, STEEL, scene
 
 from exudyn_flexlink.continuing import CannotContinueError, continued, free_spans, moved, state_at
@@ -69,6 +70,17 @@ def test_a_link_with_clearance_goes_on_between_two_touches():
     pressed = (touches.begin + touches.until(float(whole.time[-1])))[longest] / 2
     with pytest.raises(CannotContinueError, match=r"'sleeve' presses at .* nothing does from "):
         continued(whole, pressed)
+
+
+def test_a_short_span_is_told_by_ends_that_differ():
+    """Between two touches of a rattle there may be less than a microsecond."""
+    run = tilting_link()
+    begins, ends = np.array([0.0, 0.34635312]), np.array([0.34635301, np.inf])
+    touches = replace(run.sleeves["sleeve"].touches, begin=begins, end=ends)
+    sleeve = replace(run.sleeves["sleeve"], touches=touches)
+    pressed = replace(run, sleeves={"sleeve": sleeve})
+    with pytest.raises(CannotContinueError, match=r"from 0\.346353 to 0\.3463531 s"):
+        continued(pressed)
 
 
 DRIVEN = """

@@ -316,6 +316,17 @@ def mistake(drive, *settings, text=BOB):
     ("{type: motion, joint: pivot, value: 'log(t)'}", "no value at t = 0 s"),
     ("{type: torque, joint: pivot, value: 'sqrt(1 - t)'}", "no value at t = 1.005 s"),
     ("{type: torque, joint: pivot, value: 'sin(t - 1.5)/(t - 1.5)'}", "no value at t = 1.5 s"),
+    ("{type: motion, joint: pivot, value: '1/(t - 0.4321)'}", "no value at t = 0.4321 s"),
+    ("{type: motion, joint: pivot, value: '2 + 3 deg * tan(2*pi*t/7)'}", "no value at t = 1.75 s"),
+    ("{type: speed, joint: pivot, value: '(t - 0.4321)**-2'}", "no value at t = 0.4321 s"),
+    ("{type: torque, joint: pivot, value: 'exp(1/(t - 0.4321))'}", "no value at t = 0.4321 s"),
+    ("{type: torque, joint: pivot, value: 'where(t > 1, 1/(t - 1), 0)'}", "no value at t = 1 s"),
+    ("{type: torque, joint: pivot, value: 'where(t > 0, 1/t, 0)'}", "no value at t = 0 s"),
+    ("{type: torque, joint: pivot, value: '0/0'}", "'0/0' has no value at t = 0 s"),
+    ("{type: torque, joint: pivot, value: '0*t/(t - t)'}", "no value at t = 0 s"),
+    ("{type: torque, joint: pivot, value: '0 * (1/0)'}", "no value at t = 0 s"),
+    ("{type: torque, joint: pivot, value: 't * 0/(1 - 1)'}", "no value at t = 0 s"),
+    ("{type: force, point: bob.hook, value: [0/0, 0]}", "'0/0' has no value at t = 0 s"),
     ("{type: torque, joint: pivot, value: 'where(t < 1, 1, sqrt(t - 1 - 1e-6))'}",
      "no value at t = 1 s"),
     ("{type: speed, joint: pivot, value: 'sqrt(3 - t)'}", "no derivative at t = 3 s"),
@@ -343,6 +354,18 @@ def test_mistakes_stand_at_the_drive(drive, words):
     text = mistake(drive)
     assert words in text
     assert "law.yaml:" in text
+
+
+@pytest.mark.parametrize("value", [
+    "where(t > 0.4321, sin(t - 0.4321)/(t - 0.4321), 1)",
+    "where(t > 0, sin(t)/t, 1)",
+    "where(t < 0.4, 1/(0.5 - t), 10)",
+    "1/((t - 0.4321)**2 + 1e-6)",
+    "t/(t*t - t + 1)",
+    "log(t + 1e-3)",
+])  # fmt: skip
+def test_a_formula_that_stays_bounded_is_taken(value):
+    scene(f"{BOB}drives: {{m: {{type: torque, joint: pivot, value: '{value}'}}}}\n")
 
 
 def test_an_expression_elsewhere_is_called_one():

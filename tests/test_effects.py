@@ -129,6 +129,55 @@ def test_only_the_struck_body_goes_with_the_impact_and_all_that_names_it():
     assert bare.initial.speeds == {"hammer": 1}
 
 
+BUFFER = """title: a hammer and a sprung buffer, which carries a curve
+curves:
+  plate: {type: line, on: buffer, from: [0, -0.1], to: [0, 0.1]}
+bodies:
+  way: {type: rigid, mass: 1, inertia: 1, points: {tip: [0.1, 0], low: [0, -0.1]}}
+  buffer: {type: rigid, mass: 1, inertia: 1, points: {c: [0, 0], low: [0, -0.1], high: [0, 0.1]}}
+joints:
+  pivot: {type: revolute, points: [ground, way.centre], at: [0, 0]}
+  way: {type: prismatic, points: [ground, buffer.c], at: [0.2, 0], axis: [1, 0]}
+springs:
+  back: {type: linear, joint: way, stiffness: 100, length: 0}
+contacts:
+  hit: {type: point_on_line, point: way.tip, line: [buffer.low, buffer.high],
+        law: {stiffness: 1.0e4, restitution: 0.5}}
+  low: {type: point_on_curve, point: way.low, curve: plate,
+        law: {stiffness: 1.0e4, restitution: 0.5}}
+initial:
+  angles: {way: 0}
+  along: {way: 0}
+  speeds_along: {way: 0}
+  velocities: {buffer: [0, 0]}
+run: {duration: 0.1}
+accuracy: {tolerance: 1.0e-4}
+"""
+
+
+def test_what_is_given_of_a_joint_goes_with_it_though_a_body_has_its_name():
+    scene = scene_of(parse_document(BUFFER, "test"))
+    bare = idealise(scene, ["impact"])
+    assert list(bare.bodies) == ["way"]
+    assert not bare.curves
+    assert not bare.springs
+    given = {key for key, value in bare.initial if value}
+    assert given == {"angles"}
+    assert not assemble_scene(bare).surplus
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "outputs: {watch: buffer.c}",
+        "drives: {push: {type: force, point: way.tip, value: [1, 0], axes: buffer}}",
+    ],
+)
+def test_a_struck_body_stays_where_somebody_watches_it_or_a_force_turns_with_it(more):
+    scene = scene_of(parse_document(BUFFER + more, "test"))
+    assert "buffer" in idealise(scene, ["impact"]).bodies
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [

@@ -296,7 +296,8 @@ WHEELS = """
 title: two wheels coupled by a rod, as those of a locomotive
 bodies:
   left: &wheel
-    {{type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {{a: [0, 0], b: [1, 0]}}}}
+    {{type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0],
+      points: {{a: [0, 0], b: [1, 0]}}}}
   right: *wheel
   rod:
     {{type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [1, 0], points: {{a: [0, 0], c: [2, 0]}}}}

@@ -25,6 +25,7 @@ from exudyn_flexlink.plots import (
     polar,
     save_figures,
 )
+from exudyn_flexlink.plots.motion import radial_scale
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
 from exudyn_flexlink.storage import save
 
@@ -161,6 +162,19 @@ def test_coordinates_show_every_lap(rigid):
 
 def test_polar_shows_every_lap(rigid):
     assert len(polar(rigid).axes[0].lines) == 4
+
+
+def test_a_radius_that_differs_by_rounding_alone_is_seen_from_0(rigid):
+    """A point on a circle about O: its distance is 300 mm, whatever the last bits are."""
+    radius = 300 + 1e-11 * np.sin(np.arange(50))
+    axes = mpl.figure.Figure().add_subplot(projection="polar")
+    radial_scale(axes, radius, "distance OS (mm)")
+    assert axes.get_rmin() == 0
+    assert 300 < axes.get_rmax() < 330
+    scale = axes.child_axes[0]
+    scale.figure.draw_without_rendering()
+    assert "300" in [text.get_text() for text in scale.get_yticklabels()]
+    assert scale.yaxis.get_offset_text().get_text() == ""
 
 
 def test_lever_marks_strikes_and_peaks(rigid):

@@ -56,6 +56,67 @@ def test_what_a_point_file_must_not_hold(tmp_path: Path, content: str, words: st
     assert caught.value.mistakes[0].path == ("curves", "outline", "file")
 
 
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("x (mm),y (mm)", "a.csv line 1: 'x (mm)': numbers must be in metres"),
+        ("x (m), y [cm]", "a.csv line 1: 'y [cm]': numbers must be in metres"),
+        ("x (s),y (m)", "a.csv line 1: 'x (s)': numbers must be in metres"),
+    ],
+)
+def test_a_header_must_not_name_other_units(tmp_path: Path, header: str, words: str) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n1,0\n1,1\n0,1")
+    with pytest.raises(SceneError) as caught:
+        spline_scene(tmp_path, "a.csv")
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("header", ["x (m),y [m]", "x (of the rim),y (up)", "x,y", "s(t),y"])
+def test_a_header_may_name_si_units_or_none(tmp_path: Path, header: str) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n1,0\n1,1\n0,1")
+    assert spline_scene(tmp_path, "a.csv").curves
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("t (ms),M (N m)", "'t (ms)': numbers must be in seconds"),
+        ("t (s),M (N mm)", "'M (N mm)': numbers must be in N m"),
+        ("t (s),F (N)", "'F (N)': numbers must be in N m"),
+        ("t (s),M (Nm)", ""),
+        ("t [s],M(t)", ""),
+    ],
+)
+def test_nor_may_that_of_a_table(tmp_path: Path, header: str, words: str) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n")
+    drive = "drives: {d: {type: torque, joint: pin, value: {file: a.csv, rule: linear}}}\n"
+    document = parse_document(PENDULUM + drive, "model.yaml", tmp_path)
+    if not words:
+        assert parse_scene(document).drives
+        return
+    with pytest.raises(SceneError) as caught:
+        parse_scene(document)
+    assert f"a.csv line 1: {words}" in str(caught.value)
+
+
+def test_drives_that_are_a_list_are_a_mistake_and_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t (ms),M (N m)\n0,0\n9,1\n")
+    drives = "drives: [{type: torque, joint: pin, value: {file: a.csv, rule: linear}}]\n"
+    with pytest.raises(SceneError, match="numbers must be in seconds"):
+        parse_scene(parse_document(PENDULUM + drives, "model.yaml", tmp_path))
+
+
+def test_a_table_of_speeds_takes_either_unit(tmp_path: Path) -> None:
+    drive = "drives: {d: {type: speed, joint: pin, value: {file: a.csv, rule: linear}}}\n"
+    document = parse_document(PENDULUM + drive, "model.yaml", tmp_path)
+    for unit in ("rad/s", "1/s", "m/s"):
+        (tmp_path / "a.csv").write_text(f"t (s),n ({unit})\n0,0\n9,1\n")
+        assert parse_scene(document).drives
+    (tmp_path / "a.csv").write_text("t (s),n (rpm)\n0,0\n9,1\n")
+    with pytest.raises(SceneError, match=r"'n \(rpm\)': numbers must be in rad/s or m/s"):
+        parse_scene(document)
+
+
 def test_point_files_stay_in_the_models_folder(tmp_path: Path) -> None:
     inside = tmp_path / "model"
     inside.mkdir()

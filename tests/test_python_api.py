@@ -181,6 +181,28 @@ def test_mistakes_have_their_hints():
         scene.with_({"run.turns": object()})
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        fl.simulate,
+        lambda given: fl.idealise(given, "impact"),
+        lambda given: fl.sweep(given, {"run.turns": [1, 2]}, workers=1),
+        fl.stability_of,
+        fl.lyapunov,
+        lambda given: fl.bifurcation(given, "drives.motor.value", [1.0], workers=1),
+    ],
+    ids=["simulate", "idealise", "sweep", "stability_of", "lyapunov", "bifurcation"],
+)
+def test_a_path_is_no_scene(call):
+    for given in ("yoke.yaml", Path("yoke.yaml")):
+        with pytest.raises(TypeError, match=r"a Scene; load_scene\('yoke\.yaml'\) makes one"):
+            call(given)
+    with pytest.raises(TypeError, match=r"a Scene, got dict; load_scene\(\.\.\) makes one"):
+        call({"title": "a"})
+    with pytest.raises(TypeError, match=r"a Scene, got NoneType$"):
+        call(None)
+
+
 def test_a_scene_tells_itself_in_a_line():
     told = repr(fl.load_scene("no_clearance", turns=2))
     assert "\n" not in told

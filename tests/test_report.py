@@ -23,6 +23,7 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_duration, run_text
 from exudyn_flexlink.report.text import WIDTH, table
+from exudyn_flexlink.result import INTERRUPTED, Outcome
 from exudyn_flexlink.storage import load, save
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -118,6 +119,14 @@ def test_check_guesses_no_number_of_steps_under_error_control(capsys: Capture) -
     shown = capsys.readouterr().out
     assert "error control" in shown
     assert " steps\n" not in shown
+
+
+def test_a_run_that_stopped_says_that_its_error_was_not_measured() -> None:
+    """Whatever would have to be measured in it: nobody makes a second run."""
+    run = replace(tilting_link(), error=None, outcome=Outcome(False, 0.1, INTERRUPTED))
+    text = run_text(run)
+    assert "positions       not measured: the run stopped before its end" in text
+    assert "--horizon" not in text
 
 
 # --- estimates ------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Laps held against earlier ones, sections, spectra: motions in closed form; the command."""
 
 import json
+import re
 from math import pi
 
 import numpy as np
@@ -159,6 +160,7 @@ def test_a_small_study(tmp_path, capsys):
     file.write_text(HANGING)
     assert main(["stability", str(file), "--lap=1.3", "--laps=8", "--after=1", f"--out={out}"]) == 0
     told = capsys.readouterr().out
+    assert re.search(r"laps; nearer than \S+ m count as one\n", told)
     assert "rod.end over 8 laps of 1.3 s, from lap 2 on: it repeats itself every lap." in told
     assert "neighbours approach each other" in " ".join(told.split())
     assert sorted(file.name for file in out.iterdir()) == [

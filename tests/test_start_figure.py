@@ -143,6 +143,14 @@ def test_rods_that_stretch_are_no_joints_and_springs_of_the_scene() -> None:
     assert not told & {"prismatic", "linear spring"}
 
 
+@pytest.mark.filterwarnings("error")
+def test_letters_without_a_font_are_boxes_and_no_warnings(tmp_path: Path) -> None:
+    (tmp_path / "shaper.yaml").write_text(SHAPER.replace("crank", "曲柄"), encoding="utf-8")
+    scene = load_scene(tmp_path / "shaper.yaml")
+    axes = start(scene, assemble_scene(scene)).axes[0]
+    assert "曲柄" in [text.get_text() for text in axes.texts]
+
+
 def test_the_figure_is_written_in_the_format_of_its_name(tmp_path: Path, capsys: Capture) -> None:
     heads = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
     for suffix, head in heads.items():

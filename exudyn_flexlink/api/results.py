@@ -13,7 +13,7 @@ from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.animations import Animation
 from exudyn_flexlink.api.figures import Plots
-from exudyn_flexlink.api.scenes import Scene, own_scene
+from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
 from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.api.tables import data_frame, data_set
 from exudyn_flexlink.continuing import continued
@@ -263,7 +263,7 @@ def simulate(
         ValueError: there is no such engine.
 
     """
-    made = engines.simulate(scene, engine, progress, measure=measure, retries=retries)
+    made = engines.simulate(given_scene(scene), engine, progress, measure=measure, retries=retries)
     return own_result(made)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from html import escape
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +84,22 @@ def idealise(scene: PlainScene, without: str | Iterable[str]) -> Scene:
 
     """
     names = [without] if isinstance(without, str) else list(without)
-    return own_scene(effects.idealise(scene, names))
+    return own_scene(effects.idealise(given_scene(scene), names))
+
+
+def given_scene(given: Any) -> PlainScene:
+    """Return what was given as a scene.
+
+    Raises:
+        TypeError: it is none, but a file, a name or a dict, of which `load_scene` makes one.
+
+    """
+    if isinstance(given, PlainScene):
+        return given
+    if isinstance(given, str | PathLike):
+        raise TypeError(f"expected a Scene; load_scene({fspath(given)!r}) makes one")
+    hint = "; load_scene(..) makes one of a dict" if isinstance(given, Mapping) else ""
+    raise TypeError(f"expected a Scene, got {type(given).__name__}{hint}")
 
 
 def own_scene(found: PlainScene) -> Scene:

@@ -14,7 +14,7 @@ import numpy as np
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
-from exudyn_flexlink.api.scenes import Scene, own_scene
+from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
 from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.api.sweeps import Simulate, sweep
 from exudyn_flexlink.observables import watched_point
@@ -130,7 +130,7 @@ def stability_of(
     """
     asked = Asked(laps, after, lap, angle, tolerance, twice)
     simulate = partial(engines.simulate, engine=engine, measure=False)
-    return with_methods(Stability, study(scene, simulate, asked, progress))
+    return with_methods(Stability, study(given_scene(scene), simulate, asked, progress))
 
 
 def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> Exponent:

@@ -14,7 +14,7 @@ from exudyn_flexlink import engines, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.results import Result, own_result
-from exudyn_flexlink.api.scenes import Scene, own_scene
+from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import needed
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.source import Document, Mistake
@@ -142,6 +142,7 @@ def sweep(
         ValueError: there is no such engine; options that exclude each other.
 
     """
+    given_scene(scene)
     _check(engine, row, observe, series=series, folder=folder)
     if resume and force:
         raise ValueError("'resume' goes on, 'force' begins anew: give one of both")

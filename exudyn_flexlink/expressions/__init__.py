@@ -2,6 +2,7 @@
 
 from exudyn_flexlink.expressions.expression import Addend, Expression, NoValueError
 from exudyn_flexlink.expressions.parsing import in_words, looks_like_expression, parse_expression
+from exudyn_flexlink.expressions.poles import pole
 from exudyn_flexlink.expressions.ranges import Bounds
 from exudyn_flexlink.expressions.straying import LITTLE, Stretch, strays
 from exudyn_flexlink.expressions.tokens import ExpressionError, Sensed

@@ -64,10 +64,10 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 }
 
 
-# Operations with a number that change nothing, or leave nothing.
+# Operations with a number that change nothing. Zero times anything is zero, but for what never has
+# a value; zero by anything is not, for that may be zero, too.
 _KEEP_FIRST = (("add", 0), ("sub", 0), ("mul", 1), ("div", 1), ("pow", 1))
 _KEEP_LAST = (("add", 0), ("mul", 1))
-_ZERO = (("mul", 0), ("div", 0))
 
 
 def _applied(name: str, values: Sequence[Values]) -> Any:
@@ -127,6 +127,7 @@ class Tape:
             value = float(_applied(name, known))
             if math.isfinite(value):
                 return self.number(value)
+            return self._kept(Operation(name, takes))  # such as 0/0
         same = self._simpler(name, takes, numbers)
         return self._kept(Operation(name, takes)) if same is None else same
 
@@ -174,8 +175,10 @@ class Tape:
             found = left if name != "where" else right
         elif (name, first) in _KEEP_LAST:
             found = right
-        elif (name, first) in _ZERO or (name, last) == ("mul", 0):
-            found = self.number(0.0)
+        elif name == "mul" and 0 in (first, last):
+            other = right if first == 0 else left
+            known = self.number_of(other) is not None or self.variables(other)
+            found = self.number(0.0) if known else None
         elif (name, first) == ("sub", 0):
             found = self.add("neg", right)
         elif (name, last) == ("pow", 0):

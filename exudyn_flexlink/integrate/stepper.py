@@ -68,10 +68,11 @@ class HybridProblem(Protocol):
         `allowed` is how far (m/s^2) anything's acceleration may be off, on average over the step.
         """
 
-    def on_singularity(self) -> tuple[bool, bool]:
+    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried fell on a singularity.
 
-        There rounding decides on what follows from the coordinates solved for.
+        There rounding decides on what follows from the coordinates solved for. A step that has to
+        end where it does, `at_stop`, may end nearer to one.
         """
 
     def first_event(self, step: Step) -> Event | None:
@@ -190,7 +191,7 @@ class ImplicitStepper:
             if step is not None and self.control.fixed is not None:
                 self.h = self.control.fixed  # it was shorter if an event had to be met from nearer
                 return step
-            if factors and self._on_singularity(step):
+            if factors and self._on_singularity(step, h == stop - self.time):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
                 h *= factors.pop()
             elif step is None or self._slips(step):
@@ -231,14 +232,11 @@ class ImplicitStepper:
             return self.radau.step(self.time, h, self.at, self._state, self.control.allowed)
 
     def _on_singularity(self, step: Step | None, at_stop: bool) -> bool:
-        """Tell that a step ends on a singularity, or is no good since a stage of it is on one.
-
-        A step `at_stop` can't end elsewhere.
-        """
+        """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
         if self.control.fixed is not None:
             return False
-        any_stage, end = self.problem.on_singularity()
-        return (end and not at_stop) or (any_stage and not self._good(step))
+        any_stage, end = self.problem.on_singularity(at_stop)
+        return end or (any_stage and not self._good(step))
 
     def _good(self, step: Step | None) -> bool:
         return step is not None and not self._slips(step) and self.control.passes(step.error)

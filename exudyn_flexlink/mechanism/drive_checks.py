@@ -8,9 +8,9 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions import NoValueError
+from exudyn_flexlink.expressions import NoValueError, pole
 from exudyn_flexlink.mechanism.model import Mechanism, Motor
-from exudyn_flexlink.mechanism.prescribed import Applied, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.prescribed import Applied, Formula, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.source import KeyPath, Mistake
 
@@ -58,8 +58,23 @@ def _missing(
             values(looks)
         if isinstance(function, SpeedOf):
             function.integrals(looks)
+        if isinstance(table, Formula):
+            _require_bounds(table, end)
     except NoValueError as error:
         yield Mistake(path, str(error), "where(t < 1, one, other) takes other formulas elsewhere")
+
+
+def _require_bounds(formula: Formula, end: float) -> None:
+    """Refuse a formula of time that has a pole: values on both sides of it tell nothing of it.
+
+    Raises:
+        NoValueError: it grows without bound.
+
+    """
+    for addend in formula.expression.addends:
+        time = pole(addend, formula.clock, formula.clock + end)
+        if time is not None:
+            raise NoValueError(formula.expression.text, time)
 
 
 def _looks(end: float) -> FloatArray:

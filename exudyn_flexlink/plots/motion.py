@@ -37,6 +37,7 @@ from exudyn_flexlink.stability import laps_of_cycle
 X_COLOURS = (BLUE, GREEN, SKY, BLACK)
 Y_COLOURS = ("#8C1C13", "#E8704A", "#F2A541", PURPLE)
 
+FLAT = 1e-6  # of a radius: what differs by less is rounding
 OFF = -0.1  # of a polar plot's width: where its radial scale stands
 
 
@@ -153,10 +154,13 @@ def draw_radius(axes: PolarAxes, result: Result, radius: FloatArray) -> None:
 def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     """Set the circles for these radii, and tell their size by a scale off the data, at the left.
 
-    Most of the radius is the same everywhere: what differs gets most of the room.
+    Most of the radius is the same everywhere: what differs gets most of the room. Where nothing
+    does but by rounding, the scale begins at 0.
     """
     low, high = float(np.min(radius)), float(np.max(radius))
-    span = (high - low) or 0.1 * high or 1.0
+    if high - low <= FLAT * high:
+        low, high = 0.0, high * (1 - FLAT)  # a circle at 300 mm is that of 300.0000001 mm, too
+    span = (high - low) or 1.0
     circles = MaxNLocator(5).tick_values(max(0.0, low - 0.1 * span), high)
     start, end = max(0.0, float(circles[0])), high + 0.05 * span
     middle = start - 0.9 * (high - start) if start > 0 else 0.0

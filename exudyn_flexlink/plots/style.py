@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
+
+from exudyn_flexlink.plots.saving import MISSING
 
 Parameters = ParamSpec("Parameters")
 Drawn = TypeVar("Drawn")
@@ -85,14 +88,15 @@ STYLES = {style.name: style for style in (SCREEN, PRINT)}
 def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
     """Let a function draw in the style it is given by keyword, `style`, or for the screen.
 
-    Whatever the user's own matplotlibrc says.
+    Whatever the user's own matplotlibrc says. Letters without a font are boxes, and no warnings.
     """
 
     @wraps(draw)
     def inside(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Drawn:
         style = kwargs.get("style", SCREEN)
         assert isinstance(style, Style)
-        with mpl.rc_context(), mpl.rc_context(style.rc):
+        with mpl.rc_context(), mpl.rc_context(style.rc), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", MISSING)
             return draw(*args, **kwargs)
 
     return inside

@@ -25,6 +25,7 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
+UNFINISHED = "the run stopped before its end"
 _ENERGIES = {
     "kinetic": "kinetic",
     "stored": "stored in springs, weight and contacts",
@@ -130,8 +131,11 @@ def error_table(result: Result) -> Table:
         rows.append(["positions", still])
     elif result.error is not None:
         rows.append(["positions", positions_text(result.error, result.scene)])
+    elif not result.outcome.completed:
+        rows.append(["positions", f"not measured: {UNFINISHED}"])
     if forces_of(result) and (result.error is None or result.error.missing):
-        again = not still and (result.error is None or result.error.missing == NOT_MEASURED)
+        may = result.outcome.completed and not still
+        again = may and (result.error is None or result.error.missing == NOT_MEASURED)
         how = ": '--horizon' makes a second run, which tells them" if again else ", either"
         rows.append(["forces", f"not measured{how}"])
     return Table("Errors", rows)

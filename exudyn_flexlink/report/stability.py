@@ -77,8 +77,8 @@ def _at(found: Stability) -> str:
 
 
 def _places(found: Stability) -> str:
-    count = len(found.section.time)
-    return f"{found.section.distinct(found.limit)} in {count} laps, {found.limit:.2g} m apart"
+    laps, limit = len(found.section.time), f"{found.limit:.2g} m"
+    return f"{found.section.distinct(found.limit)} in {laps} laps; nearer than {limit} count as one"
 
 
 def _lines(vibration: Vibration) -> list[list[str]]:

@@ -63,6 +63,7 @@ from exudyn_flexlink.scene.parse import (
 from exudyn_flexlink.scene.point_masses import stays_a_point
 from exudyn_flexlink.scene.run import (
     FEWEST_STEPS_PER_CONTACT,
+    INITIAL_OF_JOINTS,
     Accuracy,
     Initial,
     Run,

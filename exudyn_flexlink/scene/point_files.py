@@ -4,13 +4,28 @@ from __future__ import annotations
 
 import csv
 import math
+import re
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.source import Document, KeyPath, Mistake
+from exudyn_flexlink.units import Dimension, Powers, UnknownUnitError, find_unit
 
 LARGEST_FILE = 20_000_000  # bytes
+_PLACES = {"x": (Dimension.LENGTH,), "y": (Dimension.LENGTH,)}
+_VALUES = {
+    "speed": (Dimension.ANGULAR_SPEED, Dimension.SPEED),
+    "motion": (Dimension.ANGLE, Dimension.LENGTH),
+    "torque": (Dimension.TORQUE,),
+    "force": (Dimension.FORCE,),
+}
+"""What tables of drives give, by their type."""
+_BRACKETED = re.compile(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]$")
+OF_TIME = "t"  # in the header 'M(t)': no tonne
+Columns = Mapping[str, Sequence[Dimension]]
+"""What the columns of a file give: their names, and what each may measure; none: anything."""
 
 
 class _BadFileError(Exception):
@@ -36,8 +51,8 @@ def read_point_files(
         value = {key: filled(item, (*path, key)) for key, item in value.items()}
         file, spline = value.get("file"), value.get("type") == "spline"
         table = path[0] == "drives" and "value" in path
+        columns = _columns_of_table(document, path) if table else _PLACES
         if (spline or table) and isinstance(file, str) and not value.get("points"):
-            columns = "time, value" if table else "x, y"
             try:
                 points = _points(_located(document, file, allow_outside), columns)
                 if table:
@@ -73,7 +88,15 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
     return path
 
 
-def _points(path: Path, columns: str) -> list[tuple[int, list[float]]]:
+def _columns_of_table(document: Document, path: KeyPath) -> Columns:
+    """Return the columns of a drive's table; what it gives is open where the drive has no type."""
+    drives = document.data["drives"]
+    drive = drives.get(path[1]) if isinstance(drives, dict) else None
+    kind = drive.get("type") if isinstance(drive, dict) else None
+    return {"time": (Dimension.TIME,), "value": _VALUES.get(str(kind), ())}
+
+
+def _points(path: Path, columns: Columns) -> list[tuple[int, list[float]]]:
     """Return the rows of a file with the numbers of their lines."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -83,8 +106,30 @@ def _points(path: Path, columns: str) -> list[tuple[int, list[float]]]:
         raise _BadFileError(f"can't read the file: {error}") from None
     filled = [(line, row) for line, row in numbered if any(row) and not row[0].startswith("#")]
     if filled and not any(_is_number(cell) for cell in filled[0][1]):
-        filled = filled[1:]  # its header
-    return [(line, _point(path.name, line, row, columns)) for line, row in filled]
+        (line, header), *filled = filled
+        _check_header(path.name, line, header, columns)
+    return [(line, _point(path.name, line, row, ", ".join(columns))) for line, row in filled]
+
+
+def _check_header(file: str, line: int, header: list[str], columns: Columns) -> None:
+    """Refuse a unit in brackets that is not SI's; other words in brackets are no unit."""
+    for cell, wanted in zip(header, columns.values(), strict=False):
+        found = _BRACKETED.search(cell)
+        if found is None or found[1] == OF_TIME or not wanted:
+            continue
+        try:
+            unit = find_unit(found[1], wanted[0])
+        except UnknownUnitError:
+            continue
+        if unit.factor != 1 or not any(_alike(unit.powers, one.powers) for one in wanted):
+            units = " or ".join(one.si for one in wanted)
+            message = f"{file} line {line}: '{cell[:40]}': numbers must be in {units}"
+            raise _BadFileError(message)
+
+
+def _alike(one: Powers, other: Powers) -> bool:
+    """Tell whether two dimensions are the same, angles counting as numbers."""
+    return one._replace(rad=0) == other._replace(rad=0)
 
 
 def _is_number(cell: str) -> bool:

@@ -33,6 +33,8 @@ PartState = Annotated[
     tuple[Coordinate, Coordinate, Angle, Speed, Speed, AngularSpeed],
     listed("x", "y", "angle", "vx", "vy", "angular speed"),
 ]
+INITIAL_OF_JOINTS = ("along", "speeds_along", "laps")
+"""Which of the mappings in initial are by names of joints; the others are by those of bodies."""
 FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
 
 

@@ -323,9 +323,10 @@ class ClosedCoordinates:
         moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
         return moved[: self._links]
 
-    def on_dead_centre(self) -> tuple[bool, bool]:
+    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
-        return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > SINGULAR)
+        most = 1 / UNSEEN if at_stop else SINGULAR
+        return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > most)
 
     def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:
         """Move instants off dead centres, at which two ways of closing the loops meet.

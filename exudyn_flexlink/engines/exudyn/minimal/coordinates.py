@@ -98,8 +98,11 @@ class Coordinates(Protocol):
     def pushed(self, k: int, at: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
-    def on_dead_centre(self) -> tuple[bool, bool]:
-        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
+    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one.
+
+        A step that has to end there, `at_stop`, may end nearer to one.
+        """
 
     def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:
         """Move instants off dead centres of loops, at the independent coordinates there."""
@@ -285,11 +288,11 @@ class OpenCoordinates:
             moved[self._rides[k - len(self._guides)]] = np.eye(2)
         return moved
 
-    def on_dead_centre(self) -> tuple[bool, bool]:
+    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:  # noqa: ARG002
         """Tell whether a step fell on a dead centre that can be passed: there is none here."""
         return False, False
 
-    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:
+    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:  # noqa: ARG002
         """There are no loops."""
         return t
 

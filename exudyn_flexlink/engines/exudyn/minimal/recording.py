@@ -108,7 +108,7 @@ class Recorder:
 
     def _leave_dead_centres(self, step: Step) -> None:
         """Take those samples a little earlier or later that a step would have on a dead centre."""
-        last = int(np.searchsorted(self.grid, step.end))
+        last = self._samples_until(step.end)
         wanted = self.grid[self._next : last]
         if len(wanted):
             z, _ = step.at(wanted)
@@ -120,7 +120,7 @@ class Recorder:
         """Take `step`, or a part of it: the polynomial is that of the `whole`."""
         if len(self._steps) == BLOCK:
             self.flush()
-        last = int(np.searchsorted(self.grid, step.end * (1 + 1e-14), side="right"))
+        last = self._samples_until(step.end)
         if last > self._next:
             wanted = self.grid[self._next : last]
             self._next = last
@@ -130,6 +130,10 @@ class Recorder:
         self._pressed.append(self._acting())
         self._ends.append(end)
         self._on_curves.append(self._places(end.places))
+
+    def _samples_until(self, end: float) -> int:
+        """Return how many samples there are up to the end of a step (s), that one too."""
+        return int(np.searchsorted(self.grid, end * (1 + 1e-14), side="right"))
 
     def _at_samples(self, whole: Step, step: Step, wanted: FloatArray) -> Evaluation:
         """Mass matrix and forces at samples (s) within a part of the `whole` step.
