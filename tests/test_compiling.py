@@ -377,7 +377,7 @@ def test_an_interrupt_ends_the_processes(tmp_path):
 
 def test_a_process_that_helps_ends_with_its_parent(tmp_path):
     pytest.importorskip("numba")
-    given = json.dumps([sys.path, False, False, [0], str(tmp_path)])
+    given = json.dumps([sys.path, [False, False, False], [0], str(tmp_path)])
     helper = [sys.executable, "-c", parallel_compiling.HELPER, given]
     with parallel_compiling.processes(helper, [tmp_path / "part"]) as (process,):
         process.stdin.close()

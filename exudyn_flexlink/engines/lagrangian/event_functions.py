@@ -27,7 +27,7 @@ class Side(IntEnum):
 
 
 APART, PRESSED, BEHIND = map(int, Side)
-LOOKS = 8  # evaluations within a step where an event is possible
+EVENT_SAMPLES = 8  # of the event functions, evenly over a step in which one may fall below zero
 SEEN = 3  # of a row of `EventData.seen`: where gaps begin
 NOTHING = 1e-13  # m: an event function this little below zero is there by rounding
 
@@ -176,9 +176,9 @@ def uneventful(step: Step, end: Instant, mode: Mode, event_data: EventData) -> b
     if _no_event_between(step.begin, end, mode, event_data):
         return True
     rows = event_data.seen.copy()  # the first is that of the start
-    for k in range(1, LOOKS + 1):
+    for k in range(1, EVENT_SAMPLES + 1):
         now = rows[k % 2]
-        left = _look(within(k / LOOKS, step), mode, event_data.goal, now)
+        left = _look(within(k / EVENT_SAMPLES, step), mode, event_data.goal, now)
         if left < -NOTHING or _fallen(rows[(k + 1) % 2], now, event_data):
             return False
     return True

@@ -21,8 +21,9 @@ from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Assembly, FaceContact, Mechanism
 from exudyn_flexlink.scene import Scene
 
-# Coordinates that poses are made of at once: arrays of 64 kB, as they fit into a core's cache.
-AT_ONCE = 8192
+# Coordinates (samples times N) that poses are made of in one block: an array of 64 kB, which fits
+# into a core's cache.
+BLOCK_COORDINATES = 8192
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Model:
         """
         shape = (len(self.mechanism.parts), 3, len(q))
         poses, rates = np.empty(shape), np.empty(shape)
-        some = max(1, AT_ONCE // q.shape[1])
+        some = max(1, BLOCK_COORDINATES // q.shape[1])
         for first in range(0, len(q), some):
             now = slice(first, first + some)
             self._place(q[now].T, v[now].T, points[now].T, poses[..., now], rates[..., now])

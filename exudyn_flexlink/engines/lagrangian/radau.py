@@ -29,7 +29,7 @@ from exudyn_flexlink.engines.lagrangian.track_point import FINE
 
 ITERATIONS = 8
 SMALL = 0.03  # of the local tolerance: what the iteration may leave
-AT_ONCE = 1e-3  # of that: a first correction so small needs no second one
+NEGLIGIBLE = 1e-3  # of that: a first correction so small is the last, whatever the rate
 SLOWEST = 0.99  # part of an error that an iteration leaves: more, and it does not converge
 
 SOLVED, DIVERGED = FINE, 10  # else: how the search for P ended
@@ -240,7 +240,7 @@ def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
                 if size <= SMALL * tolerance:
                     return SOLVED, k + 1, slowness
                 solved = True  # energies are made of the rates: these are evaluated once more
-        elif size <= AT_ONCE * SMALL * tolerance:
+        elif size <= NEGLIGIBLE * SMALL * tolerance:
             return SOLVED, 1, slowness
         before = size
     return DIVERGED, ITERATIONS, slowness

@@ -1,4 +1,23 @@
-"""How accurate steps are and how long they may be, and what is handed on from one to the next."""
+"""How accurate steps are and how long they may be, and what is handed on from one to the next.
+
+What is handed on are the eight numbers of `Means.memory` (8,), by their indices:
+
+=========  ====  ===================================  =========================  ===================
+index      unit  what                                 written by                 read by
+=========  ====  ===================================  =========================  ===================
+STEP       s     length wanted of the next step       advance, CompiledStepper   advance
+OLD_STEP   s     length of the last step              advance                    step control, guess
+OLD_ERROR  1     its error in parts of that allowed   advance                    step control
+ITERATED   1     Newton's iterations of all steps     advance                    CompiledStepper
+TROUBLE    code  how the search for P ended, FINE ..  advance                    CompiledStepper
+MOVED      1     largest `moved_by_point` so far      knots                      knots
+PAIR       code  pair that began or ceased to touch   advance, CompiledStepper   CompiledStepper
+SLOWNESS   1/s   slowness of the iteration, see Aim   advance                    advance
+=========  ====  ===================================  =========================  ===================
+
+Errors are no less than a hundredth; codes are those of `track_point`, and the number of a pair or
+`wall_events.NONE`. CompiledStepper sets STEP at the start and after events, PAIR before each block.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +34,6 @@ from exudyn_flexlink.integrate.control import SAFETY, growth
 
 step_growth = inlined(growth)
 SHORTEST = 1e-14  # s, where the clock tells that apart
-# of `Means.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
-# SLOWNESS: see `Aim`
 STEP, OLD_STEP, OLD_ERROR, ITERATED, TROUBLE, MOVED, PAIR, SLOWNESS = range(8)
 
 

@@ -35,7 +35,7 @@ from exudyn_flexlink.result import SleeveHistory
 
 At = tuple[FloatArray, FloatArray, TrackPoint]  # coordinates, speeds, and P
 Poses = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-PARTS = 32  # of a step: where the largest force is looked for
+FORCE_SAMPLES = 32  # even parts of a step, at whose ends the largest force is looked for
 
 
 class Rule(NamedTuple):
@@ -48,7 +48,7 @@ class Rule(NamedTuple):
     @classmethod
     def of(cls, nodes: FloatArray, weights: FloatArray) -> Rule:
         """Return the rule of nodes (n,), parts of the step, by the polynomial through them."""
-        powers, parts = np.arange(len(nodes)), np.linspace(0.0, 1.0, PARTS + 1)[:, None]
+        powers, parts = np.arange(len(nodes)), np.linspace(0.0, 1.0, FORCE_SAMPLES + 1)[:, None]
         of_values = np.linalg.inv(nodes[:, None] ** powers)
         slopes = powers * parts ** np.maximum(powers - 1, 0)
         return cls(weights, parts**powers @ of_values, slopes @ of_values)

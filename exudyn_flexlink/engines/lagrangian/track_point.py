@@ -23,8 +23,8 @@ ARC, LINE, SPLINE = 0.0, 1.0, 2.0
 START, END = 1, 2  # of the parameter, in a packed piece
 FINE, TOUCHES, MISSES, FAR = 0, 1, 2, 3  # how a search for the crossing ended
 NEWTON_STEPS = 40
-PARTS, LEAST_PART = 400, 1e-6  # of the way that the guide has turned: how many, how short
-ROUNDING = 4e-16
+MOST_PARTS, LEAST_PART = 400, 1e-6  # of the way that the guide has turned: how many, how short
+LEAST_NEWTON_STEP = 4e-16  # of 1 + |u|: twice the machine epsilon; smaller steps are rounding
 LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
 
 
@@ -147,7 +147,7 @@ def _newton(
             ended = TOUCHES
             break
         step = (c * (y - cy) - s * (x - cx)) / slope
-        if abs(step) <= ROUNDING * (1 + abs(u)):
+        if abs(step) <= LEAST_NEWTON_STEP * (1 + abs(u)):
             u, ended = u - step, FINE
             break
         small = abs(step) <= 1e-9 * (1 + abs(u))
@@ -184,7 +184,7 @@ def _walk(
     along, across = c * x + s * y, c * y - s * x
     way = np.arctan2(-across, abs(along)) if along > 0.0 else np.arctan2(across, abs(along))
     u, done, part, ended = near, 0.0, 0.5, FAR
-    for _ in range(PARTS):
+    for _ in range(MOST_PARTS):
         ahead = min(1.0, done + part)
         found, place, ended = _newton(piece, centre, theta - (1.0 - ahead) * way, u)
         if ended == FINE:

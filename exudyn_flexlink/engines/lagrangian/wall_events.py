@@ -25,8 +25,8 @@ NONE = -1  # no pair
 BEYOND, FAR_BEYOND = 8, 0.1  # looks for an event beyond a step's end, and parts of the step
 # m, of a gap: what may be left of it where a touch begins or ends. A foil may rest 5e-12 m deep.
 EXACT = 1e-12
-LOOKS = 8  # within a step where something may happen
-HALVINGS = 45  # of the time between two looks: to rounding
+TOUCH_SAMPLES = 8  # of all pairs, evenly over a step in which one may begin or cease to touch
+HALVINGS = 45  # of the time between two samples: to rounding
 
 
 @inner
@@ -96,8 +96,8 @@ def _first_change(step: Step, mode: Mode) -> tuple[float, int]:
     if calm(before, after, touching, two_sided, step.h):
         return 1.0, NONE
     low, high, found = 0.0, 0.0, NONE
-    for k in range(1, LOOKS + 1):
-        low, high = high, k / LOOKS
+    for k in range(1, TOUCH_SAMPLES + 1):
+        low, high = high, k / TOUCH_SAMPLES
         after = _pairs_within(high, step, mode)
         found = first_changed(after, touching, two_sided)
         if found == NONE and not two_sided:

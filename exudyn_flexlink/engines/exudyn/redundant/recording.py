@@ -8,6 +8,7 @@ Positions between steps follow the cubic through positions and velocities at bot
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -157,6 +158,9 @@ class Recorder:
 
     def flush(self) -> None:
         """Work off the block; its last step stays as the first of the next."""
+        # SciPy's integrals take 20 ms to import, which other formulations should not wait for.
+        from scipy.integrate import cumulative_trapezoid  # noqa: PLC0415
+
         n = self._count
         if n == 0 or (n == 1 and self._sampled_to == self._time[0]):
             return
@@ -165,15 +169,15 @@ class Recorder:
         self._balance(n)
         self._seek(time, self.coordinates.shown(q, v))
         forces, stored, power = self._contacts(poses, rates, self._pressed[:n])
-        impulses = self.impulse + _running_integral(time, forces)
-        work = self.work + _running_integral(time, power)
+        reached = partial(cumulative_trapezoid, x=time, axis=0, initial=0)
+        impulses, work = self.impulse + reached(forces), self.work + reached(power)
         damping = self.coordinates.damping_power(q, v)
         supplied, supply = self._motors(time, poses, rates)
         block = _Block(
             time,
             q,
             v,
-            damped=self._damped + _running_integral(time, damping),
+            damped=self._damped + reached(damping),
             damping=damping,
             supplied=self._supplied + supplied,
             supply=supply,
@@ -306,11 +310,3 @@ class Recorder:
         at, rows = self._balanced_at[:count], self._multipliers[:count]
         columns = [np.interp(wanted, at, rows[:, k]) for k in range(rows.shape[1])]
         return np.stack(columns, axis=1) if columns else np.zeros((len(wanted), 0))
-
-
-def _running_integral(time: FloatArray, values: FloatArray) -> FloatArray:
-    """Integral from the first instant to each, by trapezoids; shape of `values`."""
-    total = np.zeros_like(values)
-    steps = np.diff(time).reshape(-1, *([1] * (values.ndim - 1)))
-    np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=total[1:])
-    return total
