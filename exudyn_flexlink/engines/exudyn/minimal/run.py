@@ -9,7 +9,7 @@ from threading import Event as Asked
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.coasting import SWING, coasting
+from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.ending import of_turns
@@ -75,7 +75,7 @@ def prepare(
     goal = _goal(scene, assembly, layout)
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
     tau = coasting(mechanism, end)
-    lasting = Lasting(tau, tau - (1 - FREE) * SWING)
+    lasting = Lasting(tau, tau - (1 - FREE) * SHORTEST_SWING)
     tolerance = resolving(accuracy.tolerance or smallest, mechanism)
     control = ErrorControl(tolerance, accuracy.step)
     stepper = ImplicitStepper(model, problem, control, lasting, end)
