@@ -11,9 +11,9 @@ from results import scene_from
 
 from exudyn_flexlink.engines import formulations, simulate
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import formulation

@@ -7,13 +7,13 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
-from exudyn_flexlink.engines.coasting import SWING
+from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.integrate.collocation import WEIGHTS, A, C
 from exudyn_flexlink.integrate.contact_share import ContactShare
 from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau
 
-TIMES = ErrorTimes(SWING, 0.25 * SWING)
+TIMES = ErrorTimes(SHORTEST_SWING, 0.25 * SHORTEST_SWING)
 
 
 class Oscillator:
@@ -164,7 +164,7 @@ def test_what_a_contact_no_longer_damps_counts_as_error():
             step = Radau(problem, TIMES, np.zeros((1, 1))).step(begin, h, at, state, 1e-12)
             off = step.finish[:2] - solve_ivp(rates, (begin, begin + h), y, **exactly).y[:, -1:]
             if step.error <= good_enough:
-                assert max(abs(off[0, 0]), SWING * abs(off[1, 0])) <= good_enough
+                assert max(abs(off[0, 0]), SHORTEST_SWING * abs(off[1, 0])) <= good_enough
 
 
 def test_stiff_damping_dies_out_in_one_step():

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from exudyn_flexlink.mechanism import Mechanism, swings
 
-SWING = 4e-3  # s: 1/omega of a lever at 40 Hz, the least that is counted
-KEPT = 0.1  # of a run: for how much of it a guide that turns freely keeps what the solver leaves
+SHORTEST_SWING = 4e-3  # s, 1/omega at 40 Hz: lower limit
+# Of the run, for a guide without a speed drive: for so long it keeps what the solver leaves.
+DRIFT_SHARE = 0.1
 
 
 def coasting(mechanism: Mechanism, end: float) -> float:
     """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s)."""
     longest = max((swing.time for swing in swings(mechanism).values()), default=0.0)
-    return max(SWING, min(longest, end))
+    return max(SHORTEST_SWING, min(longest, end))
 
 
 def keeping(mechanism: Mechanism, end: float) -> float:
@@ -20,4 +21,4 @@ def keeping(mechanism: Mechanism, end: float) -> float:
     What the solver leaves of its equations at every step counts so long. Errors of the step itself
     need not: its order makes those of the slow guide far smaller than estimated.
     """
-    return KEPT * end if mechanism.slots and not mechanism.speed_motors else 0.0
+    return DRIFT_SHARE * end if mechanism.slots and not mechanism.speed_motors else 0.0

@@ -29,8 +29,9 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     Buffer,
     Control,
 )
-from exudyn_flexlink.engines.lagrangian.track import TROUBLES, DeadCentreError
+from exudyn_flexlink.engines.lagrangian.track import TROUBLES
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
+from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import RADAU
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event

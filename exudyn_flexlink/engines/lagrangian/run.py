@@ -38,7 +38,7 @@ from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.step_control import Control
 from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.engines.lagrangian.track import DeadCentreError
+from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import RADAU
 from exudyn_flexlink.integrate.events import EVENT_TIME

@@ -46,8 +46,8 @@ class System:
         self.reached = False
         mechanism, state = model.mechanism, model.assembly.state
         self.kind = kind_of(mechanism)
-        curve = mechanism.slots[0].curve
-        self.track = Track(curve, float(state.places[0]), state.laps[0])
+        slot = mechanism.slots[0]
+        self.track = Track(slot, float(state.places[0]), state.laps[0], self.events)
         self.contacts = [Contact(face, self.events) for face in model.layout.faces]
         for contact in self.contacts:
             if approach(contact.face, state.q, state.v).gap < -TOUCHING:
@@ -191,7 +191,7 @@ class System:
         self.track.settle()
         turned_back = self._turning * v[self._track_coordinate] < 0
         self._turning = float(v[self._track_coordinate])
-        quiet = not turned_back and min(self.track.left) >= 0 and self._turns_left(q) >= 0
+        quiet = not turned_back and min(self._way_left(q)) >= 0
         if self.contacts:
             states, _, _ = touches(q, v, point, self.constants)
             looks = [c.quiet(s, done) for c, s in zip(self.contacts, states, strict=True)]
@@ -212,7 +212,7 @@ class System:
         return 0.0 if self.reached else self._turns_left(self.coordinates(t, y)[0])
 
     def _way_left(self, q: FloatArray) -> list[float]:
-        return [*self.track.left, self._turns_left(q)]
+        return [*self.track.left(self.track.u), self._turns_left(q)]
 
     def _turns_left(self, q: FloatArray) -> float:
         """Angle that is still to turn; 1 without a goal."""
@@ -246,15 +246,11 @@ class System:
             walls.settle(t, at)
 
     def _end_of_piece(self, t: float, y: FloatArray, way: int) -> FloatArray:
-        slot = self.model.mechanism.slots[0].name
         old = self.coordinates(t, y)[2]
-        before = self.track.lap
-        if not self.track.next_piece(way):
-            reason = f"the point of slot '{slot}' reached the curve's end"
+        if not self.track.next_piece(way, t):
+            reason = f"the point of slot '{self.track.slot.name}' reached the curve's end"
             self.stop(reason, "lengthen the curve, or end the run before")
             return y
-        if self.track.lap != before:
-            self.events.append(Event(t, "lap", slot, {"lap": float(self.track.lap)}))
         return self._on_new_piece(y, old) if self._track_coordinate else y
 
     def _on_new_piece(self, y: FloatArray, old: TrackPoint) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The track of P, piece by piece: on which piece P is, which comes next, and in which lap.
+"""The track of P, piece by piece, packed for machine code, and where searches for P start.
 
 Places on a piece are computed in `track_point`.
 """
@@ -6,13 +6,15 @@ Places on a piece are computed in `track_point`.
 from __future__ import annotations
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Curve, next_piece
 from exudyn_flexlink.engines.lagrangian.track_point import (
     FINE,
     MISSES,
     TOUCHES,
     packed_piece,
 )
+from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
+from exudyn_flexlink.mechanism import Slot
+from exudyn_flexlink.result import Event
 
 TROUBLES = {
     TOUCHES: "the guide's axis touches the track",
@@ -20,23 +22,17 @@ TROUBLES = {
 }
 
 
-class DeadCentreError(ValueError):
-    """The guide's axis touches the track or misses it: the angle does not tell where P is."""
-
-
-class Track:
+class Track(TrackFollower):
     """The track of P, piece by piece; `u` is where P was last, on the current piece's parameter.
 
     Every search starts at `home`, where P was after the last accepted step: trial steps leave no
     trace.
     """
 
-    def __init__(self, curve: Curve, place: float, lap: int) -> None:
-        self.curve = curve
-        self.piece, self.u = curve.locate(place)
+    def __init__(self, slot: Slot, place: float, lap: int, events: list[Event]) -> None:
+        super().__init__(slot, place, lap, events)
         self.home = self.u
-        self.lap = lap
-        self._pieces = [packed_piece(piece) for piece in curve.pieces]
+        self._pieces = [packed_piece(piece) for piece in self.curve.pieces]
 
     def found(self, u: float, ended: int) -> None:
         """P is at u, as a search says that ended like this.
@@ -63,22 +59,13 @@ class Track:
         self.home = self.u
 
     @property
-    def left(self) -> tuple[float, float]:
-        """How far the last place is from the end and from the start of its piece."""
-        piece = self.curve.pieces[self.piece]
-        return piece.end - self.u, self.u - piece.start
-
-    @property
     def shift(self) -> float:
         """By how much the parameter of the whole curve is more than that of the current piece."""
-        return float(self.curve.breaks[self.piece] - self.curve.pieces[self.piece].start)
+        return float(self.curve.breaks[self.piece] - self.present.start)
 
-    def next_piece(self, way: int) -> bool:
+    def next_piece(self, way: int, time: float) -> bool:
         """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
-        after = next_piece(self.curve, self.piece, self.lap, way)
-        if after is None:
-            return False
-        self.piece, self.lap = after
-        piece = self.curve.pieces[self.piece]
-        self.at_rest(float(piece.start if way > 0 else piece.end))
-        return True
+        went = super().next_piece(way, time)
+        if went:
+            self.settle()
+        return went

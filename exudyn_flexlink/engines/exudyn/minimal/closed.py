@@ -24,10 +24,10 @@ from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.curves import Evaluator
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
-from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
+from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import C, lagrange
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.mechanism.tree import TreeLayout

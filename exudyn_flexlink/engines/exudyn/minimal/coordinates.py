@@ -57,7 +57,10 @@ def joined(states: Sequence[TreeState]) -> TreeState:
 
 
 class Coordinates(Protocol):
-    """How the coordinates of a tree follow from the independent ones."""
+    """How the coordinates of a tree follow from the independent ones.
+
+    What nothing is said of in a class that inherits holds where no joint closes a loop.
+    """
 
     @property
     def points(self) -> Sequence[TrackPoint]:
@@ -79,6 +82,7 @@ class Coordinates(Protocol):
 
         From them further rounds of it, and what lies within it, are searched.
         """
+        return self.states(t, z, v)
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
         """A step ended here, with these accelerations of the independent coordinates."""
@@ -88,6 +92,7 @@ class Coordinates(Protocol):
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
+        return False
 
     def longest(self, at: TreeState) -> float:
         """Limit of a step (s) so that the search for places stays local."""
@@ -98,20 +103,22 @@ class Coordinates(Protocol):
     def pushed(self, k: int, at: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
-    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:
+    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:  # noqa: ARG002
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one.
 
         A step that has to end there, `at_stop`, may end nearer to one.
         """
+        return False, False
 
-    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:
+    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:  # noqa: ARG002
         """Move instants off dead centres of loops, at the independent coordinates there."""
+        return t
 
     def locked(self, at: TreeState) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""
 
 
-class OpenCoordinates:
+class OpenCoordinates(Coordinates):
     """Coordinates of a tree without loops.
 
     The independent ones are those of the tree that nothing fixes, then the places of rides on their
@@ -192,10 +199,6 @@ class OpenCoordinates:
         self._ride(state, z[:, free:], v[:, free:])
         return state
 
-    def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
-        """As `states`: here no place is searched from others."""
-        return self.states(t, z, v)
-
     def _known(self, t: FloatArray) -> TreeState:
         """What depends on time alone: motors, and slides of guides that those turn.
 
@@ -255,10 +258,6 @@ class OpenCoordinates:
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
         self._driven = None
 
-    def repartition_due(self) -> bool:
-        """Tell whether other coordinates should be the independent ones: never."""
-        return False
-
     def longest(self, at: TreeState) -> float:
         """Limit of a step, s: guides, and what motors turn, turn a little, all else not much."""
         fastest = float((self._turning * np.abs(at.v)).max(initial=0.0))
@@ -287,14 +286,6 @@ class OpenCoordinates:
         else:
             moved[self._rides[k - len(self._guides)]] = np.eye(2)
         return moved
-
-    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:  # noqa: ARG002
-        """Tell whether a step fell on a dead centre that can be passed: there is none here."""
-        return False, False
-
-    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:  # noqa: ARG002
-        """There are no loops."""
-        return t
 
     def locked(self, at: TreeState) -> str:
         """Say that a guide's axis all but touches its track; empty if none does."""

@@ -15,6 +15,7 @@ from __future__ import annotations
 from math import cos, hypot, inf, sin
 
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.mechanism.tree import GuidedSlot
 from exudyn_flexlink.result import Event
 
@@ -26,10 +27,6 @@ Axis = tuple[float, float]  # cosine and sine of the guide's angle
 AT_DEAD_CENTRE = "the guide's axis touches the track"
 LEAST_PART = 1e-6  # of the way that the guide turned since the last step
 GRAZING = 1e-3  # of that sine: where no step is short enough, this is why
-
-
-class DeadCentreError(ValueError):
-    """The guide's axis touches the track or misses it: its angle tells no place of the point."""
 
 
 class SlotGuide(TrackPoint):

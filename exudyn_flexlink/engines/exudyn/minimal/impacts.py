@@ -39,15 +39,18 @@ from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.intervals import ContactEvent, Interval
 
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding
-AT_ONCE = 10.0  # instants: a gap that is zero within so little time is closed, too
-HIDDEN = 1e-4  # m/s: as slow as this a point may come out of what a gap is off by, and not be seen
-UNMOVED = 1e-9  # of the parts that a gap's acceleration is the sum of: as little is none
+SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
+# m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
+# what a gap is off by, and nobody sees that.
+INVISIBLE_SPEED = 1e-4
+# Of the sizes of the parts that a gap's acceleration sums up: below this, treated as zero.
+NO_ACCELERATION = 1e-9
 NOTHING_KNOWN: Mapping[int, float] = {}
 
 
 def meets(touch: Touch, time: float) -> bool:
     """Tell whether a gap is closed at a time (s), as exactly as instants are known."""
-    return abs(touch.gap) <= CLOSED + AT_ONCE * instant(time, EVENT_TIME) * abs(touch.gap_rate)
+    return abs(touch.gap) <= CLOSED + SAME_INSTANT * instant(time, EVENT_TIME) * abs(touch.gap_rate)
 
 
 class Jump(NamedTuple):
@@ -145,7 +148,7 @@ class Impacts:
         if gaps.touching[:, 1].min() < 0:
             self._jump(time, jump_of(at, gaps, restitution), which, over)
         # The next bounce of one that was struck as it went away is lower than gaps are known to.
-        slow = {k: HIDDEN if k == struck else REST_SPEED for k in which}
+        slow = {k: INVISIBLE_SPEED if k == struck else REST_SPEED for k in which}
         resting = [
             k
             for k, e in zip(which, restitution.tolist(), strict=True)
@@ -206,7 +209,7 @@ class Impacts:
         # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
         soonest = free if struck is None else np.minimum(free, self._free_soon(time, resting))
-        still = soonest + moved @ press <= UNMOVED * parts
+        still = soonest + moved @ press <= NO_ACCELERATION * parts
         pressed = (press > 0) | (still & (np.array(resting) == struck))
         for k, pressing in zip(resting, pressed.tolist(), strict=True):
             contact = self._contacts[k]
@@ -238,7 +241,7 @@ class Impacts:
 
     def _free_soon(self, time: float, which: Sequence[int]) -> FloatArray:
         """Accelerations (m/s^2) of gaps without force, as late as counts as the same instant."""
-        moment = AT_ONCE * instant(time, EVENT_TIME)
+        moment = SAME_INSTANT * instant(time, EVENT_TIME)
         at, gaps = self._look(time, which, moment)
         return np.asarray(gaps.free @ at.accelerations + gaps.bend)
 

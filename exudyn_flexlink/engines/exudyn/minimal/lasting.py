@@ -8,7 +8,7 @@ and guide that has touched counts as a soft spring across its gap; motions along
 from __future__ import annotations
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.coasting import SWING
+from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
@@ -55,8 +55,8 @@ class LastingErrors:
             return known
         stiffness = self._model.springs(now)[0]
         if caught:
-            flight = max(self._flight.longest(float(now.kept.t)), SWING)
+            flight = max(self._flight.longest(float(now.kept.t)), SHORTEST_SWING)
             swing = FREELY / PART * flight  # so slow that errors last as they do in free flight
             stiffness = stiffness + walls.catching(state, now.mass, swing)
-        self._known = slow_motions(now.mass, stiffness, self._end, SWING)
+        self._known = slow_motions(now.mass, stiffness, self._end, SHORTEST_SWING)
         return self._known

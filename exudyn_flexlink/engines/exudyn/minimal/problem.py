@@ -46,11 +46,13 @@ from exudyn_flexlink.intervals import ContactEvent
 from exudyn_flexlink.mechanism import TOUCHING
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
-FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
+# Of the largest penetration: gap that may be open where a contact is ended.
+FARTHEST_OFF = 1e-3
 # Where the largest reaction in a step is looked for, on the polynomial through its nodes.
 TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ NODES
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
-SHORTEST_LOOK = 1e-3  # of a contact's half period
+# Of a contact's half period: shorter steps are not checked for ending off the face.
+SHORTEST_LOOK = 1e-3
 
 
 @dataclass

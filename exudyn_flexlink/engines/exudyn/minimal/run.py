@@ -9,12 +9,11 @@ from threading import Event as Asked
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.coasting import SWING, coasting
+from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
 from exudyn_flexlink.engines.exudyn.minimal.problem import IN_CONTACT, MinimalProblem
@@ -26,6 +25,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     no_solution_advice,
 )
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
@@ -75,7 +75,7 @@ def prepare(
     goal = _goal(scene, assembly, layout)
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
     tau = coasting(mechanism, end)
-    error_times = ErrorTimes(tau, tau - (1 - FREE) * SWING)
+    error_times = ErrorTimes(tau, tau - (1 - FREE) * SHORTEST_SWING)
     tolerance = resolving(accuracy.tolerance or smallest, mechanism)
     control = ErrorControl(tolerance, accuracy.step)
     stepper = ImplicitStepper(model, problem, control, error_times, end)

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
 from exudyn_flexlink.engines.exudyn.circles import Circles
-from exudyn_flexlink.engines.exudyn.faces import Touch, distance_from_ends
+from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector, distance_from_ends
 from exudyn_flexlink.mechanism import (
     Anchor,
     CircleContact,
@@ -21,9 +21,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
 )
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
-from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame
 
-Vector = tuple[float, float]
 Row = list[tuple[int, float, float]]
 """Links that move a point: hinges at (a, b), slides, by the complement of their number, along."""
 
@@ -76,30 +74,18 @@ class _Face:
     """A point against a face."""
 
     def __init__(self, layout: TreeLayout, contact: FaceContact) -> None:
-        self.length = contact.length
-        self._side = contact.side
+        self.length, self._side = contact.length, contact.side
+        # The face's part may be turned in the axes of the link that carries it.
+        self._faces = Faces(contact, layout.frame(contact.start.part).angle)
         self._point = _Carrier(layout, contact.point)
         self._start = _Carrier(layout, contact.start)
-        # The face's part may be turned in the axes of the link that carries it.
-        along = Frame(ROOT, 0.0, 0.0, layout.frame(contact.start.part).angle)
-        dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
-        self._direction = along.place(dx / self.length, dy / self.length)
 
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
         (px, py), (pu, pv), _, first = self._point.state(x, v)
         (sx, sy), (su, sv), (angle, turning), second = self._start.state(x, v)
-        c, s = cos(angle), sin(angle)
-        ex, ey = self._direction
-        tx, ty = c * ex - s * ey, s * ex + c * ey
-        dx, dy, ux, uy = px - sx, py - sy, pu - su, pv - sv
-        place, lateral, side = tx * dx + ty * dy, tx * dy - ty * dx, self._side
-        touch = Touch(
-            side * lateral,
-            place,
-            side * (tx * uy - ty * ux - turning * place),
-            tx * ux + ty * uy + turning * lateral,
-            distance_from_ends(place, self.length),
+        touch, (tx, ty), side = self._faces.touch(
+            (px - sx, py - sy), (pu - su, pv - sv), angle, turning
         )
         return Look(touch, (-side * ty, side * tx), (tx, ty), (px, py), first, second)
 

@@ -27,7 +27,7 @@ from exudyn_flexlink.integrate.turning import StepPolynomial, highest
 EXACT = 1e-12
 LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
 HALVINGS = 20  # of the time between two looks, to find a value that has risen from zero
-INSIDE = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
+ALWAYS_CLOSED_GAP = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
 NODES = np.array([0.0, *C])
 TINY = 1e-300
 PARTS = np.diff(NODES)[:, None]
@@ -45,12 +45,12 @@ class WallWatch:
         self.seen = self.walls.faces.look(x, v)
         self._ahead: tuple[TreeState, Seen] | None = None  # at the end of the last step looked at
 
-    def _open(self, seen: Seen) -> Seen:
+    def _with_held_pairs_closed(self, seen: Seen) -> Seen:
         """The same with what is held from both sides as if behind a face that never opens."""
         if not self._any_held:
             return seen
-        gap, rate = np.where(self._held, INSIDE, seen.gap), np.where(self._held, 0, seen.gap_rate)
-        return seen._replace(gap=gap, gap_rate=rate)
+        gap = np.where(self._held, ALWAYS_CLOSED_GAP, seen.gap)
+        return seen._replace(gap=gap, gap_rate=np.where(self._held, 0, seen.gap_rate))
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
@@ -84,7 +84,7 @@ class WallWatch:
 
     def _events(self, seen: Seen) -> tuple[FloatArray, FloatArray]:
         """Event functions (pairs,), m, and their rates."""
-        seen = self._open(seen)
+        seen = self._with_held_pairs_closed(seen)
         beyond = seen.place - self._lengths
         after = beyond > -seen.place
         value = np.where(after, beyond, -seen.place)
@@ -102,7 +102,7 @@ class WallWatch:
         x, v = np.concatenate([x[:-1], end.x[None]]), np.concatenate([v[:-1], end.v[None]])
         stages = self.walls.faces.look(x, v)
         self._ahead = end, stages.pick(-1)
-        path = self._open(self.seen.then(stages))
+        path = self._with_held_pairs_closed(self.seen.then(stages))
         restless = np.flatnonzero(~self._calm(path, step.h))
         if not len(restless):
             return None

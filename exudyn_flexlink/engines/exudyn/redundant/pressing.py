@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
-from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.redundant.geometry import CircleGeometry, FaceGeometry
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
@@ -74,11 +74,11 @@ class PressingFace(Pressing):
     geometry: FaceGeometry
 
     def __init__(self, system: System, contact: FaceContact) -> None:
-        self.geometry = face = FaceGeometry(contact)
-        side = contact.side or 1.0
+        self.geometry = FaceGeometry(contact)
+        (ex, ey), side = self.geometry.along, contact.side or 1.0
         law = _law(system, contact.law, 1.0 if contact.side else 0.0, COORDINATE_SPRING)
-        normal = -side * face.ey, side * face.ex
-        self._marker, item = _across(system, (contact.start, contact.point), normal, law)
+        anchors = contact.start, contact.point
+        self._marker, item = _across(system, anchors, (-side * ey, side * ex), law)
         super().__init__(system, contact, item)
 
     def aim(self, touch: Touch, step: float) -> None:

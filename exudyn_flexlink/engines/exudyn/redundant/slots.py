@@ -23,13 +23,13 @@ from exudyn_flexlink.curves import (
     LineSegment,
     evaluator,
     foot,
-    next_piece,
 )
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.mechanism import GROUND, Slot, anchor_position, turned
+from exudyn_flexlink.engines.track_follower import TrackFollower
+from exudyn_flexlink.mechanism import GROUND, anchor_position, turned
 from exudyn_flexlink.result import Event
 
 SEAM = 1e-9  # of a closed curve's period: nearer to its seam, rounding decides on the side
@@ -70,18 +70,14 @@ def quadratic_of(piece: Curve) -> Quadratic | None:
     return Quadratic((-2 * qx * cx, -2 * qy * cy), (qx, qy), constant)
 
 
-class SlotItems:
+class SlotItems(TrackFollower):
     """Items of one slot joint, which piece is active, and where on it the point is."""
 
     def __init__(self, system: System, index: int, events: list[Event]) -> None:
-        self.slot: Slot = system.mechanism.slots[index]
+        slot, state = system.mechanism.slots[index], system.assembly.state
+        super().__init__(slot, float(state.places[index]), state.laps[index], events)
         self.system = system
-        self.events = events
-        self.curve = self.slot.curve
         self.at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
-        place = float(system.assembly.state.places[index])
-        self.piece, self.u = self.curve.locate(place)
-        self.lap = system.assembly.state.laps[index]
         self.row = 3 * self.slot.anchor.part
         self._carried = self.slot.carrier != GROUND
         self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
@@ -200,13 +196,6 @@ class SlotItems:
 
     # --- stepping ----------------------------------------------------------------------------
 
-    def place(self) -> float:
-        """Parameter of the whole curve, where the point is."""
-        piece, u = self.curve.pieces[self.piece], self.u
-        if not self.curve.closed:  # the step that ends an open curve goes a hair beyond it
-            u = min(max(u, piece.start), piece.end)
-        return float(self.curve.breaks[self.piece] + u - piece.start)
-
     def after_step(self, now: StepEnd, step: float) -> float:
         """Follow the point, change the piece where it ends; return the next step (s)."""
         self.jumped = False
@@ -229,7 +218,7 @@ class SlotItems:
             return self._limit(step, until, along)
         if abs(along) * now.step <= AT_REST:
             return step
-        self._next_piece(1 if along > 0 else -1, now.time)
+        self._change_piece(1 if along > 0 else -1, now.time)
         return self._limit(step / 20, inf, along)
 
     def _motion(self, q: list[float], v: list[float]) -> tuple[float, float, float, float]:
@@ -252,43 +241,28 @@ class SlotItems:
         """Go on into another lap of one smooth closed piece; a point at rest on the seam stays."""
         piece = self.curve.pieces[0]
         beyond = SEAM * piece.period
-        if self.u >= piece.end + beyond:
-            self.u -= piece.period
-            self._go_on(1, time)
-        elif self.u < piece.start - beyond:
-            self.u += piece.period
-            self._go_on(-1, time)
-
-    def _go_on(self, way: int, time: float) -> bool:
-        """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
-        after = next_piece(self.curve, self.piece, self.lap, way)
-        if after is None:
-            return False
-        self.piece, lap = after
-        if lap != self.lap:
-            self.lap = lap
-            self.events.append(Event(time, "lap", self.slot.name, {"lap": float(lap)}))
-        return True
+        way = 1 if self.u >= piece.end + beyond else -1 if self.u < piece.start - beyond else 0
+        if way:
+            u = self.u - way * piece.period
+            self.next_piece(way, time)
+            self.u = u
 
     def _until_end(self, speed: float, along: float, rising: float) -> float:
         """Time (s) until the point reaches the end of the current piece; inf while it rests."""
-        piece = self.curve.pieces[self.piece]
         if along == 0:
             return inf
-        left = (piece.end - self.u if along > 0 else self.u - piece.start) * speed
+        left = self.left(self.u)[0 if along > 0 else 1] * speed
         if left <= 0:
             return 0.0
         return first_zero(left, -abs(along), -rising if along > 0 else rising)
 
-    def _next_piece(self, way: int, time: float) -> None:
+    def _change_piece(self, way: int, time: float) -> None:
         before = self._item_of_piece[self.piece]
-        if not self._go_on(way, time):
+        if not self.next_piece(way, time):
             self.at_end = True
             return
         item = self._item_of_piece[self.piece]
         self.jumped = item != before or item == self._general
-        piece = self.curve.pieces[self.piece]
-        self.u = piece.start if way > 0 else piece.end
         self._u_rate = 0.0
         self._activate(self.piece)
 

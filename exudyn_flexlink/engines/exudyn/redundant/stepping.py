@@ -227,7 +227,7 @@ class Loop:
         self._noted += len(fresh)
         for entry in fresh:
             self.recorder.note(entry.index)
-        places = [slot.place() for slot in self.slots]
+        places = [slot.place(slot.u) for slot in self.slots]
         self.recorder.take(now, multipliers, self.contacts.pressed, places)
         return any(self.contacts.all[entry.index].channel is None for entry in fresh)
 
@@ -271,7 +271,7 @@ class Loop:
         if last > 0 and time - last < near:
             step = min(step, self.chooser.first)
             self.chooser.restart_from(step)
-            places = np.array([slot.place() for slot in self.slots])
+            places = np.array([slot.place(slot.u) for slot in self.slots])
             accelerations = self.recorder.coordinates.accelerations
             after = accelerations(now.q, now.v, places, self.window.inside(time))
             # Neither the state nor what contacts do changes at a knot: that cancels.
