@@ -335,6 +335,9 @@ def test_an_interrupted_crawl_names_the_contact(run: Result) -> None:
     (told,) = tiny_steps(crawling)
     assert told.startswith("contact 'strike' acted as the run was ended")
     assert "transition_speed" in told
+    rigid = ["contacts.strike.law={type: impulse, restitution: 0.5}"]
+    by_impulse = load_scene(STRIKE, ["accuracy.tolerance=1e-4", *rigid])
+    assert not list(tiny_steps(replace(crawling, scene=by_impulse)))
 
 
 # --- springs

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.scene import ImpulseLaw
 
 MANY_ITERATIONS = 10  # of Newton's method a step: an accepted attempt takes 2 to 4
 TINY_STEP = 1e-10  # s: ten thousand million steps for a second of motion lead nowhere soon
@@ -23,12 +24,16 @@ def many_iterations(result: Result) -> Iterator[str]:
 
 
 def tiny_steps(result: Result) -> Iterator[str]:
-    """Name the contacts that asked for tiny steps when the user ended a run."""
+    """Name the contacts that asked for tiny steps when the user ended a run.
+
+    Contacts by impulse ask for none: they have no stiffness.
+    """
     shortest = result.checks.smallest_step
     if result.outcome.reason != INTERRUPTED or shortest > TINY_STEP:
         return
+    rigid = {n for n, own in result.scene.contacts.items() if isinstance(own.law, ImpulseLaw)}
     for name, history in {**result.contacts, **result.bearings}.items():
-        if len(history.force) and history.force[-1] != 0:
+        if name not in rigid and len(history.force) and history.force[-1] != 0:
             what = "joint" if name in result.bearings else "contact"
             yield (
                 f"{what} '{name}' acted as the run was ended, which had made steps as short as "
