@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -127,7 +127,7 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     sections: dict[str, Any] = {}
     for key, annotation in _SINGLE.items():
         if data.get(key) is not None:
-            sections[key] = _checked(annotation, data[key], (key,), mistakes)
+            sections[key] = _checked(annotation, data[key], (key,), mistakes, in_parts=True)
     for key in _NAMED:
         if data.get(key) is not None:
             sections[key] = _named_parts(key, data[key], mistakes)
@@ -169,13 +169,36 @@ def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(_NAMED.get(section) or _SINGLE[section])
 
 
-def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake]) -> Any:
-    """Return the part that `data` describes, or None after noting its mistakes."""
+def _checked(
+    annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake], in_parts: bool = False
+) -> Any:
+    """Return the part that `data` describes, or None after noting its mistakes.
+
+    With `in_parts` return what is right of it, so that names there are looked up, too. That is for
+    parts to which no other part refers: what is missing would be a mistake there.
+    """
+    adapter = _adapter(str(path[0]))
     try:
-        return _adapter(str(path[0])).validate_python(data)
+        return adapter.validate_python(data)
     except ValidationError as error:
         mistakes += mistakes_of(error, annotation, data, path, SECTION_OF)
+        wrong = [found["loc"] for found in error.errors()]
+    if not in_parts or not isinstance(data, Mapping):
         return None
+    try:
+        return adapter.validate_python(reduce(_without, wrong, data))
+    except ValidationError:
+        return None
+
+
+def _without(data: Mapping[str, Any], path: KeyPath) -> Mapping[str, Any]:
+    """Return a section without what a path leads to, as far as it leads through mappings."""
+    if not path or path[0] not in data:
+        return data
+    inner = data[str(path[0])]
+    if len(path) > 1 and isinstance(inner, Mapping) and path[1] in inner:
+        return {**data, str(path[0]): _without(inner, path[1:])}
+    return {key: own for key, own in data.items() if key != path[0]}
 
 
 def _python_names(data: Any, path: KeyPath) -> list[Mistake]:
