@@ -184,7 +184,7 @@ def test_p_on_the_next_piece_is_another():
         there = crossing_at(run, theta)
         track.settle()
     assert (there[0] / 0.04) ** 2 + (there[1] / 0.03) ** 2 == pytest.approx(1, rel=1e-12)
-    track.next_piece(1)
+    track.next_piece(1, 0.0)
     assert track.u == track.curve.pieces[track.piece].start
     circle = crossing_at(run, theta)
     assert np.hypot(*circle[:2]) == pytest.approx(0.03, rel=1e-12)
