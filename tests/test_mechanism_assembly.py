@@ -289,6 +289,19 @@ def test_pendulums_in_a_row_hang_still_but_for_those_that_are_told_to_turn() -> 
     assert found.state.v[:, 2] == pytest.approx([3, 0, 0], abs=1e-13)
 
 
+def test_a_long_chain_whose_ends_are_told_to_turn_hangs_still_between_them() -> None:
+    count = 60
+    bars = "".join(
+        f"  b{k}: {{type: rigid, mass: 1, inertia: 0.1, points: {{a: [0, 0], b: [1, 0]}}}}\n"
+        for k in range(count)
+    )
+    joints = pin("j0", "ground", "b0.a", "[0, 0]")
+    joints += "".join(pin(f"j{k}", f"b{k - 1}.b", f"b{k}.a") for k in range(1, count))
+    told = f"initial: {{speeds: {{b0: 1, b{count - 1}: 3}}}}\n"
+    found = assembled(f"bodies:\n{bars}joints:\n{joints}{told}")
+    assert found.state.v[:, 2] == pytest.approx([1, *[0] * (count - 2), 3], abs=1e-10)
+
+
 def test_a_loop_shares_what_it_leaves_open_of_its_angular_speeds() -> None:
     """Five bars: of two freedoms one is given; the sum of the squares of the others is least."""
     found = assembled(

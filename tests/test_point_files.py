@@ -99,6 +99,28 @@ def test_nor_may_that_of_a_table(tmp_path: Path, header: str, words: str) -> Non
     assert f"a.csv line 1: {words}" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [("t [s],w [rad/s]", ""), ("t [s],w [1/s]", ""), ("t [s],w [Hz]", "numbers must be in rad/s")],
+)
+def test_a_table_of_speeds_has_no_hertz(tmp_path: Path, header: str, words: str) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n")
+    drive = "drives: {d: {type: speed, joint: pin, value: {file: a.csv, rule: linear}}}\n"
+    document = parse_document(PENDULUM + drive, "model.yaml", tmp_path)
+    if words:
+        with pytest.raises(SceneError, match=words):
+            parse_scene(document)
+    else:
+        assert parse_scene(document).drives
+
+
+def test_a_header_with_another_separator_is_told_that(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t [s]; w [rad/s]\n0; 0\n9; 1\n")
+    drive = "drives: {d: {type: speed, joint: pin, value: {file: a.csv, rule: linear}}}\n"
+    with pytest.raises(SceneError, match="no comma"):
+        parse_scene(parse_document(PENDULUM + drive, "model.yaml", tmp_path))
+
+
 def test_drives_that_are_a_list_are_a_mistake_and_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t (ms),M (N m)\n0,0\n9,1\n")
     drives = "drives: [{type: torque, joint: pin, value: {file: a.csv, rule: linear}}]\n"

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -123,7 +124,7 @@ class LeastMotion:
         moved = self._swept(pushed[:, :, None], self._offset)[:, :, 0]
         if not len(self._rest):
             return moved
-        lefts, sizes = self._singular()
+        lefts, sizes = self._singular
         missing = self._right - self._slopes @ moved.ravel()
         found: FloatArray = moved + self._allowed @ (lefts @ (lefts.T @ missing / sizes**2))
         return found
@@ -135,7 +136,7 @@ class LeastMotion:
         """
         rows = np.concatenate(points)
         moved = self._swept(self._as_columns(rows)).reshape(self._slopes.shape[1], len(rows))
-        lefts, sizes = self._singular()
+        lefts, sizes = self._singular
         held = rows @ self._allowed.reshape(self._slopes.T.shape) @ (lefts / sizes)
         found, first = [], 0
         for point in points:
@@ -163,6 +164,7 @@ class LeastMotion:
             known = rank
         return found
 
+    @cached_property
     def _singular(self) -> tuple[FloatArray, FloatArray]:
         """Left singular vectors and values of what the tree leaves free of the rest."""
         left, sizes, _ = np.linalg.svd(self._weighted, full_matrices=False)

@@ -17,7 +17,7 @@ from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import Anchor
 from exudyn_flexlink.mechanism.spanning import NOTHING, spanning_tree, within_body
 
-SECOND = 0.1  # rad/s: as much counts 1 m/s of a point, in a mechanism of 1 m
+SECOND = 0.1  # rad/s: as much counts 1 m/s of a point, in a mechanism with 1 m from end to end
 SETTLED = 1e-12  # of the largest speed: a change by less is rounding
 MOST_ROUNDS = 50  # each leaves about SECOND^2 of what is missing, of many parts in a row more
 
@@ -51,7 +51,7 @@ def least_speeds(
 
 def _roots(mechanism: Mechanism, q: FloatArray, rigid: bool) -> FloatArray:
     """Metric, see `LeastMotion`: of the points by which parts hang, and of their turning."""
-    size = max(part.reach for part in mechanism.parts)
+    size = sum(part.reach for part in mechanism.parts)  # so many may hang one on another
     roots = np.zeros((len(mechanism.parts), 3, 3))
     for part, (x, y) in _hung_by(mechanism, rigid).items():
         cos, sin = np.cos(q[part, 2]), np.sin(q[part, 2])

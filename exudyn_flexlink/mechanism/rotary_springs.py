@@ -9,6 +9,8 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 
+HALF_A_TURN = pi + 1e-6  # rad: what is assembled at half a turn is not beyond it by rounding
+
 
 def wound_at_start(mechanism: Mechanism, q: FloatArray) -> Iterator[str]:
     """Say which springs are wound by more than half a turn at coordinates (parts, 3) of time 0.
@@ -18,7 +20,7 @@ def wound_at_start(mechanism: Mechanism, q: FloatArray) -> Iterator[str]:
     """
     for spring in mechanism.springs:
         wound = float(turning(spring.first, spring.second, q)) - (spring.rest_angle or 0.0)
-        if spring.stiffness > 0 and abs(wound) > pi:
+        if spring.stiffness > 0 and abs(wound) > HALF_A_TURN:
             yield (
                 f"'{spring.name}' starts wound by {degrees(wound):.4g} deg: whole turns count; "
                 "where they are not meant, give an angle in 'initial' 360 deg more or less"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache, reduce
+from functools import cache
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -61,6 +61,7 @@ _SINGLE: dict[str, Any] = {
     "solver": Solver,
     "outputs": Outputs,
 }
+_IN_PARTS = ("initial", "outputs")  # of which no key is asked for, and to which none refers
 SECTION_OF = {
     key: section for section, part in _SINGLE.items() for key in getattr(part, "model_fields", ())
 }
@@ -127,7 +128,7 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     sections: dict[str, Any] = {}
     for key, annotation in _SINGLE.items():
         if data.get(key) is not None:
-            sections[key] = _checked(annotation, data[key], (key,), mistakes, in_parts=True)
+            sections[key] = _checked(annotation, data[key], (key,), mistakes, key in _IN_PARTS)
     for key in _NAMED:
         if data.get(key) is not None:
             sections[key] = _named_parts(key, data[key], mistakes)
@@ -174,31 +175,20 @@ def _checked(
 ) -> Any:
     """Return the part that `data` describes, or None after noting its mistakes.
 
-    With `in_parts` return what is right of it, so that names there are looked up, too. That is for
-    parts to which no other part refers: what is missing would be a mistake there.
+    With `in_parts` return what is right of it, so that names there are looked up, too.
     """
     adapter = _adapter(str(path[0]))
     try:
         return adapter.validate_python(data)
     except ValidationError as error:
         mistakes += mistakes_of(error, annotation, data, path, SECTION_OF)
-        wrong = [found["loc"] for found in error.errors()]
+        wrong = {found["loc"][0] for found in error.errors() if found["loc"]}
     if not in_parts or not isinstance(data, Mapping):
         return None
     try:
-        return adapter.validate_python(reduce(_without, wrong, data))
+        return adapter.validate_python({key: own for key, own in data.items() if key not in wrong})
     except ValidationError:
         return None
-
-
-def _without(data: Mapping[str, Any], path: KeyPath) -> Mapping[str, Any]:
-    """Return a section without what a path leads to, as far as it leads through mappings."""
-    if not path or path[0] not in data:
-        return data
-    inner = data[str(path[0])]
-    if len(path) > 1 and isinstance(inner, Mapping) and path[1] in inner:
-        return {**data, str(path[0]): _without(inner, path[1:])}
-    return {key: own for key, own in data.items() if key != path[0]}
 
 
 def _python_names(data: Any, path: KeyPath) -> list[Mistake]:

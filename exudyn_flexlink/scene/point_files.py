@@ -113,7 +113,9 @@ def _points(path: Path, columns: Columns) -> list[tuple[int, list[float]]]:
 
 def _check_header(file: str, line: int, header: list[str], columns: Columns) -> None:
     """Refuse a unit in brackets that is not SI's; other words in brackets are no unit."""
-    for cell, wanted in zip(header, columns.values(), strict=False):
+    if len(header) != len(columns):
+        return  # which the rows below are refused for
+    for cell, wanted in zip(header, columns.values(), strict=True):
         found = _BRACKETED.search(cell)
         if found is None or found[1] == OF_TIME or not wanted:
             continue
@@ -121,7 +123,8 @@ def _check_header(file: str, line: int, header: list[str], columns: Columns) -> 
             unit = find_unit(found[1], wanted[0])
         except UnknownUnitError:
             continue
-        if unit.factor != 1 or not any(_alike(unit.powers, one.powers) for one in wanted):
+        alike = any(_alike(unit.powers, one.powers) for one in wanted)
+        if not alike or unit.factor != 1 or "Hz" in found[1]:  # 1 Hz is no rad/s
             units = " or ".join(one.si for one in wanted)
             message = f"{file} line {line}: '{cell[:40]}': numbers must be in {units}"
             raise _BadFileError(message)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import qr
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Evaluator
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
@@ -41,8 +41,7 @@ RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
 SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
 JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
-UNSEEN = 1e-4  # as DEAD_CENTRE: nearer to one no sample is taken, which would show noise
-BESIDE = 1e-3  # rad, or of the size: by so much motion a sample is taken later
+UNSEEN = 1e-5  # as DEAD_CENTRE: nearer to one accelerations have lost ten digits, and are not shown
 DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
 
 AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
@@ -328,17 +327,16 @@ class ClosedCoordinates:
         most = 1 / UNSEEN if at_stop else SINGULAR
         return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > most)
 
-    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:
-        """Move instants off dead centres, at which two ways of closing the loops meet.
+    def near_dead_centre(self, t: FloatArray, z: FloatArray) -> BoolArray:
+        """Tell at which instants within the last step two ways of closing the loops meet.
 
         There no speed follows from another, and no force from the motion.
         """
         dependent = self._split.dependent
         matrix = self.closures.jacobian(self.closures.where(self._guess(t, z)))
         square = matrix[:, self._split.rows][:, :, dependent] / self._scale(self._y)[dependent]
-        near = np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf) < UNSEEN
-        rate = float(np.abs(self._v * self._scale(self._y)).max()) / self._size
-        return t + np.where(near, BESIDE / rate, 0.0) if rate > 0 else t
+        least = np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf)
+        return np.asarray(least < UNSEEN)
 
     def locked(self, at: TreeState) -> str:
         """Say that the mechanism is all but at a dead centre; empty if it is not."""

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
@@ -110,9 +110,9 @@ class Coordinates(Protocol):
         """
         return False, False
 
-    def beside_dead_centres(self, t: FloatArray, z: FloatArray) -> FloatArray:  # noqa: ARG002
-        """Move instants off dead centres of loops, at the independent coordinates there."""
-        return t
+    def near_dead_centre(self, t: FloatArray, z: FloatArray) -> BoolArray:  # noqa: ARG002
+        """Tell at which instants within the last step a loop is all but at a dead centre."""
+        return np.zeros(len(t), dtype=bool)
 
     def locked(self, at: TreeState) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""

@@ -98,7 +98,7 @@ class Recorder:
 
     def take(self, step: Step, end: TreeState) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
-        self._leave_dead_centres(step)
+        self._leave_out_dead_centres(step)
         if len(step.finish.q) and not self._shaken:
             self._take(step, step, end)
             return
@@ -106,15 +106,14 @@ class Recorder:
             last = part.end >= step.end
             self._take(step, part, end if last else part.stages.kept.state.pick(-1))
 
-    def _leave_dead_centres(self, step: Step) -> None:
-        """Take those samples a little earlier or later that a step would have on a dead centre."""
-        last = self._samples_until(step.end)
+    def _leave_out_dead_centres(self, step: Step) -> None:
+        """Leave out samples that a step would have on a dead centre, but for that of the end."""
+        last = min(self._samples_until(step.end), len(self.grid) - 1)
         wanted = self.grid[self._next : last]
         if len(wanted):
             z, _ = step.at(wanted)
-            later = self.model.coordinates.beside_dead_centres(wanted, z)
-            before = 2 * wanted - later
-            self.grid[self._next : last] = np.where(later < step.end, later, before)
+            near = self.model.coordinates.near_dead_centre(wanted, z)
+            self.grid = np.delete(self.grid, self._next + np.flatnonzero(near))
 
     def _take(self, whole: Step, step: Step, end: TreeState) -> None:
         """Take `step`, or a part of it: the polynomial is that of the `whole`."""
