@@ -30,6 +30,7 @@ from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import C, lagrange
 from exudyn_flexlink.integrate.events import EVENT_TIME
+from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 MOST_ITERATIONS = 12
@@ -327,13 +328,13 @@ class ClosedCoordinates:
         most = 1 / UNSEEN if at_stop else SINGULAR
         return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > most)
 
-    def near_dead_centre(self, t: FloatArray, z: FloatArray) -> BoolArray:
-        """Tell at which instants within the last step two ways of closing the loops meet.
+    def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:
+        """Tell at which instants (n,) within the last step two ways of closing the loops meet.
 
         There no speed follows from another, and no force from the motion.
         """
         dependent = self._split.dependent
-        matrix = self.closures.jacobian(self.closures.where(self._guess(t, z)))
+        matrix = self.closures.jacobian(self.closures.where(self._guess(t, step.at(t)[0])))
         square = matrix[:, self._split.rows][:, :, dependent] / self._scale(self._y)[dependent]
         least = np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf)
         return np.asarray(least < UNSEEN)

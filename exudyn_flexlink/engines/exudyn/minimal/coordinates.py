@@ -16,6 +16,7 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
+from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
@@ -110,8 +111,8 @@ class Coordinates(Protocol):
         """
         return False, False
 
-    def near_dead_centre(self, t: FloatArray, z: FloatArray) -> BoolArray:  # noqa: ARG002
-        """Tell at which instants within the last step a loop is all but at a dead centre."""
+    def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:  # noqa: ARG002
+        """Tell at which instants (n,) within the last step a loop is all but at a dead centre."""
         return np.zeros(len(t), dtype=bool)
 
     def locked(self, at: TreeState) -> str:

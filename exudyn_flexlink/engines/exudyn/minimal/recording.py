@@ -111,8 +111,7 @@ class Recorder:
         last = min(self._samples_until(step.end), len(self.grid) - 1)
         wanted = self.grid[self._next : last]
         if len(wanted):
-            z, _ = step.at(wanted)
-            near = self.model.coordinates.near_dead_centre(wanted, z)
+            near = self.model.coordinates.near_dead_centre(step, wanted)
             self.grid = np.delete(self.grid, self._next + np.flatnonzero(near))
 
     def _take(self, whole: Step, step: Step, end: TreeState) -> None:
