@@ -336,8 +336,7 @@ class ClosedCoordinates:
         dependent = self._split.dependent
         matrix = self.closures.jacobian(self.closures.where(self._guess(t, step.at(t)[0])))
         square = matrix[:, self._split.rows][:, :, dependent] / self._scale(self._y)[dependent]
-        least = np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf)
-        return np.asarray(least < UNSEEN)
+        return np.asarray(np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf) < UNSEEN)
 
     def locked(self, at: TreeState) -> str:
         """Say that the mechanism is all but at a dead centre; empty if it is not."""
