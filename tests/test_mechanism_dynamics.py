@@ -13,6 +13,7 @@ from exudyn_flexlink.mechanism import (
     accelerations,
     anchor_position,
     contact_mass,
+    swings,
 )
 from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.dynamics import applied_forces, mass_blocks
@@ -238,3 +239,24 @@ def test_contact_mass_of_a_free_rod_is_a_quarter_of_its_mass() -> None:
 """
     rail = "curves:\n  rail: {type: line, from: [-1, 0], to: [1, 0]}\n"
     assert contact(rail + rods("rod") + thin, loose) == pytest.approx(MASS / 4, rel=1e-3)
+
+
+def test_a_struck_lever_swings_with_what_is_welded_to_it() -> None:
+    """By its time errors of its speed become those of its place: a heavy head makes it longer."""
+    found = assembled(
+        rods("lever", "striker")
+        + "  head: {type: rigid, mass: 0.3, inertia: 2.0e-4}\n"
+        + "joints:\n"
+        + "  pivot: {type: revolute, points: [ground, lever.start], at: [0, 0]}\n"
+        + "  tip: {type: weld, points: [lever.end, head.centre]}\n"
+        + "  hub: {type: revolute, points: [ground, striker.start], at: [0.3, 0.1]}\n"
+        + "springs: {back: {type: torsional, joint: pivot, stiffness: 2}}\n"
+        + "contacts:\n  hit: {type: point_on_line, point: striker.end, side: left,"
+        + " line: [lever.start, lever.end], law: {stiffness: 1.0e4, restitution: 0.5}}\n"
+        + "initial: {angles: {lever: 0, striker: 170 deg}}\n"
+    )
+    inertia = MASS * LENGTH**2 / 3 + 2e-4 + 0.3 * LENGTH**2
+    swing = swings(found.mechanism).get("hit")
+    assert swing is not None
+    assert swing.inertia == pytest.approx(inertia)
+    assert swing.time == pytest.approx((inertia / 2) ** 0.5)

@@ -25,6 +25,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 )
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
+from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to
 
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
@@ -96,7 +97,7 @@ class Swing:
 
 
 def swings(mechanism: Mechanism) -> dict[str, Swing]:
-    """How a struck lever swings, by contact.
+    """How a struck lever swings with all that is welded to it, by contact.
 
     A contact with what has no pivot of its own, or is so heavy that a strike hardly moves it, has
     none.
@@ -107,9 +108,10 @@ def swings(mechanism: Mechanism) -> dict[str, Swing]:
         pivot = _pivot(mechanism, lever)
         if pivot is None:
             continue
-        part = mechanism.parts[lever]
-        inertia = part.inertia_about(pivot.x, pivot.y)
-        if inertia > HEAVY * (all_mass - part.mass) * part.reach**2:
+        inertia = inertia_with_welded(pivot, mechanism.parts, mechanism.welds)
+        welded = welded_to(lever, mechanism.welds)
+        mass = sum(mechanism.parts[part].mass for part in welded if part != GROUND)
+        if inertia > HEAVY * (all_mass - mass) * mechanism.parts[lever].reach ** 2:
             continue
         held = {lever, GROUND}
         stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
