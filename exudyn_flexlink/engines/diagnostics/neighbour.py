@@ -26,7 +26,9 @@ from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER, measured_error
 # multiply them, errors are in proportion to those of steps only roughly: a tenth told 0.88 of 1.08
 # tolerances, scene 289 of scripts/random_strikes.py --seed 11, which prints the least that is told.
 HIGH_ORDER, SECOND_ORDER = 0.03, 0.25
-CONTROLLED = 1e-6  # of the extent: error of a run of given steps that is told as such, not as less
+# Of the mechanism's extent: error that is assumed of a run of given steps, for the tolerance of the
+# neighbour that judges it. Where its error is smaller, what is told of it is at least as large.
+CONTROLLED = 1e-6
 LOOSER = 10.0  # likewise, where the run is as accurate as rounding allows
 MORE_STEPS = 1.15  # times those of the run, of a neighbour that is more accurate
 MOST_AGAIN = 3  # tries of a neighbour that has them: to a tolerance 1e-8 times as large

@@ -112,7 +112,8 @@ class Recorder:
         wanted = self.grid[self._next : last]
         if len(wanted):
             near = self.model.coordinates.near_dead_centre(step, wanted)
-            self.grid = np.delete(self.grid, self._next + np.flatnonzero(near))
+            if near.any():
+                self.grid = np.delete(self.grid, self._next + np.flatnonzero(near))
 
     def _take(self, whole: Step, step: Step, end: TreeState) -> None:
         """Take `step`, or a part of it: the polynomial is that of the `whole`."""
