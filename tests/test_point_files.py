@@ -78,40 +78,26 @@ def test_a_header_may_name_si_units_or_none(tmp_path: Path, header: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("header", "words"),
+    ("drive", "header", "words"),
     [
-        ("t (ms),M (N m)", "'t (ms)': numbers must be in seconds"),
-        ("t (s),M (N mm)", "'M (N mm)': numbers must be in N m"),
-        ("t (s),F (N)", "'F (N)': numbers must be in N m"),
-        ("t (s),M (Nm)", ""),
-        ("t [s],M(t)", ""),
+        ("torque", "t (ms),M (N m)", "'t (ms)': numbers must be in seconds"),
+        ("torque", "t (s),M (N mm)", "'M (N mm)': numbers must be in N m"),
+        ("torque", "t (s),F (N)", "'F (N)': numbers must be in N m"),
+        ("torque", "t (s),M (Nm)", ""),
+        ("torque", "t [s],M(t)", ""),
+        ("speed", "t [s],w [Hz]", "'w [Hz]': numbers must be in rad/s"),
     ],
 )
-def test_nor_may_that_of_a_table(tmp_path: Path, header: str, words: str) -> None:
+def test_nor_may_that_of_a_table(tmp_path: Path, drive: str, header: str, words: str) -> None:
     (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n")
-    drive = "drives: {d: {type: torque, joint: pin, value: {file: a.csv, rule: linear}}}\n"
-    document = parse_document(PENDULUM + drive, "model.yaml", tmp_path)
+    text = f"drives: {{d: {{type: {drive}, joint: pin, value: {{file: a.csv, rule: linear}}}}}}\n"
+    document = parse_document(PENDULUM + text, "model.yaml", tmp_path)
     if not words:
         assert parse_scene(document).drives
         return
     with pytest.raises(SceneError) as caught:
         parse_scene(document)
     assert f"a.csv line 1: {words}" in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("header", "words"),
-    [("t [s],w [rad/s]", ""), ("t [s],w [1/s]", ""), ("t [s],w [Hz]", "numbers must be in rad/s")],
-)
-def test_a_table_of_speeds_has_no_hertz(tmp_path: Path, header: str, words: str) -> None:
-    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n")
-    drive = "drives: {d: {type: speed, joint: pin, value: {file: a.csv, rule: linear}}}\n"
-    document = parse_document(PENDULUM + drive, "model.yaml", tmp_path)
-    if words:
-        with pytest.raises(SceneError, match=words):
-            parse_scene(document)
-    else:
-        assert parse_scene(document).drives
 
 
 def test_a_header_with_another_separator_is_told_that(tmp_path: Path) -> None:
