@@ -18,43 +18,34 @@ from itertools import count
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import qr
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.curves import Evaluator
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
+from exudyn_flexlink.engines.exudyn.minimal.partition import Partition, partition
+from exudyn_flexlink.engines.exudyn.minimal.step_stages import StepStages
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import C, lagrange
-from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 MOST_ITERATIONS = 12
 NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
+SAME = 1e-11  # of the mechanism's size: what moves by less has the same Jacobian
 OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
-CLOSE = 1e-9  # of a step: instants so little before or after it are within
 ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
-RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
 SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
 JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
 UNSEEN = 1e-5  # as DEAD_CENTRE: nearer to one accelerations have lost ten digits, and are not shown
+CALM = 1e1  # likewise: where all stages have less, no dead centre lies between them
 DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
 
 AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
 NOT_CLOSED = "the joints of a loop can't all stay closed"
-
-
-class _Split(NamedTuple):
-    """Which coordinates follow from which: indices into all coordinates, and rows in use."""
-
-    dependent: IndexArray
-    free: IndexArray
-    rows: IndexArray
 
 
 class _Placed(NamedTuple):
@@ -90,6 +81,7 @@ class ClosedCoordinates:
         self._hinges = np.flatnonzero(kinematics.hinge)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         self._known = np.array(sorted(layout.motors), dtype=int)
+        self._prescribed = bool(layout.motors or self.closures.motors)
         self._start = start[0]
         self._row_scale = np.where(self.closures.angles, self._size, 1.0)
         self._pieces = [(point.changes, point.at) for point in self._points]
@@ -97,9 +89,9 @@ class ClosedCoordinates:
         self._y = np.concatenate([start[0], [point.u for point in self._points]])
         self._v = np.append(start[1], self._place_rates(start[1]))
         self._a = np.zeros(len(self._y))
+        self._scale_here = self._scale(self._y)
         self._split = self._chosen()
-        # Instants, independent coordinates and all, at the stages of the last step tried.
-        self._last: tuple[FloatArray, FloatArray, _Placed] | None = None
+        self._last: StepStages | None = None  # of the last step tried
         self._gains = np.zeros(1)  # m by residuals of 1 m, at those stages
         free = self._split.free
         start_of = self.states(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
@@ -130,17 +122,9 @@ class ClosedCoordinates:
         matrix[:, self._known] = 0.0
         return np.asarray(matrix)
 
-    def _chosen(self) -> _Split:
+    def _chosen(self) -> Partition:
         """Split the coordinates where the mechanism is now."""
-        matrix = self._jacobian(self._y)
-        upper, order = qr(matrix, mode="r", pivoting=True)
-        pivots = np.abs(np.diag(upper))
-        rank = int(np.sum(pivots > RANK * pivots[0]))
-        dependent = np.sort(order[:rank])
-        rows = np.sort(qr(matrix[:, dependent].T, mode="r", pivoting=True)[1][:rank])
-        fixed = {*dependent.tolist(), *self._known.tolist()}
-        free = np.array([i for i in range(len(self._y)) if i not in fixed], dtype=int)
-        return _Split(dependent, free, rows)
+        return partition(self._jacobian(self._y), self._known)
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
@@ -155,6 +139,7 @@ class ClosedCoordinates:
             i = self._links + k
             self._v[i] *= _stretch(at, self._y[i]) / _stretch(point.at, point.u)
             self._pieces[k], self._y[i] = (point.changes, point.at), point.u
+        self._scale_here = self._scale(self._y)
         rank = len(self._split.dependent)
         split = self._chosen()
         # At a singular position the Jacobian has less rank than elsewhere.
@@ -163,12 +148,17 @@ class ClosedCoordinates:
         self._gain_chosen = self._gain = self._gain_at_end()
 
     def _gain_at_end(self) -> float:
-        matrix, split = self._jacobian(self._y), self._split
+        """How much more dependent coordinates move than independent ones where the tree is now."""
+        split, scale = self._split, self._scale_here
         if not len(split.free):
             return 0.0
-        square = matrix[np.ix_(split.rows, split.dependent)]
-        gains = np.linalg.solve(square, matrix[np.ix_(split.rows, split.free)])
-        return float(np.abs(gains).max(initial=0.0))
+        if self._last is not None:
+            reach = self._last.reach[-1, split.dependent]
+        else:
+            matrix = self.closures.jacobian(self.closures.where(self._y[None]))[0, split.rows]
+            reach = np.linalg.solve(matrix[:, split.dependent], matrix[:, split.free])
+        gains = np.abs(reach * scale[split.dependent, None] / scale[split.free])
+        return float(gains.max(initial=0.0))
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
@@ -187,37 +177,34 @@ class ClosedCoordinates:
         except DeadCentreError:
             self._last = None  # a shorter step, guessed from this one, would fail likewise
             raise
-        self._last = t, z, placed
-        lengths = self._scale(self._y)[self._split.dependent]
+        self._last = StepStages(t, z, placed.y, placed.reach)
+        lengths = self._scale_here[self._split.dependent]
         self._gains = np.abs(placed.inverse * lengths[:, None]).max((1, 2), initial=0.0)
         return self._moving(t, v, placed)
 
     def _placed(self, t: FloatArray, z: FloatArray) -> _Placed:
         split = self._split
-        y, at = self._closed(t, self._guess(t, z))
-        jacobian = self.closures.jacobian(at)[:, split.rows]
-        try:
-            inverse = np.linalg.inv(jacobian[:, :, split.dependent])
-        except np.linalg.LinAlgError as error:
-            raise DeadCentreError(NOT_CLOSED) from error
+        y, at, jacobian, inverse = self._closed(t, self._guess(t, z))
         reach = np.zeros((*y.shape, len(split.free)))
         reach[:, split.free, np.arange(len(split.free))] = 1.0
-        reach[:, split.dependent] = -inverse @ jacobian[:, :, split.free]
-        return _Placed(y, at, jacobian, np.asarray(inverse), reach)
+        reach[:, split.dependent] = -inverse @ jacobian.take(split.free, axis=2)
+        return _Placed(y, at, jacobian, inverse, reach)
 
     def _moving(self, t: FloatArray, v: FloatArray, placed: _Placed) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
-        split, links = self._split, self._links
+        dependent, rows, links = self._split.dependent, self._split.rows, self._links
         y, at, jacobian, inverse, reach = placed
-        speeds, accelerations = np.zeros(y.shape), np.zeros(y.shape)
-        for link, motor, sign in self._motors:
-            speeds[:, link] = sign * motor.speed.values(t)
-            accelerations[:, link] = sign * motor.speed.rates(t)
-        driven = (jacobian @ speeds[:, :, None])[:, :, 0] + self.closures.rates(t)[:, split.rows]
-        speeds += (reach @ v[:, :, None])[:, :, 0]
-        speeds[:, split.dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
-        bends = self.closures.bends(t, at, speeds, accelerations)[:, split.rows]
-        accelerations[:, split.dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
+        speeds, accelerations = (reach @ v[:, :, None])[:, :, 0], np.zeros(y.shape)
+        if self._prescribed:
+            given = np.zeros(y.shape)
+            for link, motor, sign in self._motors:
+                given[:, link] = sign * motor.speed.values(t)
+                accelerations[:, link] = sign * motor.speed.rates(t)
+            driven = (jacobian @ given[:, :, None])[:, :, 0] + self.closures.rates(t)[:, rows]
+            given[:, dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
+            speeds += given
+        bends = self.closures.bends(t, at, speeds, accelerations).take(rows, axis=1)
+        accelerations[:, dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
         return TreeState(
             y[:, :links],
             speeds[:, :links],
@@ -230,52 +217,53 @@ class ClosedCoordinates:
     def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
         """Coordinates near those at the independent ones.
 
-        From the last round of the same step, between the stages of the last step tried, or ahead
-        of where the last one ended.
+        From the last round of the same step, by the stages of the last step tried, or ahead of
+        where the last one ended.
         """
-        ahead = (t - self._time)[:, None]
-        y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
-        if self._last is not None:
-            stages, before, placed = self._last
-            h = max((stages[-1] - stages[0]) / (C[-1] - C[0]), EVENT_TIME)
-            parts = 1 + (t - stages[-1]) / h
-            if np.array_equal(stages, t):
-                y = placed.y + (placed.reach @ (z - before)[:, :, None])[:, :, 0]
-            elif parts.min() >= -CLOSE and parts.max() <= 1 + CLOSE:
-                # Another way of closing the loops may be near: no place is searched from far.
-                y = lagrange(t, stages) @ placed.y
+        y = None if self._last is None else self._last.near(t, z)
+        if y is None:
+            ahead = (t - self._time)[:, None]
+            y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
             y[:, link] = self._start[link] + sign * motor.speed.integrals(t)
-        return np.asarray(y)
+        return y
 
-    def _closed(self, t: FloatArray, y: FloatArray) -> tuple[FloatArray, Where]:
+    def _closed(
+        self, t: FloatArray, y: FloatArray
+    ) -> tuple[FloatArray, Where, FloatArray, FloatArray]:
         """Newton's method for the dependent coordinates, at all instants together.
+
+        Return all coordinates, where everything is, the Jacobian of the rows in use, and the
+        inverse of its dependent columns.
 
         Raises:
             DeadCentreError: there is no place near where all closures hold.
 
         """
         split = self._split
-        lengths = self._scale(self._y)[split.dependent]
+        lengths = self._scale_here[split.dependent]
         size = np.inf
         for rounds in count():
             at = self.closures.where(y)
             residual = self.closures.residual(t, at)
-            if size <= NEAR * self._size or rounds == MOST_ITERATIONS:
-                break
-            square = self.closures.jacobian(at)[:, split.rows][:, :, split.dependent]
+            jacobian = self.closures.jacobian(at).take(split.rows, axis=1)
             try:
-                change = np.linalg.solve(square, residual[:, split.rows, None])[:, :, 0]
+                inverse = np.linalg.inv(jacobian.take(split.dependent, axis=2))
             except np.linalg.LinAlgError as error:
                 raise DeadCentreError(NOT_CLOSED) from error
+            if size <= NEAR * self._size or rounds == MOST_ITERATIONS:
+                break
+            change = (inverse @ residual.take(split.rows, axis=1)[:, :, None])[:, :, 0]
             before, size = size, float(np.abs(change * lengths).max(initial=0.0))
             if not size < 2 * before or not np.isfinite(size):
                 raise DeadCentreError(NOT_CLOSED)
             y[:, split.dependent] -= change
+            if size <= SAME * self._size:
+                break
         if np.abs(residual * self._row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
             raise DeadCentreError(NOT_CLOSED)
-        return y, at
+        return y, at, jacobian, np.asarray(inverse)
 
     # --- steps --------------------------------------------------------------------------------
 
@@ -286,6 +274,7 @@ class ClosedCoordinates:
         self._a[: self._links] = end.b + end.transform.expanded(a)
         self._y = np.concatenate([end.x, end.places])
         self._v = np.concatenate([end.v, end.place_rates])
+        self._scale_here = self._scale(self._y)
         self._gain = self._gain_at_end()
         if time == 0.0:
             self._gain_chosen = self._gain
@@ -303,7 +292,7 @@ class ClosedCoordinates:
         """
         before, after = (np.append(at.x, at.places) for at in (start, stages.pick(-1)))
         speeds = np.hstack([stages.v, stages.place_rates])
-        off = np.abs(after - before - h * (weights @ speeds)) * self._scale(self._y)
+        off = np.abs(after - before - h * (weights @ speeds)) * self._scale_here
         # Near a dead centre dependent coordinates are known to so much only.
         blur = ROUNDING * self._size * float(self._gains.max())
         followed = np.concatenate([self._split.dependent, self._known])
@@ -333,9 +322,11 @@ class ClosedCoordinates:
 
         There no speed follows from another, and no force from the motion.
         """
+        if self._gains.max() < CALM:
+            return np.zeros(len(t), dtype=bool)
         dependent = self._split.dependent
         matrix = self.closures.jacobian(self.closures.where(self._guess(t, step.at(t)[0])))
-        square = matrix[:, self._split.rows][:, :, dependent] / self._scale(self._y)[dependent]
+        square = matrix[:, self._split.rows][:, :, dependent] / self._scale_here[dependent]
         return np.asarray(np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf) < UNSEEN)
 
     def locked(self, at: TreeState) -> str:

@@ -82,6 +82,9 @@ class Closures:
         prescribed = range(len(self.joints), len(self.joints) + len(sliding))
         self._real = np.array([*held, *prescribed], dtype=int)
         lengths = len(self._real) + len(self.joints)
+        slots = [self.rows_of_slot(k) for k in range(len(followed))]
+        self._slot_rows = np.array(slots, dtype=int).reshape(-1, 2).T
+        self._by_places = self._links + np.arange(len(followed))
         self.count = lengths + len(turned)
         self.angles = np.arange(self.count) >= lengths
         rows = [*range(len(held), len(self._real)), *range(lengths + len(slides), self.count)]
@@ -105,7 +108,8 @@ class Closures:
         along = [joint.direction if isinstance(joint, Slide) else 0.0 for joint in joints]
         turned = [layout.frame(first).angle for first, _ in self.parts]
         self._axes = np.exp(1j * (np.array(turned) + along))
-        self._turned_by = self._kinematics.turning.T[self._bases]  # (gaps, links)
+        self._spun_by = 1j * self._kinematics.turning.T[self._bases]  # (gaps, links)
+        self._moved = self._kinematics.moved_by[self._points.links].astype(float)
         numbers = {joint.name: i for i, joint in enumerate(self.joints)}
         self._tracked = [numbers[point.slot.name] for point in self._followed]
 
@@ -155,17 +159,21 @@ class Closures:
 
     def jacobian(self, at: Where) -> FloatArray:
         """Derivatives of the residuals by the coordinates (n, rows, coordinates)."""
-        moved = self._between(self._kinematics.moves(at.places, self._points.links, at.points))
-        moved -= (1j * at.between)[:, :, None] * self._turned_by
+        moves = self._kinematics.carries(at.places, at.points) * self._moved
+        moved = self._between(moves)
+        moved -= at.between[:, :, None] * self._spun_by
         moved *= at.axes.conj()[:, :, None]
-        n, slots = len(at.x), len(self._tracked)
+        real, lengths = len(self._real), len(self._real) + len(self.joints)
+        found = np.zeros((len(at.x), self.count, self._links + len(self._tracked)))
+        by_tree = found[:, :, : self._links]
+        by_tree[:, :real] = moved.real.take(self._real, axis=1)
+        by_tree[:, real:lengths] = moved.imag[:, : len(self.joints)]
+        by_tree[:, lengths:] = self._turning
         if at.track is not None:
-            by_places = np.zeros((n, self._gaps, slots), dtype=complex)
-            by_places[:, self._tracked, range(slots)] = -at.track.tangent
-            moved = np.concatenate([moved, by_places], axis=2)
-        turning = np.zeros((n, len(self._turning), self._links + slots))
-        turning[:, :, : self._links] = self._turning
-        return self._rows(moved, turning)
+            along, across = self._slot_rows
+            found[:, along, self._by_places] = -at.track.tangent.real
+            found[:, across, self._by_places] = -at.track.tangent.imag
+        return found
 
     def rates(self, t: FloatArray) -> FloatArray:
         """Derivatives of the residuals by time alone (n, rows)."""
