@@ -75,9 +75,9 @@ def test_what_steps_are_summed_up_by_belongs_to_where_they_end(monkeypatch) -> N
     off = list[float]()
     take = recording.Recorder.take
 
-    def looked_at(recorder, step, end):
+    def looked_at(recorder, step, *states):
         off.append(float(abs(step.stages.kept.t - step.t - C * step.h).max() / step.h))
-        take(recorder, step, end)
+        take(recorder, step, *states)
 
     monkeypatch.setattr(recording.Recorder, "take", looked_at)
     model = MODELS / "textbook" / "slider_with_clearance.yaml"

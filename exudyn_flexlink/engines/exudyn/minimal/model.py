@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
@@ -141,8 +141,11 @@ class MinimalModel:
 
     def state(self, t: float, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates, speeds, and accelerations but for those of the independent ones."""
-        times = self.window.all_inside(np.array([t]))
-        return self.coordinates.states(times, z[None], v[None]).pick(0)
+        return self.states(np.array([t]), z[None], v[None]).pick(0)
+
+    def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
+        """As `state`, at instants (n,) together."""
+        return self.coordinates.states(self.window.all_inside(t), z, v)
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -161,12 +164,23 @@ class MinimalModel:
     def _found(self, states: States, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         t = self.window.all_inside(t)
         try:
-            return self._evaluated(t, states(t, q, v))
+            return self.forces_at(t, states(t, q, v))
         except NoValueError as error:
             self.trouble = error
             raise
 
-    def _evaluated(self, t: FloatArray, state: TreeState) -> Evaluation:
+    @property
+    def left_to_itself(self) -> bool:
+        """Whether nothing acts but springs, dampers and weight, so that forces never change."""
+        return not (self.loads.any or self.acting().any())
+
+    def acting(self) -> BoolArray:
+        """Tell which contacts press: those of the scene and of bearings, then pairs of sleeves."""
+        of_scene = [contact.acts for contact in self.contacts]
+        return np.concatenate([np.array(of_scene, dtype=bool), self.walls.touching])
+
+    def forces_at(self, t: FloatArray, state: TreeState) -> Evaluation:
+        """As `evaluate_all`, at coordinates that are known."""
         mass, force = self._ask(state.x, state.v)
         if self.all_springs.pulls:
             force += self.all_springs.pull(state.x, state.v)

@@ -56,7 +56,7 @@ class RunReader:
         self.run = run
         self.model, self.mechanism = run.model, run.model.assembly.mechanism
         recorder = run.recorder
-        samples = recorder.samples
+        samples = recorder.samples.kept
         self.time, self.x, self.v = (
             np.array([getattr(sample, name) for sample in samples]) for name in ("time", "x", "v")
         )
@@ -64,7 +64,11 @@ class RunReader:
         self.pressed = np.array([s.pressed for s in samples])
         self.a, self.constraint_forces, self.totals = (
             np.concatenate(rows)
-            for rows in (recorder.accelerations, recorder.constraint_forces, recorder.totals)
+            for rows in (
+                recorder.samples.accelerations,
+                recorder.samples.constraint_forces,
+                recorder.totals,
+            )
         )
         model = self.model
         self.moved: Motions = motions(model.layout, model.kinematics, self.x, self.v, self.a)
@@ -98,7 +102,7 @@ class RunReader:
             contact, rows = self.run.recorder.contacts[k], self.pressed[:, k]
             at = approach(contact, self.moved.poses[rows], self.moved.rates[rows])
             if isinstance(contact.law, Impulse):
-                press = np.array([s.forces[k] for s in self.run.recorder.samples])[rows]
+                press = np.array([s.forces[k] for s in self.run.recorder.samples.kept])[rows]
             else:
                 press = contact.law.force(-at.gap, -at.gap_rate)
             self.pressing[rows, k] = press

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,6 +56,14 @@ GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 SHORTEST_LOOK = 1e-3
 
 
+class _Looked(NamedTuple):
+    """A step, and all coordinates at the samples `within` it and at its end."""
+
+    step: Step
+    within: TreeState
+    end: TreeState
+
+
 @dataclass
 class MinimalProblem:
     """A tree model with its events, in a run to `end` (s); see `stepper.HybridProblem`.
@@ -72,7 +81,7 @@ class MinimalProblem:
     reached: bool = False
     stop_reason: str = ""
     stop_advice: str = ""
-    _ended: tuple[Step, TreeState] | None = None  # the last step looked at, with where it ends
+    _looked: _Looked | None = None  # the last step looked at
 
     def __post_init__(self) -> None:
         x, v = self.model.start
@@ -135,7 +144,7 @@ class MinimalProblem:
         for contact, touch in self._giving_way():
             contact.peak = max(contact.peak, contact.force(touch))
         self._note_reactions(step)
-        self.recorder.take(step, end)
+        self.recorder.take(step, self._look(step).within, end)
         if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
             self.recorder.mark()  # even samples miss the peaks of a contact's force
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
@@ -149,10 +158,20 @@ class MinimalProblem:
             contact.peak = max(contact.peak, float((TO_LOOKS @ nodes).max()))
 
     def _end_of(self, step: Step) -> TreeState:
-        """All coordinates at the end of a step, found once."""
-        if self._ended is None or self._ended[0] is not step:
-            self._ended = step, self.model.state(step.end, step.finish.q, step.finish.v)
-        return self._ended[1]
+        """All coordinates at the end of a step."""
+        return self._look(step).end
+
+    def _look(self, step: Step) -> _Looked:
+        """All coordinates at the samples of a step and at its end, found once."""
+        if self._looked is None or self._looked.step is not step:
+            within = self.recorder.found_with_end(step)
+            q, v = step.finish.q[None], step.finish.v[None]
+            if len(within):
+                inner = step.at(within)
+                q, v = np.concatenate([inner[0], q]), np.concatenate([inner[1], v])
+            found = self.model.states(np.append(within, step.end), q, v)
+            self._looked = _Looked(step, found.pick(slice(-1)), found.pick(-1))
+        return self._looked
 
     def _giving_way(self) -> list[tuple[PenaltyContact, Touch]]:
         """Contacts with a penalty force that acts, with where they are."""
@@ -224,6 +243,7 @@ class MinimalProblem:
 
     def cross(self, event: Event) -> float:
         """Change the equations; return how long (s) the next step may be."""
+        self.recorder.samples.work_off_waiting()
         longest = inf
         if isinstance(event.what, TurnsMade):
             self.reached = True

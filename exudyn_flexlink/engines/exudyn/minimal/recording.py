@@ -1,7 +1,6 @@
 """From the loop's steps to samples, energies and checks.
 
-Samples lie on the polynomial between steps; accelerations and reactions there on that through the
-stages, at which they follow from the equations of motion. Energies dissipated and supplied,
+Energies dissipated and supplied,
 impulses and works of contacts are integrals over the stages of every step, as accurate as the
 motion.
 """
@@ -9,7 +8,6 @@ motion.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +18,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
 from exudyn_flexlink.engines.exudyn.minimal.driven import cut, shaken
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
+from exudyn_flexlink.engines.exudyn.minimal.samples import Samples, solved
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
@@ -30,26 +29,10 @@ from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
 BLOCK = 512  # steps that are worked off together
 
 
-class Sample(NamedTuple):
-    """One kept instant: coordinates, places on the slots' curves, which contacts press.
-
-    Contacts are here and below those of the scene and of its bearings, then the pairs of its
-    sleeves; `forces` (N) are of all but the pairs.
-    """
-
-    time: float
-    x: FloatArray
-    v: FloatArray
-    places: tuple[float, ...]
-    pressed: BoolArray
-    forces: FloatArray
-
-
 class Recorder:
-    """Takes every step; keeps samples at `grid` (s, increasing) and where it is asked to.
+    """Takes every step; keeps `samples` at `grid` (s, increasing) and where it is asked to.
 
-    For each sample `accelerations` are those of all coordinates, `constraint_forces` those of
-    motors, slots and loops; `totals` are the energies dissipated in dampers and supplied by drives
+    For each sample `totals` are the energies dissipated in dampers and supplied by drives
     (J), then the impulse of each contact (N s), then the work done on each (J), since time 0.
     `entries` are the contacts' beginnings and ends, `at_notes` the totals then, `impacts` what is
     without duration, by the number of the contact.
@@ -58,14 +41,11 @@ class Recorder:
     def __init__(self, model: MinimalModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
         self.model = model
         self.seeker = seeker
-        self.grid = grid
         self.mechanism = model.assembly.mechanism
         self.meter = EnergyMeter(self.mechanism)
         self.contacts = seeker.contacts
         self._shaken = shaken(model.layout)
-        self.samples: list[Sample] = []
-        self.accelerations: list[FloatArray] = []  # (samples, links) of each block
-        self.constraint_forces: list[FloatArray] = []
+        self.samples = Samples(model, grid)
         self.totals: list[FloatArray] = []
         self.entries: list[Entry] = []
         self.at_notes: list[FloatArray] = []
@@ -73,82 +53,69 @@ class Recorder:
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
-        self._next = 1
         self._steps: list[Step] = []
         self._ends: list[TreeState] = []
         self._pressed: list[BoolArray] = []
         self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
-        # Of each new sample: step of the block, part of it, leaps before it.
-        self._between: list[tuple[int, float, int]] = []
-        self._kept: list[Evaluation] = []  # of the new samples: those of one step each
         self._notes: list[tuple[int, int]] = []  # steps and leaps of the block before each note
         self._leaps: list[tuple[int, FloatArray]] = []  # of the totals, after so many steps
         self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
-        names = [point.slot.name for point in model.coordinates.points]
-        self._points = [names.index(slot.name) for slot in self.mechanism.slots]
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
         start: TreeState = at.kept.state
-        self._on_curves = [self._places(start.places)]
-        self._check([start], self._reached[None, :], self._acting()[None])
+        self._on_curves = [self.samples.places(start.places)]
+        self._check([start], self._reached[None, :], self.model.acting()[None])
         self._on_curves = []
-        self._keep(at.pick(None), 0, np.zeros(1))
+        self.samples.keep(at.kept.t[None], at.pick(None), 0, np.zeros(1))
 
-    def take(self, step: Step, end: TreeState) -> None:
-        """Take a step to `end`: the samples within, and what its energies and checks need."""
-        self._leave_out_dead_centres(step)
-        if len(step.finish.q) and not self._shaken:
-            self._take(step, step, end)
+    def found_with_end(self, step: Step) -> FloatArray:
+        """Samples (n,), s, whose coordinates a step's end is found along with; see `take`."""
+        due = self.samples.due(step)
+        return due[:0] if self._cuts(step) else due
+
+    def _cuts(self, step: Step) -> bool:
+        return self._shaken or len(step.finish.q) == 0
+
+    def take(self, step: Step, within: TreeState, end: TreeState) -> None:
+        """Take a step to `end`, `within` it those samples that `found_with_end` told of."""
+        if not self._cuts(step):
+            self._take(step, end)
+            wanted = self.samples.pass_to(step.end)
+            if len(wanted):
+                row, parts = len(self._steps) - 1, (wanted - step.t) / step.h
+                self.samples.take(wanted, within, row, parts)
             return
-        for part in cut(self.model, step, self.grid[self._next :]):
+        for part in cut(self.model, step, self.samples.to_come()):
             last = part.end >= step.end
-            self._take(step, part, end if last else part.stages.kept.state.pick(-1))
+            self._take(part, end if last else part.stages.kept.state.pick(-1))
+            wanted = self.samples.pass_to(part.end)
+            if len(wanted):
+                found = self._at_samples(step, part, wanted)
+                row, parts = len(self._steps) - 1, (wanted - part.t) / part.h
+                self.samples.keep(wanted, found, row, parts)
 
-    def _leave_out_dead_centres(self, step: Step) -> None:
-        """Leave out samples that a step would have on a dead centre, but for that of the end."""
-        last = min(self._samples_until(step.end), len(self.grid) - 1)
-        wanted = self.grid[self._next : last]
-        if len(wanted):
-            near = self.model.coordinates.near_dead_centre(step, wanted)
-            if near.any():
-                self.grid = np.delete(self.grid, self._next + np.flatnonzero(near))
-
-    def _take(self, whole: Step, step: Step, end: TreeState) -> None:
-        """Take `step`, or a part of it: the polynomial is that of the `whole`."""
+    def _take(self, step: Step, end: TreeState) -> None:
         if len(self._steps) == BLOCK:
             self.flush()
-        last = self._samples_until(step.end)
-        if last > self._next:
-            wanted = self.grid[self._next : last]
-            self._next = last
-            found = self._at_samples(whole, step, wanted)
-            self._keep(found, len(self._steps), (wanted - step.t) / step.h)
         self._steps.append(step)
-        self._pressed.append(self._acting())
+        self._pressed.append(self.model.acting())
         self._ends.append(end)
-        self._on_curves.append(self._places(end.places))
+        self._on_curves.append(self.samples.places(end.places))
 
-    def _samples_until(self, end: float) -> int:
-        """Return how many samples there are up to the end of a step (s), that one too."""
-        return int(np.searchsorted(self.grid, end * (1 + 1e-14), side="right"))
-
-    def _at_samples(self, whole: Step, step: Step, wanted: FloatArray) -> Evaluation:
-        """Mass matrix and forces at samples (s) within a part of the `whole` step.
-
-        They come from the equations: derivatives of the step's polynomial are of a lower order,
-        which a force shows that is small beside those it balances.
-        """
-        if step is not whole and np.array_equal(wanted, step.stages.kept.t[-1:]):
-            return step.stages.pick(slice(-1, None))  # cut there, and evaluated
+    def _at_samples(self, whole: Step, part: Step, wanted: FloatArray) -> Evaluation:
+        """Mass matrix and forces at samples (s) within a part of the `whole` step."""
+        if part is not whole and np.array_equal(wanted, part.stages.kept.t[-1:]):
+            return part.stages.pick(slice(-1, None))  # cut there, and evaluated
         return self.model.evaluate_all(wanted, *whole.at(wanted))
 
     def mark(self) -> None:
         """Keep a sample at the end of the last step, too."""
-        if self._steps and self.samples[-1].time < self._steps[-1].end:
-            last = self._steps[-1]
-            self._keep(last.stages.pick(slice(-1, None)), len(self._steps) - 1, np.ones(1))
+        if self._steps and self.samples.last < self._steps[-1].end:
+            last, row = self._steps[-1], len(self._steps) - 1
+            end = last.stages.pick(slice(-1, None))
+            self.samples.keep(np.array([last.end]), end, row, np.ones(1))
 
     def note(self, entry: Entry) -> None:
         """Write down what a contact does at the end of the last step, with the totals then."""
@@ -166,13 +133,9 @@ class Recorder:
 
     def keep_again(self, at: Evaluation) -> None:
         """Keep the state after an impact, in place of that before it at the same instant."""
-        if self.samples[-1].time >= at.kept.t:
-            self.samples.pop()
-            self._between.pop()
-            last = self._kept.pop()
-            if len(last.kept.t) > 1:
-                self._kept.append(last.pick(slice(-1)))
-        self._keep(at.pick(None), len(self._steps), np.zeros(1))
+        if self.samples.last >= at.kept.t:
+            self.samples.drop_last()
+        self.samples.keep(at.kept.t[None], at.pick(None), len(self._steps), np.zeros(1))
 
     def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:
         """Impulse (N s) and energy lost (J) of a contact so far, or `at` a note's totals.
@@ -184,35 +147,17 @@ class Recorder:
         count = len(self.contacts)
         return float(totals[2 + contact]), float(totals[2 + count + contact])
 
-    def _acting(self) -> BoolArray:
-        of_scene = np.array([contact.acts for contact in self.model.contacts], dtype=bool)
-        return np.concatenate([of_scene, self.model.walls.touching])
-
-    def _keep(self, found: Evaluation, step: int, parts: FloatArray) -> None:
-        """Keep samples (n,) at parts of a step of the block."""
-        whole: TreeForces = found.kept
-        pressed = self._acting()
-        state, forces = whole.state, whole.pushes[..., 0]
-        instants = zip(whole.t.tolist(), state.x, state.v, state.places, forces, strict=True)
-        for t, x, v, places, force in instants:
-            self.samples.append(Sample(t, x, v, self._places(places), pressed, force))
-        self._kept.append(found)
-        self._between += [(step, part, len(self._leaps)) for part in parts.tolist()]
-
-    def _places(self, on_pieces: FloatArray) -> tuple[float, ...]:
-        """Places on the whole curves, in the order of the mechanism's slots."""
-        points, places = self.model.coordinates.points, on_pieces.tolist()
-        return tuple(points[k].place(places[k]) for k in self._points)
-
     # --- blocks -------------------------------------------------------------------------------
 
     def flush(self) -> None:
         """Work off the block: integrals over its steps, what its samples lack, checks."""
         steps = self._steps
-        self._work_off_samples()
+        self.samples.work_off()
         if not steps:
             if not self.totals:  # not even a first step was made
-                self.totals.append(np.repeat(self._reached[None, :], len(self._between), axis=0))
+                self.totals.append(
+                    np.repeat(self._reached[None, :], len(self.samples.between), axis=0)
+                )
                 self.at_notes += [self._reached for _ in self._notes]
             return
         stages: list[TreeForces] = [step.stages.kept for step in steps]
@@ -225,8 +170,10 @@ class Recorder:
         nothing = 0 * self._reached
         reached = self._reached + np.vstack([nothing, np.cumsum(gained, axis=0)])
         leapt = np.cumsum([nothing, *(leap for _, leap in self._leaps)], axis=0)
-        rows, leaps = (np.array([own[i] for own in self._between], dtype=int) for i in (0, 2))
-        parts = np.array([part for _, part, _ in self._between])
+        leapt_after = [row for row, _ in self._leaps]
+        rows = np.array([row for row, _ in self.samples.between], dtype=int)
+        parts = np.array([part for _, part in self.samples.between])
+        leaps = np.searchsorted(leapt_after, rows, side="right")
         # A sample right after an impact that no step of the block follows is at none of its part.
         inner = np.minimum(rows, len(steps) - 1)
         nodes = np.concatenate([self._rates_at_starts(inner)[:, None], rates[inner]], axis=1)
@@ -234,30 +181,12 @@ class Recorder:
         self.totals.append(reached[rows] + leapt[leaps] + lengths[inner, None] * gained)
         self.at_notes += [reached[row] + leapt[leap] for row, leap in self._notes]
         pressed = np.array(self._pressed)
-        before = np.searchsorted([row for row, _ in self._leaps], np.arange(1, len(steps) + 1))
+        before = np.searchsorted(leapt_after, np.arange(1, len(steps) + 1))
         self._check(self._ends, reached[1:] + leapt[before], pressed)
         self._seek(state, lengths, pressed)
         self._reached = reached[-1] + leapt[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
-        self._between, self._notes, self._leaps = [], [], []
-
-    def _work_off_samples(self) -> None:
-        """Accelerations of all coordinates at the new samples, and constraint forces."""
-        if not self._kept:
-            return
-        _, accelerations, forces = self._solved(self._kept)
-        self.accelerations.append(accelerations)
-        self.constraint_forces.append(forces)
-        self._kept = []
-
-    def _solved(self, found: Sequence[Evaluation]) -> tuple[TreeState, FloatArray, FloatArray]:
-        """Coordinates, accelerations of all, and constraint forces, all (n, ...)."""
-        instants: list[TreeForces] = [at.kept for at in found]
-        mass, force = (np.concatenate(own) for own in zip(*[at[:2] for at in found], strict=True))
-        free = Evaluation(mass, force).accelerations
-        state = joined([whole.state for whole in instants])
-        accelerations = self.model.whole_accelerations(state, free)
-        return state, accelerations, self.model.constraint_forces(instants, accelerations)
+        self.samples.between, self._notes, self._leaps = [], [], []
 
     def _rates_at_starts(self, steps: IndexArray) -> FloatArray:
         """Rates of the totals (n, ...) as these steps of the block begin."""
@@ -265,7 +194,7 @@ class Recorder:
         begins = [self._steps[k].begin.pick(None) for k in which.tolist()]
         if not begins:
             return np.zeros((0, len(self._reached)))
-        state, _, forces = self._solved(begins)
+        state, _, forces = solved(self.model, begins)
         return self._rates_of([at.kept for at in begins], state, forces)[back]
 
     def _seek(self, state: TreeState, lengths: FloatArray, pressed: BoolArray) -> None:
