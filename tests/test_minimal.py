@@ -265,13 +265,13 @@ def test_forces_are_those_of_the_equations_at_every_sample() -> None:
 def test_the_end_of_a_step_is_put_together_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Events, walls and what is recorded all look at it."""
     ends = []
-    whole = MinimalModel.state
+    whole = MinimalModel.states
 
-    def counted(model: MinimalModel, t: float, *state: np.ndarray) -> TreeState:
-        ends.append(t)
+    def counted(model: MinimalModel, t: np.ndarray, *state: np.ndarray) -> TreeState:
+        ends.append(t[-1])
         return whole(model, t, *state)
 
-    monkeypatch.setattr(MinimalModel, "state", counted)
+    monkeypatch.setattr(MinimalModel, "states", counted)
     # No wall is touched so early: every step is accepted as it was looked at.
     result = simulate(load_scene(MODELS / "clearance.yaml", ["run.turns=0.02"]), measure=False)
     assert result.checks.steps > 5

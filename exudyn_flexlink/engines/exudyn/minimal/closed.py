@@ -34,7 +34,6 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 
 MOST_ITERATIONS = 12
 NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
-SAME = 1e-11  # of the mechanism's size: what moves by less has the same Jacobian
 OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
 ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
@@ -259,7 +258,7 @@ class ClosedCoordinates:
             if not size < 2 * before or not np.isfinite(size):
                 raise DeadCentreError(NOT_CLOSED)
             y[:, split.dependent] -= change
-            if size <= SAME * self._size:
+            if size <= ROUNDING * self._size:
                 break
         if np.abs(residual * self._row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
             raise DeadCentreError(NOT_CLOSED)

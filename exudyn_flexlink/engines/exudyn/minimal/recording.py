@@ -68,7 +68,7 @@ class Recorder:
         self._on_curves = [self.samples.places(start.places)]
         self._check([start], self._reached[None, :], self.model.acting()[None])
         self._on_curves = []
-        self.samples.keep(at.kept.t[None], at.pick(None), 0, np.zeros(1))
+        self.samples.keep(at.pick(None), 0, np.zeros(1))
 
     def found_with_end(self, step: Step) -> FloatArray:
         """Samples (n,), s, whose coordinates a step's end is found along with; see `take`."""
@@ -94,7 +94,7 @@ class Recorder:
             if len(wanted):
                 found = self._at_samples(step, part, wanted)
                 row, parts = len(self._steps) - 1, (wanted - part.t) / part.h
-                self.samples.keep(wanted, found, row, parts)
+                self.samples.keep(found, row, parts)
 
     def _take(self, step: Step, end: TreeState) -> None:
         if len(self._steps) == BLOCK:
@@ -115,7 +115,7 @@ class Recorder:
         if self._steps and self.samples.last < self._steps[-1].end:
             last, row = self._steps[-1], len(self._steps) - 1
             end = last.stages.pick(slice(-1, None))
-            self.samples.keep(np.array([last.end]), end, row, np.ones(1))
+            self.samples.keep(end, row, np.ones(1))
 
     def note(self, entry: Entry) -> None:
         """Write down what a contact does at the end of the last step, with the totals then."""
@@ -135,7 +135,7 @@ class Recorder:
         """Keep the state after an impact, in place of that before it at the same instant."""
         if self.samples.last >= at.kept.t:
             self.samples.drop_last()
-        self.samples.keep(at.kept.t[None], at.pick(None), len(self._steps), np.zeros(1))
+        self.samples.keep(at.pick(None), len(self._steps), np.zeros(1))
 
     def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:
         """Impulse (N s) and energy lost (J) of a contact so far, or `at` a note's totals.

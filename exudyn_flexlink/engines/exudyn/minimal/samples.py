@@ -91,17 +91,17 @@ class Samples:
 
         Where nothing but those decides on forces, they wait: many are found together.
         """
+        t = self._model.window.all_inside(t)
         if self._model.left_to_itself:
             self._waiting.append((t, state))
             self.between += [(step, part) for part in parts.tolist()]
         else:
-            within = self._model.window.all_inside(t)
-            self.keep(t, self._model.forces_at(within, state), step, parts)
+            self.keep(self._model.forces_at(t, state), step, parts)
 
-    def keep(self, t: FloatArray, found: Evaluation, step: int, parts: FloatArray) -> None:
+    def keep(self, found: Evaluation, step: int, parts: FloatArray) -> None:
         """As `take`, with the forces found."""
         self.work_off_waiting()
-        self._add(t, found)
+        self._add(found)
         self.between += [(step, part) for part in parts.tolist()]
 
     def work_off_waiting(self) -> None:
@@ -109,16 +109,15 @@ class Samples:
         if self._waiting:
             times, states = zip(*self._waiting, strict=True)
             self._waiting = []
-            t = np.concatenate(times)
-            self._add(t, self._model.forces_at(t, joined(states)))
+            self._add(self._model.forces_at(np.concatenate(times), joined(states)))
 
-    def _add(self, t: FloatArray, found: Evaluation) -> None:
+    def _add(self, found: Evaluation) -> None:
         whole: TreeForces = found.kept
         pressed = self._model.acting()
         state, forces = whole.state, whole.pushes[..., 0]
-        instants = zip(t.tolist(), state.x, state.v, state.places, forces, strict=True)
-        for time, x, v, places, force in instants:
-            self.kept.append(Sample(time, x, v, self.places(places), pressed, force))
+        instants = zip(whole.t.tolist(), state.x, state.v, state.places, forces, strict=True)
+        for t, x, v, places, force in instants:
+            self.kept.append(Sample(t, x, v, self.places(places), pressed, force))
         self._new.append(found)
 
     def drop_last(self) -> None:
