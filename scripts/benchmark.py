@@ -4,8 +4,9 @@
   .venv/bin/python scripts/benchmark.py naive rods       some parts
   .venv/bin/python scripts/benchmark.py --quick          smaller ones, about three minutes
 
-Parts: naive (the script by hand), scipy, mujoco (peers; MuJoCo if installed), rods (cost of a step
-over their number), effects (what each costs), startup.
+Parts: naive (the script by hand), scipy, mujoco, loops (peers; the last two against MuJoCo, if
+installed, on a chain and on a closed loop), rods (cost of a step over their number), effects (what
+each costs), startup.
 
 Costs are processor times, the least of `--repeat` runs, and whatever is compared is measured in
 turn (A B A B ...) in this one run: trust the ratios, and not the seconds, of a shared machine.
@@ -17,7 +18,7 @@ import argparse
 from collections.abc import Callable
 from functools import partial
 
-from benchmarks import effects, naive, peer_mujoco, peer_scipy, rods, startup
+from benchmarks import effects, naive, peer_loops, peer_mujoco, peer_scipy, rods, startup
 from benchmarks.measuring import Table
 from rich import box
 from rich.console import Console
@@ -29,6 +30,7 @@ PARTS: dict[str, Part] = {
     "naive": naive.tables,
     "scipy": peer_scipy.tables,
     "mujoco": peer_mujoco.tables,
+    "loops": peer_loops.tables,
     "rods": rods.tables,
     "effects": effects.tables,
     "startup": startup.tables,
