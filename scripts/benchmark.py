@@ -20,9 +20,8 @@ from functools import partial
 
 from benchmarks import effects, naive, peer_loops, peer_mujoco, peer_scipy, rods, startup
 from benchmarks.measuring import Table
-from rich import box
+from benchmarks.printing import markdown, show
 from rich.console import Console
-from rich.table import Table as RichTable
 
 Part = Callable[..., list[Table]]
 
@@ -60,25 +59,6 @@ def main() -> None:
                 print(markdown(table))
             else:
                 show(console, table)
-
-
-def markdown(table: Table) -> str:
-    """Return a table as Markdown, its title and its conclusion in bold."""
-    rows = (table.columns, ("---",) * len(table.columns), *table.rows)
-    lines = [f"**{table.title}**", "", *(f"| {' | '.join(row)} |" for row in rows), ""]
-    return "\n".join([*lines, f"**{table.conclusion}**", ""] if table.conclusion else lines)
-
-
-def show(console: Console, table: Table) -> None:
-    """Print a table, aligned, and its conclusion."""
-    shown = RichTable(title=table.title, title_justify="left", box=box.SIMPLE, title_style="bold")
-    for i, column in enumerate(table.columns):
-        shown.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
-    for row in table.rows:
-        shown.add_row(*row)
-    console.print(shown)
-    if table.conclusion:
-        console.print(table.conclusion + "\n", highlight=False, markup=False)
 
 
 if __name__ == "__main__":
