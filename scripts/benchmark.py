@@ -4,8 +4,9 @@
   .venv/bin/python scripts/benchmark.py naive rods       some parts
   .venv/bin/python scripts/benchmark.py --quick          smaller ones, about three minutes
 
-Parts: naive (the script by hand), scipy, mujoco (peers; MuJoCo if installed), rods (cost of a step
-over their number), effects (what each costs), startup.
+Parts: naive (the script by hand), scipy, mujoco, loops (peers; the last two against MuJoCo, if
+installed, on a chain and on a closed loop), rods (cost of a step over their number), effects (what
+each costs), startup.
 
 Costs are processor times, the least of `--repeat` runs, and whatever is compared is measured in
 turn (A B A B ...) in this one run: trust the ratios, and not the seconds, of a shared machine.
@@ -17,11 +18,10 @@ import argparse
 from collections.abc import Callable
 from functools import partial
 
-from benchmarks import effects, naive, peer_mujoco, peer_scipy, rods, startup
+from benchmarks import effects, naive, peer_loops, peer_mujoco, peer_scipy, rods, startup
 from benchmarks.measuring import Table
-from rich import box
+from benchmarks.printing import markdown, show
 from rich.console import Console
-from rich.table import Table as RichTable
 
 Part = Callable[..., list[Table]]
 
@@ -29,6 +29,7 @@ PARTS: dict[str, Part] = {
     "naive": naive.tables,
     "scipy": peer_scipy.tables,
     "mujoco": peer_mujoco.tables,
+    "loops": peer_loops.tables,
     "rods": rods.tables,
     "effects": effects.tables,
     "startup": startup.tables,
@@ -58,25 +59,6 @@ def main() -> None:
                 print(markdown(table))
             else:
                 show(console, table)
-
-
-def markdown(table: Table) -> str:
-    """Return a table as Markdown, its title and its conclusion in bold."""
-    rows = (table.columns, ("---",) * len(table.columns), *table.rows)
-    lines = [f"**{table.title}**", "", *(f"| {' | '.join(row)} |" for row in rows), ""]
-    return "\n".join([*lines, f"**{table.conclusion}**", ""] if table.conclusion else lines)
-
-
-def show(console: Console, table: Table) -> None:
-    """Print a table, aligned, and its conclusion."""
-    shown = RichTable(title=table.title, title_justify="left", box=box.SIMPLE, title_style="bold")
-    for i, column in enumerate(table.columns):
-        shown.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
-    for row in table.rows:
-        shown.add_row(*row)
-    console.print(shown)
-    if table.conclusion:
-        console.print(table.conclusion + "\n", highlight=False, markup=False)
 
 
 if __name__ == "__main__":

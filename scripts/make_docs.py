@@ -228,7 +228,7 @@ ITEMS = (
     ),
     Item("sweep", "2 min", (SWEEP, SWEPT), {"sweep.png": "speeds/sweep.png"}),
     measured("sweep_speed", "10 min"),
-    measured("benchmark", "5 min", "--markdown"),
+    measured("benchmark", "15 min", "--markdown"),
     measured("told_errors", "15 min", "--count", "20"),
     measured("hard_cases", "5 min", "--quick", sample=("--quick", "--only", "tip", "two_contacts")),
     measured("random_scenes", "5 min"),

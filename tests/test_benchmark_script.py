@@ -6,9 +6,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchmarks import measuring, mujoco_chain, numpy_lagrangian, peer_mujoco, stepping, strike
+from benchmarks import (
+    measuring,
+    mujoco_chain,
+    numpy_lagrangian,
+    peer_loops,
+    peer_mujoco,
+    stepping,
+    strike,
+)
 from benchmarks.measuring import Measured
 from benchmarks.naive_exudyn import simulate_by_hand
+from benchmarks.peers import against
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.chain import discretise
@@ -143,6 +152,36 @@ def test_mujoco_has_the_same_chain():
     error, _ = peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 100)
     assert error < 1e-7
     assert peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 5)[0] == np.inf
+
+
+@pytest.mark.parametrize("body", ["crank", "slider"])
+def test_mujoco_has_the_same_slider_crank(body):
+    """Wherever the loop is cut; errors of RK4 and of the spring fall with the step."""
+    pytest.importorskip("mujoco")
+    rk4, closing = mujoco_chain.integrators()["RK4"], peer_loops.Closing(body, 0.3)
+    coarse, fine = (peer_loops.by_mujoco(rk4, closing, 0.5, h)[0] for h in (1e-3, 1e-4))
+    assert fine < 1e-7 < 100 * fine < coarse
+
+
+def test_of_each_integrator_the_cheapest_closing_is_kept():
+    points = {"a (x)": 20, "a (y)": 10, "ab (x)": 30, "ours": 5}
+    found = {(name, 1e-4): Measured(1, 1e-5, 1.0, steps) for name, steps in points.items()}
+    kept = peer_loops.of_each(found, ["a", "ab"])
+    assert [name for name, _ in kept] == ["a (y)", "ab (x)", "ours"]
+
+
+def test_errors_that_the_peer_does_not_reach_are_told():
+    found = {
+        ("peer x", 1e-4): Measured(1, 1e-5, 2.0),
+        ("us", 1e-4): Measured(1, 1e-5, 4.0),
+        ("us", 1e-6): Measured(1, 1e-7, 8.0),
+    }
+    table = against("Peer", "", found, [1e-4, 1e-6], 3.0)
+    assert [row[-1] for row in table.rows] == ["1.00", "0.50", ""]
+    assert table.conclusion == (
+        "Over 3.0 s, Peer's best time over our best: 0.5 at 1e-04 m (us). "
+        "Peer does not reach 1e-06 m."
+    )
 
 
 def test_the_quickest_run_decides_on_the_rounds_of_all(monkeypatch):

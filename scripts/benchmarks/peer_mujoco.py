@@ -10,6 +10,7 @@ import numpy as np
 
 from benchmarks import mujoco_chain, numpy_lagrangian
 from benchmarks.measuring import FINE, Measured, Run, Table, cheapest, ladder, repeated
+from benchmarks.peers import against
 from benchmarks.stepping import completed
 from benchmarks.strike import scene_of
 from benchmarks.variants import VARIANTS, Variant
@@ -87,23 +88,4 @@ def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
     duration = BRIEF if quick else DURATION
     errors = ERRORS[:2] if quick else ERRORS
     found = measure(duration, errors, repeat)
-    rows, told = [], []
-    for error in errors:
-        here = {name: point for (name, at), point in found.items() if at == error}
-        peers = {name: point for name, point in here.items() if name.startswith("mujoco")}
-        peer = min(peers.values(), key=lambda point: point.cost, default=None)
-        own = {name: point for name, point in here.items() if name not in peers}
-        for name, point in here.items():
-            ratio = f"{peer.cost / point.cost:.2f}" if peer else ""
-            rows.append(_row(error, name, point, ratio))
-        if own and peer:
-            best = min(own, key=lambda name: own[name].cost)
-            told.append(f"{peer.cost / own[best].cost:.2g} at {error:.0e} m ({best})")
-    conclusion = f"Over {duration} s, MuJoCo's best time over our best: {', '.join(told)}."
-    columns = ("error", "by", "setting", "its error", "steps", "processor time", "ratio")
-    return [Table(title, columns, tuple(rows), conclusion)]
-
-
-def _row(error: float, name: str, point: Measured, ratio: str) -> tuple[str, ...]:
-    told = (f"{point.setting:g}", f"{point.error:.1e} m", f"{point.steps}", f"{point.cost:.3f} s")
-    return (f"{error:.0e} m", name, *told, ratio)
+    return [against("MuJoCo", title, found, errors, duration)]
