@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from compare_commits import ROOT, Case, Motion, apart, row
 
+from exudyn_flexlink import load_scene
+
 in_repository = pytest.mark.skipif(not (ROOT / ".git").exists(), reason="not a git checkout")
 
 
@@ -43,7 +45,23 @@ def test_a_row_has_the_median_of_the_pairs_and_both_errors(monkeypatch, tmp_path
 def test_a_run_that_fails_is_told_in_its_row(tmp_path):
     cells, trouble = row(Case("no_such_model", "exudyn", 1.0), tmp_path, 1)
     assert cells[3] == "failed"
-    assert trouble.startswith("no_such_model by exudyn, here: ")
+    assert trouble.startswith("Failed: no_such_model by exudyn, here: ")
+    assert "no_such_model.yaml" in trouble
+
+
+def test_the_reason_is_the_first_line_of_the_message():
+    raised = "Traceback (most recent call last):\n  File x.py\nSomeError: why\n  | y\n2 mistakes"
+    assert compare_commits.reason(f"a warning\n{raised}") == "SomeError: why"
+    assert compare_commits.reason("stopped at 1 s: why") == "stopped at 1 s: why"
+
+
+@pytest.mark.parametrize("case", compare_commits.CASES, ids=lambda case: case.scene)
+def test_models_are_there_and_plainer_words_replace_some(case, tmp_path):
+    file = case.file(tmp_path)
+    text = (ROOT / "models" / f"{case.model}.yaml").read_text(encoding="utf-8")
+    assert all(words in text for words, _ in case.plainer)
+    assert (file.parent == tmp_path) is bool(case.plainer)
+    load_scene(file)
 
 
 @in_repository
