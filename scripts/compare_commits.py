@@ -152,15 +152,8 @@ def row(case: Case, there: Path, repeat: int) -> tuple[tuple[str, ...], str]:
             truth = simulated(ROOT, case, TIGHT, runs=1)
             errors = [apart(motion, truth) for motion in pairs[0]]
     except RunFailedError as error:
-        return (
-            *name,
-            "failed",
-            "",
-            "",
-            asked,
-            "",
-            "",
-        ), f"Failed: {case.scene} by {case.engine}, {error}."
+        cells = (*name, "failed", "", "", asked, "", "")
+        return cells, f"Failed: {case.scene} by {case.engine}, {error}."
     times = [
         f"{median(motion.seconds for motion in side):.2f} s" for side in zip(*pairs, strict=True)
     ]

@@ -90,15 +90,6 @@ def _differences(nodes: FloatArray, weights: FloatArray, gamma: float) -> FloatA
     return np.asarray(np.linalg.solve(nodes ** np.arange(stages)[:, None], exact) - weights)
 
 
-def lagrange(t: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Weights (instants, nodes) of the polynomial through values at nodes, exact to rounding."""
-    away = t[:, None, None] - nodes
-    apart = nodes[:, None] - nodes
-    same = np.eye(len(nodes), dtype=bool)
-    ratios = np.where(same, 1.0, away / np.where(same, 1.0, apart))
-    return np.asarray(ratios.prod(-1))
-
-
 STAGES = 5  # order 9
 RADAU = radau(STAGES)
 
@@ -113,3 +104,4 @@ ERROR = REAL * RADAU.differences @ B  # of the speeds' increments, in the embedd
 
 NODES = np.eye(STAGES + 1)  # coefficients, in powers of the part of a step, of the polynomial
 NODES[1:, 1:], NODES[1:, 0] = RADAU.powers, -RADAU.powers.sum(1)  # through start and stages
+BY_STAGES = RADAU.powers * C  # likewise, through the stages alone

@@ -169,16 +169,6 @@ class MinimalModel:
             self.trouble = error
             raise
 
-    @property
-    def left_to_itself(self) -> bool:
-        """Whether nothing acts but springs, dampers and weight, so that forces never change."""
-        return not (self.loads.any or self.acting().any())
-
-    def acting(self) -> BoolArray:
-        """Tell which contacts press: those of the scene and of bearings, then pairs of sleeves."""
-        of_scene = [contact.acts for contact in self.contacts]
-        return np.concatenate([np.array(of_scene, dtype=bool), self.walls.touching])
-
     def forces_at(self, t: FloatArray, state: TreeState) -> Evaluation:
         """As `evaluate_all`, at coordinates that are known."""
         mass, force = self._ask(state.x, state.v)
@@ -229,6 +219,16 @@ class MinimalModel:
             for i in range(len(x)):
                 pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i])
         return pushes, touching
+
+    @property
+    def left_to_itself(self) -> bool:
+        """Whether nothing acts but springs, dampers and weight, so that forces never change."""
+        return not (self.loads.any or self.acting().any())
+
+    def acting(self) -> BoolArray:
+        """Tell which contacts press: those of the scene and of bearings, then pairs of sleeves."""
+        of_scene = [contact.acts for contact in self.contacts]
+        return np.concatenate([np.array(of_scene, dtype=bool), self.walls.touching])
 
     def giving_way(self) -> list[tuple[int, PenaltyContact]]:
         """Numbered contacts with a penalty force that acts."""

@@ -1,8 +1,7 @@
 """From the loop's steps to samples, energies and checks.
 
-Energies dissipated and supplied,
-impulses and works of contacts are integrals over the stages of every step, as accurate as the
-motion.
+Energies dissipated and supplied, impulses and works of contacts are integrals over the stages of
+every step, as accurate as the motion.
 """
 
 from __future__ import annotations
@@ -32,10 +31,10 @@ BLOCK = 512  # steps that are worked off together
 class Recorder:
     """Takes every step; keeps `samples` at `grid` (s, increasing) and where it is asked to.
 
-    For each sample `totals` are the energies dissipated in dampers and supplied by drives
-    (J), then the impulse of each contact (N s), then the work done on each (J), since time 0.
-    `entries` are the contacts' beginnings and ends, `at_notes` the totals then, `impacts` what is
-    without duration, by the number of the contact.
+    For each sample `totals` are the energies dissipated in dampers and supplied by drives (J), then
+    the impulse of each contact (N s), then the work done on each (J), since time 0. `entries`
+    are the contacts' beginnings and ends, `at_notes` the totals then, `impacts` what is without
+    duration, by the number of the contact.
     """
 
     def __init__(self, model: MinimalModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
@@ -152,12 +151,10 @@ class Recorder:
     def flush(self) -> None:
         """Work off the block: integrals over its steps, what its samples lack, checks."""
         steps = self._steps
-        self.samples.work_off()
+        rows, parts = self.samples.work_off()
         if not steps:
             if not self.totals:  # not even a first step was made
-                self.totals.append(
-                    np.repeat(self._reached[None, :], len(self.samples.between), axis=0)
-                )
+                self.totals.append(np.repeat(self._reached[None, :], len(rows), axis=0))
                 self.at_notes += [self._reached for _ in self._notes]
             return
         stages: list[TreeForces] = [step.stages.kept for step in steps]
@@ -171,8 +168,6 @@ class Recorder:
         reached = self._reached + np.vstack([nothing, np.cumsum(gained, axis=0)])
         leapt = np.cumsum([nothing, *(leap for _, leap in self._leaps)], axis=0)
         leapt_after = [row for row, _ in self._leaps]
-        rows = np.array([row for row, _ in self.samples.between], dtype=int)
-        parts = np.array([part for _, part in self.samples.between])
         leaps = np.searchsorted(leapt_after, rows, side="right")
         # A sample right after an impact that no step of the block follows is at none of its part.
         inner = np.minimum(rows, len(steps) - 1)
@@ -186,7 +181,7 @@ class Recorder:
         self._seek(state, lengths, pressed)
         self._reached = reached[-1] + leapt[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
-        self.samples.between, self._notes, self._leaps = [], [], []
+        self._notes, self._leaps = [], []
 
     def _rates_at_starts(self, steps: IndexArray) -> FloatArray:
         """Rates of the totals (n, ...) as these steps of the block begin."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.integrate.problem import Evaluation
@@ -38,8 +38,7 @@ class Samples:
     """Samples `kept` so far, of those of a `grid` (s, increasing) and others.
 
     For each `accelerations` are those of all coordinates, `constraint_forces` those of motors,
-    slots and loops, in blocks (samples, links). `between` tells of each new one its step in the
-    block of steps, and the part of that.
+    slots and loops, in blocks (samples, links).
     """
 
     def __init__(self, model: MinimalModel, grid: FloatArray) -> None:
@@ -47,9 +46,9 @@ class Samples:
         self.kept: list[Sample] = []
         self.accelerations: list[FloatArray] = []
         self.constraint_forces: list[FloatArray] = []
-        self.between: list[tuple[int, float]] = []
         self._next = 1
         self._new: list[Evaluation] = []
+        self._between: list[tuple[int, float]] = []  # steps of the block of new ones, parts of them
         # Instants whose forces are still to be found, by the step that they are in.
         self._waiting: list[tuple[FloatArray, TreeState]] = []
         names = [point.slot.name for point in model.coordinates.points]
@@ -94,7 +93,7 @@ class Samples:
         t = self._model.window.all_inside(t)
         if self._model.left_to_itself:
             self._waiting.append((t, state))
-            self.between += [(step, part) for part in parts.tolist()]
+            self._between += [(step, part) for part in parts.tolist()]
         else:
             self.keep(self._model.forces_at(t, state), step, parts)
 
@@ -102,7 +101,7 @@ class Samples:
         """As `take`, with the forces found."""
         self.work_off_waiting()
         self._add(found)
-        self.between += [(step, part) for part in parts.tolist()]
+        self._between += [(step, part) for part in parts.tolist()]
 
     def work_off_waiting(self) -> None:
         """Find the forces of the samples that wait: they are asked for, or what presses changes."""
@@ -124,7 +123,7 @@ class Samples:
         """Drop the last sample, which is new."""
         self.work_off_waiting()
         self.kept.pop()
-        self.between.pop()
+        self._between.pop()
         last = self._new.pop()
         if len(last.kept.t) > 1:
             self._new.append(last.pick(slice(-1)))
@@ -141,14 +140,19 @@ class Samples:
 
     # --- blocks -------------------------------------------------------------------------------
 
-    def work_off(self) -> None:
-        """Find accelerations of all coordinates at the new samples, and constraint forces."""
+    def work_off(self) -> tuple[IndexArray, FloatArray]:
+        """Find what the new samples lack; return their steps in the block, and the parts of those.
+
+        That are accelerations of all coordinates, and constraint forces.
+        """
         self.work_off_waiting()
         if self._new:
             _, accelerations, forces = solved(self._model, self._new)
             self.accelerations.append(accelerations)
             self.constraint_forces.append(forces)
-            self._new = []
+        rows, parts = (np.array([own[i] for own in self._between]) for i in (0, 1))
+        self._new, self._between = [], []
+        return rows.astype(int), parts
 
 
 def solved(

@@ -1,0 +1,84 @@
+"""Steps of loops: samples within them, where searches for places begin, stages at dead centres."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.engines.exudyn.minimal.closed import LOST, ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.step_stages import StepStages
+from exudyn_flexlink.integrate.collocation import C
+
+MODELS = Path(__file__).parent.parent / "models"
+
+
+@pytest.mark.parametrize("model", ["no_clearance", "clearance", "textbook/free_slider_crank"])
+def test_forces_found_together_are_those_found_at_every_step(model, monkeypatch) -> None:
+    """Strikes and touches fall between them, of which no sample may know too early or too late."""
+    scene = load_scene(MODELS / f"{model}.yaml", ["run={duration: 0.4, sample: 1 ms}"])
+    together = simulate(scene, measure=False)
+    monkeypatch.setattr(MinimalModel, "left_to_itself", False)
+    one_by_one = simulate(scene, measure=False)
+    np.testing.assert_array_equal(together.time, one_by_one.time)
+    np.testing.assert_array_equal(together.poses, one_by_one.poses)
+    for name, force in one_by_one.joint_forces.items():
+        largest = np.abs(force).max()
+        np.testing.assert_allclose(together.joint_forces[name], force, rtol=0, atol=1e-9 * largest)
+    for name, history in one_by_one.contacts.items():
+        np.testing.assert_array_equal(together.contacts[name].force, history.force)
+
+
+def test_samples_that_wait_need_few_looks(monkeypatch) -> None:
+    looks = []
+    found = MinimalModel.forces_at
+
+    def counted(model: MinimalModel, t: np.ndarray, *state: object) -> object:
+        looks.append(len(t))
+        return found(model, t, *state)
+
+    monkeypatch.setattr(MinimalModel, "forces_at", counted)
+    scene = load_scene(MODELS / "textbook" / "free_slider_crank.yaml", ["run.duration=0.3"])
+    result = simulate(scene, measure=False)
+    assert max(looks) > 0.9 * len(result.time)
+
+
+def places(t: np.ndarray) -> np.ndarray:
+    return np.stack([1 + t - 3 * t**3, t**4, 2 * t**2], axis=1)
+
+
+def test_places_near_a_step_are_exact_for_polynomials() -> None:
+    """Of degree 4 in time, within the step and beyond; and linear in what is independent."""
+    t, h = 0.3, 0.2
+    stages = t + C * h
+    reach = np.tile(np.array([[2.0], [-1.0], [1.0]]), (len(C), 1, 1))
+    known = StepStages(stages, places(stages)[:, 2:], places(stages), reach)
+    for at in (stages, t + h * np.array([0.0, 0.35, 1.0]), t + h * np.array([1.2, 2.9])):
+        moved = known.near(at, places(at)[:, 2:] + 0.1)
+        # Two lengths beyond it rounding is multiplied by a thousand.
+        np.testing.assert_allclose(moved, places(at) + 0.1 * reach[0, :, 0], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("part", [-0.01, 3.1])
+def test_no_place_is_told_far_from_a_step(part) -> None:
+    """There another way of closing the loops may be nearer."""
+    known = StepStages(C, np.zeros((5, 1)), places(C), np.zeros((5, 3, 1)))
+    assert known.near(np.array([part]), np.zeros((1, 1))) is None
+
+
+@pytest.mark.parametrize("tolerance", [3e-6, 1e-6, 3e-7, 1e-7])
+def test_no_step_is_kept_with_a_stage_too_near_to_a_dead_centre(tolerance, monkeypatch) -> None:
+    """However small its error seems: there rounding decides on it."""
+    gains, settle = [], ClosedCoordinates.settle
+
+    def noted(coordinates: ClosedCoordinates, *end: object) -> None:
+        gains.append(float(coordinates._gains.max()))
+        settle(coordinates, *end)
+
+    monkeypatch.setattr(ClosedCoordinates, "settle", noted)
+    scene = load_scene(
+        MODELS / "benchmarks" / "n_four_bar.yaml", [f"accuracy.tolerance={tolerance}"]
+    )
+    simulate(scene, measure=False)
+    assert 1e2 < max(gains) < LOST
