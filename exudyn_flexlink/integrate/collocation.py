@@ -104,4 +104,3 @@ ERROR = REAL * RADAU.differences @ B  # of the speeds' increments, in the embedd
 
 NODES = np.eye(STAGES + 1)  # coefficients, in powers of the part of a step, of the polynomial
 NODES[1:, 1:], NODES[1:, 0] = RADAU.powers, -RADAU.powers.sum(1)  # through start and stages
-BY_STAGES = RADAU.powers * C  # likewise, through the stages alone

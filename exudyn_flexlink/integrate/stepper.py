@@ -69,7 +69,7 @@ class HybridProblem(Protocol):
         """
 
     def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool]:
-        """Tell whether a stage of the last step tried was near a singularity, and whether too near.
+        """Tell whether a stage, and whether the end, of the last step tried fell on a singularity.
 
         There rounding decides on what follows from the coordinates solved for. A step that has to
         end where it does, `at_stop`, may end nearer to one.
@@ -232,11 +232,11 @@ class ImplicitStepper:
             return self.radau.step(self.time, h, self.at, self._state, self.control.allowed)
 
     def _on_singularity(self, step: Step | None, at_stop: bool) -> bool:
-        """Tell that a step is too near to a singularity, or near to one and no good."""
+        """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
         if self.control.fixed is not None:
             return False
-        near, too_near = self.problem.on_singularity(at_stop)
-        return too_near or (near and not self._good(step))
+        any_stage, end = self.problem.on_singularity(at_stop)
+        return end or (any_stage and not self._good(step))
 
     def _good(self, step: Step | None) -> bool:
         return step is not None and not self._slips(step) and self.control.passes(step.error)

@@ -38,7 +38,6 @@ OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contr
 ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
 SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
-LOST = 3e2  # likewise, at any stage: five digits fewer, and other steps do better
 JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
 UNSEEN = 1e-5  # as DEAD_CENTRE: nearer to one accelerations have lost ten digits, and are not shown
 CALM = 1e1  # likewise: where all stages have less, no dead centre lies between them
@@ -313,10 +312,9 @@ class ClosedCoordinates:
         return moved[: self._links]
 
     def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:
-        """Tell whether a stage of the last step tried fell near one, and whether too near."""
-        *inner, end = self._gains.tolist()
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
         most = 1 / UNSEEN if at_stop else SINGULAR
-        return max([*inner, end]) > SINGULAR, end > most or max(inner, default=0.0) > LOST
+        return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > most)
 
     def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:
         """Tell at which instants (n,) within the last step two ways of closing the loops meet.

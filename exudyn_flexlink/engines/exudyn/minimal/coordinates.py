@@ -105,9 +105,9 @@ class Coordinates(Protocol):
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
     def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:  # noqa: ARG002
-        """Tell whether a stage of the last step tried fell near one, and whether too near.
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one.
 
-        The end may be less near than others; if a step has to end there, `at_stop`, nearer.
+        A step that has to end there, `at_stop`, may end nearer to one.
         """
         return False, False
 

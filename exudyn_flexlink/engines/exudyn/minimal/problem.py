@@ -197,7 +197,7 @@ class MinimalProblem:
         return self._overlooked.part(step, allowed)
 
     def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool]:
-        """Tell whether a stage of the last step fell near a dead centre, and whether too near."""
+        """Tell whether a stage, and whether the end, of the last step fell on a dead centre."""
         return self.model.coordinates.on_dead_centre(at_stop)
 
     # --- events -------------------------------------------------------------------------------

@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.collocation import BY_STAGES, STAGES, C
+from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
 
 CLOSE = 1e-9  # of a step: instants so little before it are within
 FARTHEST = 2.0  # lengths of a step beyond its end: so far its polynomial tells places
 DEGREES = np.arange(STAGES)
+BY_STAGES = np.linalg.inv(C[:, None] ** DEGREES)  # coefficients of the polynomial through stages
 
 
 class StepStages(NamedTuple):
