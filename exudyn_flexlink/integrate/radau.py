@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
+from exudyn_flexlink.integrate import full_newton
 from exudyn_flexlink.integrate.collocation import (
     EIGENVALUES,
     ERROR,
@@ -38,13 +39,14 @@ from exudyn_flexlink.integrate.collocation import (
     C,
 )
 from exudyn_flexlink.integrate.contact_share import ContactShare
+from exudyn_flexlink.integrate.full_newton import MIDDLE
 from exudyn_flexlink.integrate.problem import Equations, Evaluation, State
 
 DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]
-MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
+TWO_ROUNDS = 2  # the least that tells how fast the iteration converges
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 # Share of the slow position error that counts: iteration errors have either sign and average out.
 LASTING = 0.03
@@ -113,12 +115,13 @@ class Radau:
         self.equations, self.error_times = equations, error_times
         self.position_per_speed_error = position_per_speed_error
         self.iterations = 0
+        self._turns_far = False  # simplified Newton's method needed many rounds for a step
         # Begin, length and speeds of the last step solved.
         self._last: tuple[float, float, FloatArray] | None = None
 
     def restart(self) -> None:
         """Forget the last step: the equations have changed."""
-        self._last = None
+        self._last, self._turns_far = None, False
 
     def step(
         self, t: float, h: float, start: Evaluation, state: State, allowed: float
@@ -129,16 +132,18 @@ class Radau:
         iteration counts.
         """
         times = t + C * h
-        guess = self._guess(t, h, state.v)
-        residual = self._residual(times, h, state, guess)
-        if residual is None:
-            return None
+        guess, before = self._guess(t, h, state.v), self.iterations
         # A round of the iteration costs more than new matrices, with which it needs fewer.
         try:
-            matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
+            first = self._first_round(times, h, state, guess)
+            if first is None:
+                return None
+            residual, whole = first
+            matrices = self._factorised(h, start, self._stages.pick(MIDDLE), whole)
             w = self._solve(times, state, matrices, allowed, (guess, residual))
         except np.linalg.LinAlgError:  # a guess far off, or a contact so stiff that all else rounds
             return None
+        self._turns_far |= self.iterations - before > TWO_ROUNDS
         if w is None:
             return None
         speeds, accelerations = state.v + w, (B @ w) / h
@@ -153,14 +158,16 @@ class Radau:
         end = State(state.q + moved[-1], speeds[-1], accelerations[-1])
         return Step(t, h, state, end, start, self._stages, known, accelerations, error)
 
-    def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
+    def _factorised(
+        self, h: float, start: Evaluation, middle: Evaluation, whole: FloatArray | None
+    ) -> _Matrices:
         """Matrices of the step's middle, nearest to all stages; contacts at its start."""
         stiffness, damping = self.equations.jacobians(middle)
         systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
         found = self.equations.contacts_at(start)
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
-        return _Matrices(h, inverses, stiffness, contacts)
+        return _Matrices(h, inverses, stiffness, contacts, whole)
 
     def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
         """Increments of the stages' speeds, from the polynomial of the last step solved.
@@ -190,8 +197,7 @@ class Radau:
         (w, residual), before, rate = first, 0.0, 1.0
         enough = NEWTON * allowed
         for left in reversed(range(MOST_ITERATIONS)):
-            turned = matrices.inverses @ (TO @ residual)[:, :, None]
-            change = (FROM @ turned[:, :, 0]).real
+            change = matrices.change(residual)
             if matrices.contacts is not None:
                 change += matrices.contacts.share(h, change, self._stages.touching)
             w += change
@@ -215,18 +221,44 @@ class Radau:
             residual = found
         return None
 
+    def _first_round(
+        self, times: FloatArray, h: float, state: State, w: FloatArray
+    ) -> tuple[FloatArray, FloatArray | None] | None:
+        """Residual of a guess, and the inverse of the system of all stages if it is asked for."""
+        shifts = self.equations.differences if self._turns_far else None
+        if shifts is None:
+            residual = self._residual(times, h, state, w)
+            return None if residual is None else (residual, None)
+        self.iterations += 1
+        places, speeds, accelerations = _moved(h, state, w)
+        near = full_newton.with_neighbours(h, (times, places, speeds), shifts)
+        found = self._evaluated(*near)
+        if found is None:
+            return None
+        self._stages = found.pick(slice(STAGES))
+        residual = _left(self._stages, accelerations)
+        slopes = full_newton.slopes(
+            h, found.pick(slice(STAGES, None)), accelerations[MIDDLE], residual[MIDDLE], shifts
+        )
+        return residual, full_newton.inverse(h, self._stages.mass, *slopes)
+
     def _residual(
         self, times: FloatArray, h: float, state: State, w: FloatArray
     ) -> FloatArray | None:
         """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
         self.iterations += 1
-        speeds = state.v + w
-        places, accelerations = state.q + h * (A @ speeds), (B @ w) / h
+        places, speeds, accelerations = _moved(h, state, w)
+        found = self._evaluated(times, places, speeds)
+        if found is None:
+            return None
+        self._stages = found
+        return _left(found, accelerations)
+
+    def _evaluated(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation | None:
         try:
-            stages = self._stages = self.equations.evaluate_stages(times, places, speeds)
+            return self.equations.evaluate_stages(t, q, v)
         except (ValueError, ArithmeticError):
             return None
-        return np.asarray(stages.force - (stages.mass @ accelerations[:, :, None])[:, :, 0])
 
     def _errors(
         self,
@@ -258,3 +290,22 @@ class _Matrices(NamedTuple):
     inverses: ComplexArray  # (systems, n, n), that of the real one first
     stiffness: FloatArray
     contacts: ContactShare | None
+    whole: FloatArray | None  # inverse (stages n, stages n) of one system for all stages, if asked
+
+    def change(self, residual: FloatArray) -> FloatArray:
+        """Change (stages, n) of the stages' speeds, without contacts."""
+        if self.whole is not None:
+            return np.asarray((self.whole @ residual.ravel()).reshape(residual.shape))
+        turned = self.inverses @ (TO @ residual)[:, :, None]
+        return np.asarray((FROM @ turned[:, :, 0]).real)
+
+
+def _moved(h: float, state: State, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Coordinates, speeds and accelerations at the stages (stages, n), by increments of speeds."""
+    speeds = state.v + w
+    return state.q + h * (A @ speeds), speeds, (B @ w) / h
+
+
+def _left(stages: Evaluation, accelerations: FloatArray) -> FloatArray:
+    """``f - M A`` at the stages."""
+    return np.asarray(stages.force - (stages.mass @ accelerations[:, :, None])[:, :, 0])

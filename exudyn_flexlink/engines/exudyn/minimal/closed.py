@@ -29,6 +29,7 @@ from exudyn_flexlink.engines.exudyn.minimal.step_stages import StepStages
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
+from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -176,9 +177,10 @@ class ClosedCoordinates:
         except DeadCentreError:
             self._last = None  # a shorter step, guessed from this one, would fail likewise
             raise
-        self._last = StepStages(t, z, placed.y, placed.reach)
+        own = slice(STAGES)  # the stages, without what lies beside one
+        self._last = StepStages(t[own], z[own], placed.y[own], placed.reach[own])
         lengths = self._scale_here[self._split.dependent]
-        self._gains = np.abs(placed.inverse * lengths[:, None]).max((1, 2), initial=0.0)
+        self._gains = np.abs(placed.inverse[own] * lengths[:, None]).max((1, 2), initial=0.0)
         return self._moving(t, v, placed)
 
     def _placed(self, t: FloatArray, z: FloatArray) -> _Placed:

@@ -16,7 +16,6 @@ from exudyn_flexlink.integrate.radau import Step
 
 EVALUATIONS = 2000  # of the equations in a run: where this was chosen, less than a tenth of it
 MOST_LOOKS = 64
-SHIFT = 1e-5  # of the largest part: changes of places that derivatives are taken from
 TINY = 1e-300  # m/s: stands for rest, whose logarithm is none
 
 
@@ -55,7 +54,7 @@ class Instability:
             return
         start, size = step.start, self._model.size
         if self._growth.due(step.t):
-            places = shifts(self._model)
+            places = self._model.shifts()
             self._growth.look(
                 step.t,
                 (start.q, start.v),
@@ -65,11 +64,3 @@ class Instability:
         self._growth.go(step.h)
         if self._on_one_path:
             self._along_path.append((float(size(start.v)), float(size(start.a))))
-
-
-def shifts(model: MinimalModel) -> FloatArray:
-    """Changes (n,) of the coordinates that move something by `SHIFT`, or hardly anything."""
-    reach = max(part.reach for part in model.assembly.mechanism.parts)
-    each = np.eye(len(model.coordinates.independent()[0]))
-    moves = np.array([model.size(row) for row in each])
-    return np.asarray(SHIFT * reach / np.maximum(moves, SHIFT))

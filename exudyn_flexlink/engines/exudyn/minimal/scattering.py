@@ -17,7 +17,6 @@ import numpy as np
 from scipy.linalg import eigh
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.instability import shifts
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.collocation import WEIGHTS
@@ -99,7 +98,7 @@ class Scattering:
     def _scattered(self, time: float, impulses: Sequence[tuple[int, float]]) -> FloatArray:
         """Derivatives (links, links), 1/s, of speeds after impulses, by places along the gaps."""
         model, (q, v) = self._model, self._model.coordinates.independent()
-        n, places = len(q), shifts(model)
+        n, places = len(q), model.shifts()
         sides = np.concatenate([q[None], q + np.diag(places), q - np.diag(places)])
         at = model.evaluate_all(np.full(2 * n + 1, time), sides, np.tile(v, (2 * n + 1, 1)))
         states, found = at.kept.state, np.zeros((n, n))
