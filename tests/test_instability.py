@@ -167,7 +167,8 @@ def told(
 ) -> tuple[MeasuredError, FloatArray, FloatArray]:
     """Error that a run tells for a reason; how far S is off (n,), m, at instants (n,), s."""
     found = moving(settings, tolerance, engine)
-    exact = moving(settings, 1e-10, "lagrangian", measure=False)
+    judge = [*settings, "solver.integrator=dop853"]
+    exact = moving(judge, 1e-12, "lagrangian", measure=False)
     times = exact.time[np.isin(exact.time, found.time)]
     ends = (positions(each, ["link.end"], times)[:, 0] for each in (found, exact))
     assert any(why in line for line in found.warnings)
@@ -178,7 +179,7 @@ def told(
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_limp_link_says_from_when_on_it_is_off(engine: str) -> None:
     error, apart, times = told(LIMP, 1e-6, engine, "the motion is unstable")
-    assert apart.max() > 1e-4
+    assert apart.max() > 3e-6
     assert error.largest >= apart.max() / 2  # of the order of the link, once all is lost
     assert error.exceeds_from <= times[apart > 1e-6][0]
 

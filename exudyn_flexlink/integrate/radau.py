@@ -39,11 +39,11 @@ from exudyn_flexlink.integrate.collocation import (
     C,
 )
 from exudyn_flexlink.integrate.contact_share import ContactShare
-from exudyn_flexlink.integrate.full_newton import MIDDLE
 from exudyn_flexlink.integrate.problem import Equations, Evaluation, State
 
 DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]
+MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
 TWO_ROUNDS = 2  # the least that tells how fast the iteration converges
@@ -121,7 +121,7 @@ class Radau:
 
     def restart(self) -> None:
         """Forget the last step: the equations have changed."""
-        self._last, self._turns_far = None, False
+        self._last = None
 
     def step(
         self, t: float, h: float, start: Evaluation, state: State, allowed: float
@@ -226,21 +226,17 @@ class Radau:
     ) -> tuple[FloatArray, FloatArray | None] | None:
         """Residual of a guess, and the inverse of the system of all stages if it is asked for."""
         shifts = self.equations.differences if self._turns_far else None
-        if shifts is None:
-            residual = self._residual(times, h, state, w)
-            return None if residual is None else (residual, None)
-        self.iterations += 1
-        places, speeds, accelerations = _moved(h, state, w)
-        near = full_newton.with_neighbours(h, (times, places, speeds), shifts)
-        found = self._evaluated(*near)
-        if found is None:
-            return None
-        self._stages = found.pick(slice(STAGES))
-        residual = _left(self._stages, accelerations)
-        slopes = full_newton.slopes(
-            h, found.pick(slice(STAGES, None)), accelerations[MIDDLE], residual[MIDDLE], shifts
-        )
-        return residual, full_newton.inverse(h, self._stages.mass, *slopes)
+        if shifts is not None:
+            places, speeds, accelerations = _moved(h, state, w)
+            near = full_newton.with_neighbours(h, (times, places, speeds), shifts)
+            found = self._evaluated(*near)
+            if found is not None:  # joints may allow a stage, but not what lies beside it
+                self.iterations += 1
+                self._stages = found.pick(slice(STAGES))
+                residual = _left(self._stages, accelerations)
+                return residual, full_newton.inverse(h, found, accelerations, residual, shifts)
+        residual = self._residual(times, h, state, w)
+        return None if residual is None else (residual, None)
 
     def _residual(
         self, times: FloatArray, h: float, state: State, w: FloatArray

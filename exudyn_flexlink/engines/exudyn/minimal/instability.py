@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.integrate.growth import Growth
 from exudyn_flexlink.integrate.radau import Step

@@ -299,9 +299,10 @@ class MinimalModel:
 
     @property
     def differences(self) -> FloatArray | None:
-        """As `shifts`, where coordinates are few and forces smooth; see `integrate.problem`."""
-        smooth = not (self.loads.stiff or self.acting().any())
-        return self.shifts() if smooth and 0 < len(self._moves) <= FEW else None
+        """As `shifts`, where coordinates are few and all is smooth; see `integrate.problem`."""
+        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.acting().any():
+            return None
+        return None if self.coordinates.on_dead_centre(at_stop=False)[0] else self.shifts()
 
     def look(self, x: FloatArray, transform: Transform) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
