@@ -235,8 +235,8 @@ class Radau:
                 self._stages = found.pick(slice(STAGES))
                 residual = _left(self._stages, accelerations)
                 return residual, full_newton.inverse(h, found, accelerations, residual, shifts)
-        residual = self._residual(times, h, state, w)
-        return None if residual is None else (residual, None)
+        alone = self._residual(times, h, state, w)
+        return None if alone is None else (alone, None)
 
     def _residual(
         self, times: FloatArray, h: float, state: State, w: FloatArray
