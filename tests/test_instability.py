@@ -178,10 +178,10 @@ def told(
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_limp_link_says_from_when_on_it_is_off(engine: str) -> None:
-    error, apart, times = told(LIMP, 1e-6, engine, "the motion is unstable")
-    assert apart.max() > 3e-6
+    error, apart, times = told(LIMP, 1e-5, engine, "the motion is unstable")
+    assert apart.max() > 1e-4
     assert error.largest >= apart.max() / 2  # of the order of the link, once all is lost
-    assert error.exceeds_from <= times[apart > 1e-6][0]
+    assert error.exceeds_from <= times[apart > 1e-5][0]
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])

@@ -46,7 +46,7 @@ SYSTEMS = EIGENVALUES[:, None, None]
 MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
-TWO_ROUNDS = 2  # the least that tells how fast the iteration converges
+FEWEST_ROUNDS = 2  # that tell how fast the iteration converges
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 # Share of the slow position error that counts: iteration errors have either sign and average out.
 LASTING = 0.03
@@ -143,7 +143,7 @@ class Radau:
             w = self._solve(times, state, matrices, allowed, (guess, residual))
         except np.linalg.LinAlgError:  # a guess far off, or a contact so stiff that all else rounds
             return None
-        self._turns_far |= self.iterations - before > TWO_ROUNDS
+        self._turns_far |= self.iterations - before > FEWEST_ROUNDS
         if w is None:
             return None
         speeds, accelerations = state.v + w, (B @ w) / h
