@@ -18,6 +18,7 @@ from exudyn_flexlink.curves import (
     LineSegment,
     Spline,
     evaluator,
+    together,
 )
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
@@ -127,8 +128,11 @@ PIECES = {
 def test_places_are_those_of_the_curves(name: str) -> None:
     piece = PIECES[name]
     numbers, at = packed_piece(piece), evaluator(piece)
-    for u in np.linspace(piece.start - 0.01, piece.end + 0.01, 41):
+    every = np.linspace(piece.start - 0.01, piece.end + 0.01, 41)
+    found = np.array(together(piece)(every))
+    for k, u in enumerate(every):
         assert place_on(numbers, u) == pytest.approx(at(u), rel=1e-14, abs=1e-16)
+        assert found[:, k].copy().view(float) == pytest.approx(at(u), rel=1e-13, abs=1e-15)
 
 
 @pytest.mark.parametrize("name", ["ellipse", "circle", "line", "part of a spline"])

@@ -8,3 +8,4 @@ from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegmen
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
 from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot
 from exudyn_flexlink.curves.spline import Spline, SplinePiece
+from exudyn_flexlink.curves.together import TogetherEvaluator, together

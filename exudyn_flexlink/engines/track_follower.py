@@ -5,6 +5,9 @@ Bookkeeping that all formulations share. Where on its piece the point is, each f
 
 from __future__ import annotations
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Curve, next_piece
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.result import Event
@@ -36,12 +39,12 @@ class TrackFollower:
         piece = self.present
         return piece.end - u, u - piece.start
 
-    def place(self, u: float) -> float:
-        """Parameter of the whole curve at the present piece's own."""
+    def place(self, u: float | FloatArray) -> FloatArray:
+        """Parameters of the whole curve at the present piece's own."""
         piece = self.present
         if not self.curve.closed:  # the step that ends an open curve goes a hair beyond it
-            u = min(max(u, piece.start), piece.end)
-        return float(self.curve.breaks[self.piece] + u - piece.start)
+            u = np.minimum(np.maximum(u, piece.start), piece.end)
+        return np.asarray(self.curve.breaks[self.piece] + u - piece.start)
 
     def next_piece(self, way: int, time: float) -> bool:
         """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""

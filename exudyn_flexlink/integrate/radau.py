@@ -163,7 +163,9 @@ class Radau:
     ) -> _Matrices:
         """Matrices of the step's middle, nearest to all stages; contacts at its start."""
         stiffness, damping = self.equations.jacobians(middle)
-        systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
+        # With one system for all stages the error is all that is left to find.
+        roots = SYSTEMS if whole is None else SYSTEMS[:1]
+        systems = middle.mass * (roots / h) + damping + stiffness * (h / roots)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
         found = self.equations.contacts_at(start)
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
@@ -283,7 +285,7 @@ class _Matrices(NamedTuple):
     """Inverses of the iteration's systems for steps of length h, and the stiffness behind them."""
 
     h: float
-    inverses: ComplexArray  # (systems, n, n), that of the real one first
+    inverses: ComplexArray  # (systems, n, n), that of the real one first; with `whole` it alone
     stiffness: FloatArray
     contacts: ContactShare | None
     whole: FloatArray | None  # inverse (stages n, stages n) of one system for all stages, if asked

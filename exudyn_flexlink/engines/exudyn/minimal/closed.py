@@ -14,15 +14,14 @@ are left out, and only checked.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import count
-from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.curves import Evaluator
-from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.closure_solver import ROUNDING, ClosureSolver, Placed
+from exudyn_flexlink.engines.exudyn.minimal.closures import Closures
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, StepEnd, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.partition import Partition, partition
 from exudyn_flexlink.engines.exudyn.minimal.step_stages import StepStages
@@ -31,12 +30,9 @@ from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.within import Within
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
-MOST_ITERATIONS = 12
-NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
-OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
-ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
 SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
 JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
@@ -45,21 +41,6 @@ CALM = 1e1  # likewise: where all stages have less, no dead centre lies between 
 DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
 
 AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
-NOT_CLOSED = "the joints of a loop can't all stay closed"
-
-
-class _Placed(NamedTuple):
-    """All coordinates y (n, all) at some instants, and how the dependent ones follow.
-
-    `jacobian` (n, rows, all) is that of the rows in use, `inverse` that of its dependent columns;
-    `reach` (n, all, independent) are the derivatives by the independent ones.
-    """
-
-    y: FloatArray
-    at: Where
-    jacobian: FloatArray
-    inverse: FloatArray
-    reach: FloatArray
 
 
 class ClosedCoordinates:
@@ -83,7 +64,7 @@ class ClosedCoordinates:
         self._known = np.array(sorted(layout.motors), dtype=int)
         self._prescribed = bool(layout.motors or self.closures.motors)
         self._start = start[0]
-        self._row_scale = np.where(self.closures.angles, self._size, 1.0)
+        self._solver = ClosureSolver(self.closures, self._size)
         self._pieces = [(point.changes, point.at) for point in self._points]
         self._time = 0.0
         self._y = np.concatenate([start[0], [point.u for point in self._points]])
@@ -118,7 +99,7 @@ class ClosedCoordinates:
     def _jacobian(self, y: FloatArray) -> FloatArray:
         """Scaled Jacobian (rows, coordinates) of the unknown ones; columns of known ones are 0."""
         matrix = self.closures.jacobian(self.closures.where(y[None]))[0]
-        matrix *= self._row_scale[:, None] / self._scale(y)
+        matrix *= self._solver.row_scale[:, None] / self._scale(y)
         matrix[:, self._known] = 0.0
         return np.asarray(matrix)
 
@@ -168,12 +149,34 @@ class ClosedCoordinates:
 
     def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates at instants, from the independent ones and their speeds."""
-        return self._moving(t, v, self._placed(t, z))
+        return self._moving(t, v, self._placed(t, self._guess(t, z)))
+
+    def states_within(self, at: Within) -> TreeState:
+        """As `states`, at instants within several steps that have ended, by `end_of`."""
+        nodes = np.array([_at_nodes(step) for step in at.steps])
+        z, v = at.coordinates()
+        return self._moving(at.t, v, self._placed(at.t, self._filled(at.t, z, at.through(nodes))))
+
+    def end_of(self, step: Step) -> StepEnd | None:
+        """All coordinates near the end of the last step tried, by its last stage.
+
+        The last round of the iteration moved it a little. None near a dead centre, where much
+        follows from little.
+        """
+        if self._last is None or self._gains.max() >= CALM:
+            return None
+        end, free, links = step.stages.kept.state.pick(-1), self._split.free, self._links
+        y, v = np.append(end.x, end.places), np.append(end.v, end.place_rates)
+        reach = self._last.reach[-1]
+        y += reach @ (step.finish.q - y[free])
+        v += reach @ (step.finish.v - v[free])
+        near = TreeState(y[:links], v[:links], end.b, y[links:], v[links:], end.transform)
+        return StepEnd(near, exact=False)
 
     def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """As `states`, at the stages of a step that is tried: later searches begin near them."""
         try:
-            placed = self._placed(t, z)
+            placed = self._placed(t, self._guess(t, z))
         except DeadCentreError:
             self._last = None  # a shorter step, guessed from this one, would fail likewise
             raise
@@ -183,15 +186,11 @@ class ClosedCoordinates:
         self._gains = np.abs(placed.inverse[own] * lengths[:, None]).max((1, 2), initial=0.0)
         return self._moving(t, v, placed)
 
-    def _placed(self, t: FloatArray, z: FloatArray) -> _Placed:
-        split = self._split
-        y, at, jacobian, inverse = self._closed(t, self._guess(t, z))
-        reach = np.zeros((*y.shape, len(split.free)))
-        reach[:, split.free, np.arange(len(split.free))] = 1.0
-        reach[:, split.dependent] = -inverse @ jacobian.take(split.free, axis=2)
-        return _Placed(y, at, jacobian, inverse, reach)
+    def _placed(self, t: FloatArray, near: FloatArray) -> Placed:
+        """All coordinates, searched from those `near` (n, all) on, which are overwritten."""
+        return self._solver.placed(t, near, self._split, self._scale_here[self._split.dependent])
 
-    def _moving(self, t: FloatArray, v: FloatArray, placed: _Placed) -> TreeState:
+    def _moving(self, t: FloatArray, v: FloatArray, placed: Placed) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
         dependent, rows, links = self._split.dependent, self._split.rows, self._links
         y, at, jacobian, inverse, reach = placed
@@ -225,46 +224,14 @@ class ClosedCoordinates:
         if y is None:
             ahead = (t - self._time)[:, None]
             y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
+        return self._filled(t, z, y)
+
+    def _filled(self, t: FloatArray, z: FloatArray, y: FloatArray) -> FloatArray:
+        """Coordinates y (n, all), with those filled in that are known."""
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
             y[:, link] = self._start[link] + sign * motor.speed.integrals(t)
         return y
-
-    def _closed(
-        self, t: FloatArray, y: FloatArray
-    ) -> tuple[FloatArray, Where, FloatArray, FloatArray]:
-        """Newton's method for the dependent coordinates, at all instants together.
-
-        Return all coordinates, where everything is, the Jacobian of the rows in use, and the
-        inverse of its dependent columns.
-
-        Raises:
-            DeadCentreError: there is no place near where all closures hold.
-
-        """
-        split = self._split
-        lengths = self._scale_here[split.dependent]
-        size = np.inf
-        for rounds in count():
-            at = self.closures.where(y)
-            residual = self.closures.residual(t, at)
-            jacobian = self.closures.jacobian(at).take(split.rows, axis=1)
-            try:
-                inverse = np.linalg.inv(jacobian.take(split.dependent, axis=2))
-            except np.linalg.LinAlgError as error:
-                raise DeadCentreError(NOT_CLOSED) from error
-            if size <= NEAR * self._size or rounds == MOST_ITERATIONS:
-                break
-            change = (inverse @ residual.take(split.rows, axis=1)[:, :, None])[:, :, 0]
-            before, size = size, float(np.abs(change * lengths).max(initial=0.0))
-            if not size < 2 * before or not np.isfinite(size):
-                raise DeadCentreError(NOT_CLOSED)
-            y[:, split.dependent] -= change
-            if size <= ROUNDING * self._size:
-                break
-        if np.abs(residual * self._row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
-            raise DeadCentreError(NOT_CLOSED)
-        return y, at, jacobian, np.asarray(inverse)
 
     # --- steps --------------------------------------------------------------------------------
 
@@ -335,6 +302,13 @@ class ClosedCoordinates:
         values = np.linalg.svd(self._jacobian(np.append(at.x, at.places)), compute_uv=False)
         locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
         return AT_DEAD_CENTRE if locked else ""
+
+
+def _at_nodes(step: Step) -> FloatArray:
+    """All coordinates (1 + stages, all) at the start and the stages of a step."""
+    begin, stages = step.begin.kept.state, step.stages.kept.state
+    start = np.append(begin.x, begin.places)
+    return np.vstack([start, np.hstack([stages.x, stages.places])])
 
 
 def _stretch(at: Evaluator, u: float) -> float:

@@ -124,13 +124,10 @@ class Closures:
         """Where everything is at coordinates (n, coordinates), slots on their present pieces."""
         if not self._tracked:
             return self.where_on(y, None)
-        found = np.array([
-            [point.at(place) for point, place in zip(self._followed, row, strict=True)]
-            for row in y[:, self._links :].tolist()
-        ])  # fmt: skip
-        vectors = found[..., 0::2] + 1j * found[..., 1::2]
-        track = Track(vectors[..., 0], vectors[..., 1], vectors[..., 2])
-        return self.where_on(y[:, : self._links], track)
+        track = np.empty((3, len(y), len(self._followed)), dtype=complex)
+        for k, point in enumerate(self._followed):
+            track[:, :, k] = point.together(y[:, self._links + k])
+        return self.where_on(y[:, : self._links], Track(*track))
 
     def where_on(self, x: FloatArray, track: Track | None) -> Where:
         """As `where`, at coordinates of the tree (n, links) and with slots so on their curves."""

@@ -96,6 +96,22 @@ class EventFinder:
             found.append(Event(time, TurnsMade()))
         return min(found, key=lambda event: event.time, default=None)
 
+    def nothing_happens(self, step: Step, near: TreeState) -> bool:
+        """Tell that surely nothing can happen in a step, of whose end only this is known.
+
+        It is off by less than it is from the last stage.
+        """
+        if self.model.contacts or self.model.walls.contacts or self.goal is not None:
+            return False
+        stages = step.stages.kept.state.places
+        off = SEAM + np.abs(near.places - stages[-1])
+        both = (stages.min(0) - off).tolist(), (stages.max(0) + off).tolist()
+        points = self.model.coordinates.points
+        return all(
+            min(*point.left(low), *point.left(high)) > 0
+            for point, low, high in zip(points, *both, strict=True)
+        )
+
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
         self.touches = [contact.touch(end.x, end.v) for contact in self.model.contacts]
@@ -170,7 +186,7 @@ class EventFinder:
             if time is not None:
                 found.append(Event(time, ContactChange(k)))
             elif contact.acts and isinstance(contact, PenaltyContact):
-                turn = self._turn(contact, step)
+                turn = self._turn(contact, k, step)
                 if turn is not None:
                     found.append(Event(turn, ContactChange(k), leaps=True))
         return found
@@ -179,14 +195,15 @@ class EventFinder:
         at = self._at(step, t)
         return contact.touch(at.x, at.v)
 
-    def _turn(self, contact: PenaltyContact, step: Step) -> float | None:
+    def _turn(self, contact: PenaltyContact, k: int, step: Step) -> float | None:
         """When within the step the force of a contact leaps, as its point turns; None if never."""
+        end = self._at_end(self._at(step, step.end))[k]
+        if not contact.turns(self.touches[k].gap_rate, end.gap_rate):
+            return None
 
         def rate(t: float) -> float:
             return self._touch(contact, step, t).gap_rate
 
-        if not contact.turns(rate(step.t), rate(step.end)):
-            return None
         return zero(rate, step.t, step.end)
 
     def _change(self, contact: MinimalContact, k: int, step: Step) -> float | None:

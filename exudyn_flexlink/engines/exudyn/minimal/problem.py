@@ -22,7 +22,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     RigidContact,
     Side,
 )
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import StepEnd, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
     EventFinder,
@@ -57,11 +57,11 @@ SHORTEST_LOOK = 1e-3
 
 
 class _Looked(NamedTuple):
-    """A step, and all coordinates at the samples `within` it and at its end."""
+    """A step, its end, and all coordinates at the samples `within` it, unless those wait."""
 
     step: Step
-    within: TreeState
-    end: TreeState
+    end: StepEnd
+    within: TreeState | None
 
 
 @dataclass
@@ -82,6 +82,7 @@ class MinimalProblem:
     stop_reason: str = ""
     stop_advice: str = ""
     _looked: _Looked | None = None  # the last step looked at
+    _near: Step | None = None  # the last one, if what was taken up is near its end only
 
     def __post_init__(self) -> None:
         x, v = self.model.start
@@ -116,6 +117,7 @@ class MinimalProblem:
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state, with the independent coordinates that are best there."""
+        self._settle()
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         at = self.model.evaluate(time, q, v)
@@ -137,14 +139,18 @@ class MinimalProblem:
         """Go to the end of a step, and record it."""
         self.instability.follow(step)
         self.scattering.follow(step)
-        end = self._end_of(step)
+        (end, exact), within = self._look(step)[1:]
+        self._near = None if exact else step
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self._finder.accept(step, end)
         for contact, touch in self._giving_way():
             contact.peak = max(contact.peak, contact.force(touch))
         self._note_reactions(step)
-        self.recorder.take(step, self._look(step).within, end)
+        if within is None:
+            self.recorder.take_quiet(step, end, exact)
+        else:
+            self.recorder.take(step, within, end)
         if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
             self.recorder.mark()  # even samples miss the peaks of a contact's force
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
@@ -157,21 +163,40 @@ class MinimalProblem:
             contact = self.model.contacts[k]
             contact.peak = max(contact.peak, float((TO_LOOKS @ nodes).max()))
 
+    def _settle(self) -> None:
+        """Go to the very end of the last step, if it was near to it only."""
+        self.recorder.work_off_waiting()
+        if self._near is not None:
+            step, self._near = self._near, None
+            end = self.model.state(step.end, step.finish.q, step.finish.v)
+            self.model.coordinates.settle(step.end, end, step.finish.a)
+
     def _end_of(self, step: Step) -> TreeState:
         """All coordinates at the end of a step."""
-        return self._look(step).end
+        return self._look(step).end.state
 
     def _look(self, step: Step) -> _Looked:
-        """All coordinates at the samples of a step and at its end, found once."""
+        """All coordinates at the end of a step and at the samples in it, found once."""
         if self._looked is None or self._looked.step is not step:
-            within = self.recorder.found_with_end(step)
-            q, v = step.finish.q[None], step.finish.v[None]
-            if len(within):
-                inner = step.at(within)
-                q, v = np.concatenate([inner[0], q]), np.concatenate([inner[1], v])
-            found = self.model.states(np.append(within, step.end), q, v)
-            self._looked = _Looked(step, found.pick(slice(-1)), found.pick(-1))
+            end = self._told_end(step) if self.recorder.waits(step) else None
+            self._looked = self._found(step) if end is None else _Looked(step, end, None)
         return self._looked
+
+    def _told_end(self, step: Step) -> StepEnd | None:
+        """The end of a step as its stages tell it; None if it has to be found."""
+        end = self.model.coordinates.end_of(step)
+        if end is None or end.exact or self._finder.nothing_happens(step, end.state):
+            return end
+        return None
+
+    def _found(self, step: Step) -> _Looked:
+        within = self.recorder.found_with_end(step)
+        q, v = step.finish.q[None], step.finish.v[None]
+        if len(within):
+            inner = step.at(within)
+            q, v = np.concatenate([inner[0], q]), np.concatenate([inner[1], v])
+        found = self.model.states(np.append(within, step.end), q, v)
+        return _Looked(step, StepEnd(found.pick(-1), True), found.pick(slice(-1)))
 
     def _giving_way(self) -> list[tuple[PenaltyContact, Touch]]:
         """Contacts with a penalty force that acts, with where they are."""
@@ -204,7 +229,8 @@ class MinimalProblem:
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
-        return self._finder.first(step, self._end_of(step))
+        end, exact = self._look(step).end
+        return self._finder.first(step, end) if exact else None
 
     def late(self, event: Event, step: Step) -> float:
         """How long before the step's end a wall began or ceased to press, s, or a point slid off.
@@ -243,7 +269,7 @@ class MinimalProblem:
 
     def cross(self, event: Event) -> float:
         """Change the equations; return how long (s) the next step may be."""
-        self.recorder.samples.work_off_waiting()
+        self.recorder.work_off_waiting()
         longest = inf
         if isinstance(event.what, TurnsMade):
             self.reached = True

@@ -17,6 +17,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
 from exudyn_flexlink.engines.exudyn.minimal.driven import cut, shaken
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
+from exudyn_flexlink.engines.exudyn.minimal.quiet import QuietSteps
 from exudyn_flexlink.engines.exudyn.minimal.samples import Samples, solved
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.problem import Evaluation
@@ -45,6 +46,7 @@ class Recorder:
         self.contacts = seeker.contacts
         self._shaken = shaken(model.layout)
         self.samples = Samples(model, grid)
+        self._quiet = QuietSteps(model)
         self.totals: list[FloatArray] = []
         self.entries: list[Entry] = []
         self.at_notes: list[FloatArray] = []
@@ -55,7 +57,7 @@ class Recorder:
         self._steps: list[Step] = []
         self._ends: list[TreeState] = []
         self._pressed: list[BoolArray] = []
-        self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
+        self._on_curves: list[FloatArray] = []  # places of the slots' points at their ends
         self._notes: list[tuple[int, int]] = []  # steps and leaps of the block before each note
         self._leaps: list[tuple[int, FloatArray]] = []  # of the totals, after so many steps
         self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
@@ -77,14 +79,42 @@ class Recorder:
     def _cuts(self, step: Step) -> bool:
         return self._shaken or len(step.finish.q) == 0
 
+    def waits(self, step: Step) -> bool:
+        """Tell whether samples in a step may be found later; see `take_quiet`."""
+        return self.model.left_to_itself and not self._cuts(step)
+
+    def take_quiet(self, step: Step, end: TreeState, exact: bool) -> None:
+        """Take a step in which samples may wait to its `end`, which waits too if not `exact`."""
+        self._take(step, end)
+        self._quiet.add(len(self._steps) - 1, step, self.samples.pass_to(step.end), not exact)
+        if self._quiet.full:
+            self._find_quiet()
+
+    def _find_quiet(self) -> None:
+        """Find what waits of quiet steps."""
+        found = self._quiet.find()
+        if found is None:
+            return
+        on_curves = self.samples.places(found.ends.places)
+        for i, row in enumerate(found.steps.tolist()):
+            self._ends[row], self._on_curves[row] = found.ends.pick(i), on_curves[i]
+        if len(found.t):
+            self.samples.take(found.t, found.within, found.rows, found.parts)
+
+    def work_off_waiting(self) -> None:
+        """Find what waits: it is asked for, or what decides on it changes."""
+        self._find_quiet()
+        self.samples.work_off_waiting()
+
     def take(self, step: Step, within: TreeState, end: TreeState) -> None:
         """Take a step to `end`, `within` it those samples that `found_with_end` told of."""
+        self._find_quiet()
         if not self._cuts(step):
             self._take(step, end)
             wanted = self.samples.pass_to(step.end)
             if len(wanted):
                 row, parts = len(self._steps) - 1, (wanted - step.t) / step.h
-                self.samples.take(wanted, within, row, parts)
+                self.samples.take(self.model.window.all_inside(wanted), within, row, parts)
             return
         for part in cut(self.model, step, self.samples.to_come()):
             last = part.end >= step.end
@@ -111,6 +141,7 @@ class Recorder:
 
     def mark(self) -> None:
         """Keep a sample at the end of the last step, too."""
+        self._find_quiet()
         if self._steps and self.samples.last < self._steps[-1].end:
             last, row = self._steps[-1], len(self._steps) - 1
             end = last.stages.pick(slice(-1, None))
@@ -132,6 +163,7 @@ class Recorder:
 
     def keep_again(self, at: Evaluation) -> None:
         """Keep the state after an impact, in place of that before it at the same instant."""
+        self._find_quiet()
         if self.samples.last >= at.kept.t:
             self.samples.drop_last()
         self.samples.keep(at.pick(None), len(self._steps), np.zeros(1))
@@ -150,6 +182,7 @@ class Recorder:
 
     def flush(self) -> None:
         """Work off the block: integrals over its steps, what its samples lack, checks."""
+        self._find_quiet()
         steps = self._steps
         rows, parts = self.samples.work_off()
         if not steps:

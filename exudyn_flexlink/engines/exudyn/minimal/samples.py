@@ -29,7 +29,7 @@ class Sample(NamedTuple):
     time: float
     x: FloatArray
     v: FloatArray
-    places: tuple[float, ...]
+    places: FloatArray
     pressed: BoolArray
     forces: FloatArray
 
@@ -85,23 +85,28 @@ class Samples:
 
     # --- what is kept -------------------------------------------------------------------------
 
-    def take(self, t: FloatArray, state: TreeState, step: int, parts: FloatArray) -> None:
-        """Keep samples (n,) with these coordinates, at parts of a step of the block.
+    def take(
+        self, t: FloatArray, state: TreeState, steps: int | IndexArray, parts: FloatArray
+    ) -> None:
+        """Keep samples (n,), inside the window then, at parts of one step of the block or of more.
 
         Where nothing but those decides on forces, they wait: many are found together.
         """
-        t = self._model.window.all_inside(t)
         if self._model.left_to_itself:
             self._waiting.append((t, state))
-            self._between += [(step, part) for part in parts.tolist()]
+            self._place(steps, parts)
         else:
-            self.keep(self._model.forces_at(t, state), step, parts)
+            self.keep(self._model.forces_at(t, state), steps, parts)
 
-    def keep(self, found: Evaluation, step: int, parts: FloatArray) -> None:
+    def keep(self, found: Evaluation, steps: int | IndexArray, parts: FloatArray) -> None:
         """As `take`, with the forces found."""
         self.work_off_waiting()
         self._add(found)
-        self._between += [(step, part) for part in parts.tolist()]
+        self._place(steps, parts)
+
+    def _place(self, steps: int | IndexArray, parts: FloatArray) -> None:
+        rows = np.broadcast_to(steps, parts.shape).tolist()
+        self._between += zip(rows, parts.tolist(), strict=True)
 
     def work_off_waiting(self) -> None:
         """Find the forces of the samples that wait: they are asked for, or what presses changes."""
@@ -114,9 +119,10 @@ class Samples:
         whole: TreeForces = found.kept
         pressed = self._model.acting()
         state, forces = whole.state, whole.pushes[..., 0]
-        instants = zip(whole.t.tolist(), state.x, state.v, state.places, forces, strict=True)
+        on_curves = self.places(state.places)
+        instants = zip(whole.t.tolist(), state.x, state.v, on_curves, forces, strict=True)
         for t, x, v, places, force in instants:
-            self.kept.append(Sample(t, x, v, self.places(places), pressed, force))
+            self.kept.append(Sample(t, x, v, places, pressed, force))
         self._new.append(found)
 
     def drop_last(self) -> None:
@@ -133,10 +139,12 @@ class Samples:
         """Time (s) of the last one."""
         return float(self._waiting[-1][0][-1]) if self._waiting else self.kept[-1].time
 
-    def places(self, on_pieces: FloatArray) -> tuple[float, ...]:
-        """Places on the whole curves, in the order of the mechanism's slots."""
-        points, places = self._model.coordinates.points, on_pieces.tolist()
-        return tuple(points[k].place(places[k]) for k in self._points)
+    def places(self, on_pieces: FloatArray) -> FloatArray:
+        """Places (..., slots) on the whole curves, in the order of the mechanism's slots."""
+        places = np.empty(on_pieces.shape)
+        for slot, k in enumerate(self._points):
+            places[..., slot] = self._model.coordinates.points[k].place(on_pieces[..., k])
+        return places
 
     # --- blocks -------------------------------------------------------------------------------
 

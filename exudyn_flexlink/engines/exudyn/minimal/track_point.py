@@ -1,8 +1,8 @@
-"""A slot's point on its curve, in plain floats: the present piece's own point and derivatives."""
+"""A slot's point on its curve: the present piece's own point and derivatives."""
 
 from __future__ import annotations
 
-from exudyn_flexlink.curves import Evaluator, Knots, evaluator
+from exudyn_flexlink.curves import Evaluator, Knots, TogetherEvaluator, evaluator, together
 from exudyn_flexlink.engines.track_follower import TrackFollower
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.result import Event
@@ -18,12 +18,18 @@ class TrackPoint(TrackFollower):
         super().__init__(slot, place, lap, events)
         self.changes = 0
         self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
+        self._together: list[TogetherEvaluator] = [together(piece) for piece in self.curve.pieces]
         self._knots = [piece.knots for piece in self.curve.pieces]
 
     @property
     def at(self) -> Evaluator:
         """Point and derivatives at a parameter of the present piece, also beyond its ends."""
         return self._at[self.piece]
+
+    @property
+    def together(self) -> TogetherEvaluator:
+        """As `at`, at many parameters at once."""
+        return self._together[self.piece]
 
     @property
     def knots(self) -> Knots:

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+
+Which = int | slice | IndexArray | BoolArray | None
+"""One of several instants, some of them, or (None) the only one as one of one."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,7 @@ class Transform:
     matrix: FloatArray
     chosen: slice | IndexArray | None = None
 
-    def __getitem__(self, which: int | slice | None) -> Transform:
+    def __getitem__(self, which: Which) -> Transform:
         """One of several instants, or some of them: see `coordinates.TreeState`."""
         return self if self.chosen is not None else Transform(self.matrix[which])
 

@@ -227,7 +227,7 @@ class Loop:
         self._noted += len(fresh)
         for entry in fresh:
             self.recorder.note(entry.index)
-        places = [slot.place(slot.u) for slot in self.slots]
+        places = [float(slot.place(slot.u)) for slot in self.slots]
         self.recorder.take(now, multipliers, self.contacts.pressed, places)
         return any(self.contacts.all[entry.index].channel is None for entry in fresh)
 
