@@ -226,8 +226,11 @@ class MinimalModel:
 
     @property
     def left_to_itself(self) -> bool:
-        """Whether nothing acts but springs, dampers and weight, so that forces never change."""
-        return not (self.loads.any or self.acting().any())
+        """Whether forces follow from coordinates and time alone, and are told everywhere.
+
+        They are not where something presses, nor where a formula may have no value.
+        """
+        return not (self.loads.by_formula or self.acting().any())
 
     def acting(self) -> BoolArray:
         """Tell which contacts press: those of the scene and of bearings, then pairs of sleeves."""
