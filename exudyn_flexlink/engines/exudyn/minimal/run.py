@@ -91,6 +91,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
     with interrupts(run.asked.set):
         try:
             run.solution.run()
+            run.recorder.work_off_waiting()
         except DeadCentreError as error:
             complaint = str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
