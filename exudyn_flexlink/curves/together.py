@@ -12,7 +12,8 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.curves.base import Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment
-from exudyn_flexlink.curves.spline import Spline, SplinePiece
+from exudyn_flexlink.curves.scalar import by_kind
+from exudyn_flexlink.curves.spline import Spline
 
 Places = tuple[ComplexArray, ComplexArray, ComplexArray]
 TogetherEvaluator = Callable[[FloatArray], Places]
@@ -26,15 +27,7 @@ def together(piece: Curve) -> TogetherEvaluator:
         TypeError: the curve is not a single smooth piece.
 
     """
-    if isinstance(piece, Arc):
-        return _arc(piece)
-    if isinstance(piece, LineSegment):
-        return _line(piece)
-    if isinstance(piece, SplinePiece):
-        return _spline(piece.spline)
-    if isinstance(piece, Spline):
-        return _spline(piece)
-    raise TypeError(f"not a smooth piece: {type(piece).__name__}")
+    return by_kind(piece, _arc, _line, _spline)
 
 
 def _arc(piece: Arc) -> TogetherEvaluator:
