@@ -187,7 +187,7 @@ class Result:
     `drive_torques` (N m, on the second part of each drive's joint), `drive_forces` (N, (N, 2),
     global axes, at the point of each drive that has one, or on the second part of its joint),
     `joint_forces` (N, (N, 2), global axes, on the second point's body of a revolute joint, also
-    with clearance, or a prismatic one),
+    with clearance, of a prismatic one, or of a weld),
     `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
     (N, (N, 2), global axes, of linear springs with their dampers on the second point) are by the
     scene's names.

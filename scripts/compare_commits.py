@@ -76,7 +76,7 @@ CASES = (
     Case("clearance", "lagrangian", 0.05, there=4e-5, judged=False),
     Case("textbook/slider_crank", "exudyn", 1 / 15),
     Case("textbook/free_slider_crank", "exudyn", 1 / 15),
-    Case("textbook/free_slider_crank", "exudyn", 1 / 15, there=1e-7),  # about equal errors
+    Case("textbook/free_slider_crank", "exudyn", 1 / 15, 5e-4, there=1e-7),  # equal errors
     Case("textbook/welded_cantilever", "exudyn", 1 / 20),
     Case("benchmarks/cantilever", "exudyn", 1 / 20, plainer=UNIT_BEAM),
     Case("no_clearance", "exudyn", 1.0, judged=False),

@@ -164,6 +164,56 @@ initial: {{angles: {{one: 0}}}}
     np.testing.assert_allclose(first.joint_forces["pivot"], second.joint_forces["pivot"], atol=1e-5)
 
 
+@pytest.mark.parametrize(("formulation", "off"), [("minimal", 1e-9), ("redundant", 2e-3)])
+@pytest.mark.parametrize(("points", "way"), [("arm.end, ball.o", 1), ("ball.o, arm.end", -1)])
+def test_a_weld_holds_what_turns_with_an_arm(formulation, off, points, way) -> None:
+    """By weight and centripetal force, on the body of its second point."""
+    turning = scene(f"""
+title: a ball at the end of an arm
+bodies:
+  arm: {{type: rigid, mass: 1, inertia: 0.1, points: {{hub: [0, 0], end: [0.5, 0]}}}}
+  ball: {{type: rigid, mass: 2, inertia: 0.1, points: {{o: [0, 0]}}}}
+joints:
+  hub: {{type: revolute, points: [ground, arm.hub], at: [0, 0]}}
+  seam: {{type: weld, points: [{points}], angle: {way * 30} deg}}
+drives: {{motor: {{type: speed, joint: hub, value: 10}}}}
+initial: {{angles: {{arm: 0}}}}
+gravity: [0, -9.81]
+run: {{duration: 0.5, sample: 10 ms}}
+solver: {{formulation: {formulation}}}
+accuracy: {{tolerance: 1.0e-6}}
+""")
+    result = simulate(turning, measure=False)
+    a = 10 * result.time
+    inward = -2 * 0.5 * 10**2 * np.stack([np.cos(a), np.sin(a)], axis=-1)
+    expected = way * (inward + np.array([0, 2 * 9.81]))
+    np.testing.assert_allclose(result.joint_forces["seam"], expected, rtol=0, atol=off * 100)
+
+
+def test_the_force_in_a_weld_of_a_loop_is_that_of_its_multipliers() -> None:
+    """The bar of a Scotch yoke, against Exudyn in redundant coordinates."""
+    model, short = "textbook/scotch_yoke.yaml", "run={duration: 0.1, sample: 1 ms}"
+    minimal, redundant = (
+        run(model, short, f"solver.formulation={one}") for one in ("minimal", "redundant")
+    )
+    found = minimal.joint_forces["yoke"]
+    other = np.stack(
+        [np.interp(minimal.time, redundant.time, own) for own in redundant.joint_forces["yoke"].T],
+        axis=-1,
+    )
+    largest = np.abs(found).max()
+    assert largest > 5  # N
+    # Multipliers of the first steps, and of the last, shorter one, are off by more than others.
+    assert np.abs(found - other)[5:].max() < 5e-3 * largest
+    assert np.median(np.abs(found - other)) < 1e-4 * largest
+
+
+def test_a_clamp_carries_the_weight_of_what_stands_on_it() -> None:
+    result = run("textbook/toggle_press.yaml", "run.duration=0.1")
+    weight = np.tile([0, 5 * 9.81], (len(result.time), 1))
+    np.testing.assert_allclose(result.joint_forces["bed"], weight, atol=1e-9)
+
+
 PARALLELOGRAM = """
 title: parallelogram
 bodies:

@@ -31,6 +31,7 @@ from exudyn_flexlink.mechanism import (
     spring_force,
     turned,
 )
+from exudyn_flexlink.mechanism.hanging import hanging_on
 from exudyn_flexlink.result import EnergyHistory, Event, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
@@ -191,17 +192,14 @@ class RunReader:
 
     def _joint_forces(self) -> dict[str, FloatArray]:
         """Force of each joint on its second point: Newton's law for all that hangs on it."""
-        layout = self.model.layout
         given = self._given()
         forces = {}
         for name, joint in self.run.scene.joints.items():
             if not isinstance(joint, PointsJoint):
                 continue
-            if name in layout.joints:
-                link, sign = layout.joints[name]
-                held = [
-                    part for part, own in layout.frames.items() if link in layout.path(own.link)
-                ]
+            hanging = hanging_on(self.mechanism, self.model.layout, name)
+            if hanging is not None:
+                held, sign = hanging
                 force = sum((self._momentum_rate(part) - given[part] for part in held),
                             np.zeros((len(self.time), 2)))  # fmt: skip
                 forces[name] = sign * force

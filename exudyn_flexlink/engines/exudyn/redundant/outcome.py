@@ -24,6 +24,8 @@ from exudyn_flexlink.engines.exudyn.reporting import (
 )
 from exudyn_flexlink.mechanism import (
     Assembly,
+    Pin,
+    Weld,
     force_at,
     left_of,
     line_of,
@@ -151,7 +153,8 @@ def _joint_forces(
     """Force of each joint of two points of the scene on its second one, N, global axes."""
     system, joints = prepared.system, prepared.scene.joints
     found = {}
-    for pin in system.mechanism.pins:
+    meeting: tuple[Pin | Weld, ...] = (*system.mechanism.pins, *system.mechanism.welds)
+    for pin in meeting:
         if pin.name in joints:
             found[pin.name] = -multipliers[:, system.multipliers(system.joints[pin.name])]
     for slide in system.mechanism.slides:

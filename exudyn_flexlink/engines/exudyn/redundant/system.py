@@ -50,7 +50,7 @@ class System:
     bodies: list[int] = field(default_factory=list)
     ground: int = 0
     ground_node: int = 0
-    joints: dict[str, int] = field(default_factory=dict)  # pins and slides
+    joints: dict[str, int] = field(default_factory=dict)  # pins, welds' points, and slides
     motors: list[int] = field(default_factory=list)  # speed motors, in their order
     window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
@@ -151,7 +151,7 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
     for pin in mechanism.pins:
         system.joints[pin.name] = _add_pin(system, pin)
     for weld in mechanism.welds:
-        _add_weld(system, weld)
+        system.joints[weld.name] = _add_weld(system, weld)
     for slide in mechanism.slides:
         system.joints[slide.name] = _add_slide(system, slide)
     for spring in mechanism.springs:
@@ -206,10 +206,12 @@ def _add_pin(system: System, pin: Pin | Weld) -> int:
     return int(system.mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=markers)))
 
 
-def _add_weld(system: System, weld: Weld) -> None:
-    _add_pin(system, weld)
+def _add_weld(system: System, weld: Weld) -> int:
+    """Add a pin, which is returned, and what holds the angle."""
+    pin = _add_pin(system, weld)
     markers = [system.angle_marker(weld.first.part), system.angle_marker(weld.second.part)]
     system.mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=markers, offset=weld.angle))
+    return pin
 
 
 def _add_slide(system: System, slide: Slide) -> int:
