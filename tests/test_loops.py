@@ -164,10 +164,13 @@ initial: {{angles: {{one: 0}}}}
     np.testing.assert_allclose(first.joint_forces["pivot"], second.joint_forces["pivot"], atol=1e-5)
 
 
-@pytest.mark.parametrize(("formulation", "off"), [("minimal", 1e-9), ("redundant", 2e-3)])
+@pytest.mark.parametrize(("formulation", "off"), [("minimal", 1e-9), ("redundant", 0.1)])
 @pytest.mark.parametrize(("points", "way"), [("arm.end, ball.o", 1), ("ball.o, arm.end", -1)])
 def test_a_weld_holds_what_turns_with_an_arm(formulation, off, points, way) -> None:
-    """By weight and centripetal force, on the body of its second point."""
+    """By weight and centripetal force, 100 N, on the body of its second point.
+
+    The multipliers of the last, shorter step of a redundant run are off by 0.07 N.
+    """
     turning = scene(f"""
 title: a ball at the end of an arm
 bodies:
@@ -187,7 +190,7 @@ accuracy: {{tolerance: 1.0e-6}}
     a = 10 * result.time
     inward = -2 * 0.5 * 10**2 * np.stack([np.cos(a), np.sin(a)], axis=-1)
     expected = way * (inward + np.array([0, 2 * 9.81]))
-    np.testing.assert_allclose(result.joint_forces["seam"], expected, rtol=0, atol=off * 100)
+    np.testing.assert_allclose(result.joint_forces["seam"], expected, rtol=0, atol=off)
 
 
 def test_the_force_in_a_weld_of_a_loop_is_that_of_its_multipliers() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink import Result, load_scene, simulate
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.closure_solver import ClosureSolver
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
@@ -20,6 +20,12 @@ from exudyn_flexlink.integrate.within import Within
 MODELS = Path(__file__).parent.parent / "models"
 
 
+def same_joint_forces(one: Result, other: Result) -> None:
+    for name, force in other.joint_forces.items():
+        largest = np.abs(force).max()
+        np.testing.assert_allclose(one.joint_forces[name], force, rtol=0, atol=1e-9 * largest)
+
+
 @pytest.mark.parametrize("model", ["no_clearance", "clearance", "textbook/free_slider_crank"])
 def test_forces_found_together_are_those_found_at_every_step(model, monkeypatch) -> None:
     """Strikes and touches fall between them, of which no sample may know too early or too late."""
@@ -28,11 +34,9 @@ def test_forces_found_together_are_those_found_at_every_step(model, monkeypatch)
     monkeypatch.setattr(MinimalModel, "left_to_itself", False)
     one_by_one = simulate(scene, measure=False)
     np.testing.assert_array_equal(together.time, one_by_one.time)
-    # Places in loops are searched from elsewhere then, and found but for rounding.
+    # Places on slots and in loops are searched from elsewhere then, and found but for rounding.
     np.testing.assert_allclose(together.poses, one_by_one.poses, rtol=0, atol=1e-12)
-    for name, force in one_by_one.joint_forces.items():
-        largest = np.abs(force).max()
-        np.testing.assert_allclose(together.joint_forces[name], force, rtol=0, atol=1e-9 * largest)
+    same_joint_forces(together, one_by_one)
     for name, history in one_by_one.contacts.items():
         np.testing.assert_array_equal(together.contacts[name].force, history.force)
 
@@ -83,9 +87,7 @@ def test_ends_of_steps_found_together_are_those_found_at_every_step(
     np.testing.assert_array_equal(together.time, one_by_one.time)
     # At a knot of a drive by what that turns in the width of its window, 2e-13 s.
     np.testing.assert_allclose(together.poses, one_by_one.poses, rtol=0, atol=1e-11)
-    for name, force in one_by_one.joint_forces.items():
-        largest = np.abs(force).max()
-        np.testing.assert_allclose(together.joint_forces[name], force, rtol=0, atol=1e-9 * largest)
+    same_joint_forces(together, one_by_one)
 
 
 def test_instants_of_several_steps_are_those_of_each(monkeypatch) -> None:

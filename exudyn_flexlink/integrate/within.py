@@ -8,10 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.integrate.collocation import NODES, STAGES
-from exudyn_flexlink.integrate.radau import Step
-
-DEGREES = np.arange(STAGES + 1)
+from exudyn_flexlink.integrate.collocation import NODES
+from exudyn_flexlink.integrate.radau import DEGREES, Step
 
 
 class Within(NamedTuple):

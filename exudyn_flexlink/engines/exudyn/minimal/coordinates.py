@@ -49,7 +49,10 @@ class TreeState(NamedTuple):
 
 
 class StepEnd(NamedTuple):
-    """All coordinates at the end of a step, or near it, but for errors of second order."""
+    """All coordinates at the end of a step, `exact` or as its last stage foretells them.
+
+    Then places have errors of second order in what the last round moved, speeds of first order.
+    """
 
     state: TreeState
     exact: bool
@@ -100,8 +103,7 @@ class Coordinates(Protocol):
         """
 
     def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps that have ended, by `end_of`."""
-        return self.states(at.t, *at.coordinates())
+        """As `states`, at instants within several steps of which `end_of` has told the end."""
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
         """A step ended here, with these accelerations of the independent coordinates."""
@@ -235,7 +237,7 @@ class OpenCoordinates(Coordinates):
         return StepEnd(end, exact=True)
 
     def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps that have ended, by `end_of`."""
+        """As `states`, at instants within several steps of which `end_of` has told the end."""
         kept = [(step.begin.kept.state, step.stages.kept.state) for step in at.steps]
         nodes = np.array([[begin.places, *stages.places] for begin, stages in kept])
         return self._with_free(self._known(at.t, at.through(nodes)), *at.coordinates())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from exudyn_flexlink.curves import Evaluator, Knots, TogetherEvaluator, evaluator, together
 from exudyn_flexlink.engines.track_follower import TrackFollower
 from exudyn_flexlink.mechanism import Slot
@@ -18,7 +20,6 @@ class TrackPoint(TrackFollower):
         super().__init__(slot, place, lap, events)
         self.changes = 0
         self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
-        self._together: list[TogetherEvaluator] = [together(piece) for piece in self.curve.pieces]
         self._knots = [piece.knots for piece in self.curve.pieces]
 
     @property
@@ -29,7 +30,11 @@ class TrackPoint(TrackFollower):
     @property
     def together(self) -> TogetherEvaluator:
         """As `at`, at many parameters at once."""
-        return self._together[self.piece]
+        return self._all_together[self.piece]
+
+    @cached_property
+    def _all_together(self) -> list[TogetherEvaluator]:
+        return [together(piece) for piece in self.curve.pieces]
 
     @property
     def knots(self) -> Knots:
