@@ -106,7 +106,7 @@ def test_what_is_damped_within_a_thousandth_of_a_step_does_no_harm() -> None:
 @pytest.mark.parametrize("time", [-0.1, 0.0, 0.02, 0.07, 0.1, 0.3])
 def test_ramps_are_those_of_the_mechanism(time: float) -> None:
     ramp = Ramp(-7.0, 0.1)
-    expected = (ramp.integral(time), ramp.at(time), ramp.rate(time))
+    expected = (ramp.integral(time), ramp.at(time), ramp.rates(np.array([time]))[0])
     assert _ramp(time, ramp.value, ramp.duration) == pytest.approx(expected, rel=1e-14)
 
 

@@ -48,14 +48,14 @@ def test_a_ramp_is_the_derivative_of_its_integral(value: float, duration: float)
         slope = (ramp.integral(time + step) - ramp.integral(time - step)) / (2 * step)
         assert ramp.at(time) == pytest.approx(slope, abs=1e-7)
         slope = (ramp.at(time + step) - ramp.at(time - step)) / (2 * step)
-        assert ramp.rate(time) == pytest.approx(slope, abs=1e-6)
+        assert ramp.rates(np.array([time])) == pytest.approx(slope, abs=1e-6)
 
 
 def test_a_ramp_starts_at_rest_and_reaches_its_value_smoothly() -> None:
     ramp = Ramp(2.0, 0.4)
     assert [ramp.at(t) for t in (-1, 0, 0.2, 0.4, 9)] == pytest.approx([0, 0, 1, 2, 2])
-    assert [ramp.rate(t) for t in (-1, 0, 0.4, 9)] == [0, 0, 0, 0]
-    assert ramp.rate(1e-4) < 1e-4  # the acceleration starts without a jump
+    assert ramp.rates(np.array([-1, 0, 0.4, 9])).tolist() == [0, 0, 0, 0]
+    assert ramp.rates(np.array([1e-4]))[0] < 1e-4  # the acceleration starts without a jump
     assert ramp.integral(0.4) == pytest.approx(0.4)  # half of value x duration
     assert Ramp(2.0).at(0.0) == 2.0
 

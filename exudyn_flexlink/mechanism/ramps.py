@@ -31,12 +31,6 @@ class Ramp(OfTime):
             return self.value
         return self.value * _rise(max(time, 0.0) / self.duration)
 
-    def rate(self, time: float) -> float:
-        """Time derivative of the value."""
-        if time >= self.duration or time <= 0:
-            return 0.0
-        return self.value * _steepness(time / self.duration) / self.duration
-
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time`."""
         if time >= self.duration:
@@ -87,7 +81,7 @@ def _rise(x: Part) -> Part:
     return x**3 * (10 - 15 * x + 6 * x * x)
 
 
-def _steepness(x: Part) -> Part:
+def _steepness(x: FloatArray) -> FloatArray:
     """Derivative of `_rise`."""
     return 30 * x * x * (1 - x) ** 2
 

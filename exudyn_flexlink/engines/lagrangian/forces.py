@@ -51,7 +51,7 @@ class Forces:
         if motor is not None:
             torques[motor.name] = self.model.layout.way * self.motion.motor
         for torque, ramp in self.model.layout.torques:
-            torques[torque.name] = np.array([ramp.at(t) for t in time])
+            torques[torque.name] = ramp.values(time)
         return torques
 
     @cached_property

@@ -45,7 +45,7 @@ class TreeState(NamedTuple):
 
     def pick(self, which: Which) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return TreeState(*(own[which] for own in self))  # type: ignore[arg-type]
+        return TreeState(*[own[which] for own in self])  # type: ignore[arg-type]
 
 
 class StepEnd(NamedTuple):
@@ -222,7 +222,7 @@ class OpenCoordinates(Coordinates):
         """Return the same with other coordinates of the tree that nothing fixes (n, free)."""
         x, speed = state.x.copy(), state.v.copy()
         x[:, self._chosen], speed[:, self._chosen] = z, v
-        return state._replace(x=x, v=speed)
+        return TreeState(x, speed, *state[2:])
 
     def end_of(self, step: Step) -> StepEnd | None:
         """All coordinates at the end of a step, by its last stage.

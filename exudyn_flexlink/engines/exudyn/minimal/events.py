@@ -105,12 +105,17 @@ class EventFinder:
             return False
         stages = step.stages.kept.state.places
         off = SEAM + np.abs(near.places - stages[-1])
-        both = (stages.min(0) - off).tolist(), (stages.max(0) + off).tolist()
-        points = self.model.coordinates.points
-        return all(
-            min(*point.left(low), *point.left(high)) > 0
-            for point, low, high in zip(points, *both, strict=True)
-        )
+        return not self._leaving(np.vstack([stages - off, stages + off]), 0.0)
+
+    def _leaving(self, places: FloatArray, least: float) -> list[int]:
+        """Slots whose points have less than `least` left of their pieces somewhere (n, slots)."""
+        both = zip(places.min(0).tolist(), places.max(0).tolist(), strict=True)
+        points = zip(self.model.coordinates.points, both, strict=True)
+        return [
+            k
+            for k, (point, (low, high)) in enumerate(points)
+            if point.left(high)[0] < least or point.left(low)[1] < least
+        ]
 
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
@@ -140,15 +145,15 @@ class EventFinder:
 
         What passes one may be back before the step ends, so that the stages are looked at, too.
         """
-        slots = enumerate(self.model.coordinates.points)
+        stages, points = step.stages.kept.state, self.model.coordinates.points
+        leaving = self._leaving(np.vstack([stages.places[:-1], end.places]), -SEAM)
         curves = [contact.along_curve for contact in self.model.contacts]
         followed: list[Following] = [
-            *((point, SEAM, partial(_left_of_slot, point, k)) for k, point in slots),
+            *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),
             *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
         ]
         if not followed:
             return []
-        stages = step.stages.kept.state
         nodes = [*zip(stages.x[:-1], stages.places[:-1], strict=True), (end.x, end.places)]
         times = (step.t + step.h * C).tolist()
         found = [self._end_of_piece(step, one, zip(times, nodes, strict=True)) for one in followed]

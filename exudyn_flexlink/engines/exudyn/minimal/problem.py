@@ -191,6 +191,9 @@ class MinimalProblem:
 
     def _found(self, step: Step) -> _Looked:
         within = self.recorder.found_with_end(step)
+        told = None if len(within) else self.model.coordinates.end_of(step)
+        if told is not None and told.exact:
+            return _Looked(step, told, step.stages.kept.state.pick(slice(0)))
         q, v = step.finish.q[None], step.finish.v[None]
         if len(within):
             inner = step.at(within)
