@@ -70,10 +70,13 @@ def first_fall(value: Function, rate: Function | None, within: tuple[float, floa
     gets lower than there: how far below zero it starts is how exactly events are located.
     """
     t, end = within
+    slope = next_slope = 0.0 if rate is None else rate(t)
     for after in np.linspace(t, end, LOOKS + 1)[1:].tolist():
         lowest = after
-        if rate is not None and rate(t) < 0 < rate(after):
-            lowest = zero(rate, t, after)
+        if rate is not None:
+            slope, next_slope = next_slope, rate(after)
+            if slope < 0 < next_slope:
+                lowest = zero(rate, t, after)
         if value(lowest) < -GAP_ROUNDING:
             if value(t) > GAP_ROUNDING:
                 return zero(value, t, lowest)

@@ -68,10 +68,6 @@ class StepPolynomial:
         of_all = coefficients.T[:, :, None]
         return np.asarray(chebyshev.chebval(2 * parts - 1, of_all, tensor=False))
 
-    def to_values(self, parts: FloatArray) -> FloatArray:
-        """Matrix (2 n, p) from coefficients to values at parts (p,) of the step."""
-        return np.asarray(_rows(parts, 2 * len(self.nodes))[0].T)
-
     @staticmethod
     def derivative(coefficients: FloatArray) -> FloatArray:
         """Coefficients of the slope per step."""

@@ -10,7 +10,6 @@ rate tells on which side of the event the pair is.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
@@ -19,20 +18,16 @@ from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
 from exudyn_flexlink.engines.exudyn.minimal.walls import Walls
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import EVENT_TIME, GAP_ROUNDING
+from exudyn_flexlink.integrate.events import EVENT_TIME, first_fall
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.turning import StepPolynomial, highest
+from exudyn_flexlink.integrate.turning import StepPolynomial
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
 EXACT = 1e-12
-LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
-HALVINGS = 20  # of the time between two looks, to find a value that has risen from zero
 ALWAYS_CLOSED_GAP = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
 NODES = np.array([0.0, *C])
-TINY = 1e-300
 PARTS = np.diff(NODES)[:, None]
 POLYNOMIAL = StepPolynomial(NODES)
-TO_LOOKS = POLYNOMIAL.to_values(LOOKS)
 
 
 class WallWatch:
@@ -133,24 +128,19 @@ class WallWatch:
         return calm
 
     def _first_of(self, which: IndexArray, path: Seen, h: float) -> tuple[float, int] | None:
+        """Part of the step and pair of the first event of `which`; None if there is none."""
         gaps, places = (
             POLYNOMIAL.coefficients(values[:, which].T, h * rates[:, which].T)
             for values, rates in ((path.gap, path.gap_rate), (path.place, path.place_rate))
         )
-        best: tuple[float, int] | None = None
-        way = np.where(self.walls.touching[which], -1.0, 1.0)[:, None]
-        lengths = self._lengths[which, None]
-
-        gap, place = gaps @ TO_LOOKS, places @ TO_LOOKS
-        beyond = np.maximum(-place, place - lengths)
-        looks = way * np.maximum(gap, beyond)
-        looks[:, 0] = np.maximum(looks[:, 0], 0.0)  # nothing happens at the start
-        for row, k in enumerate(which.tolist()):
-            own = _Event(gaps[row], places[row], float(lengths[row, 0]), float(way[row, 0]))
-            part = own.first(looks[row], gap[row], beyond[row])
-            if part is not None and (best is None or part < best[0]):
-                best = part, k
-        return best
+        found: list[tuple[float, int]] = []
+        for k, gap, place in zip(which.tolist(), gaps, places, strict=True):
+            way = -1.0 if self.walls.touching[k] else 1.0
+            pair = _Event(gap, place, float(self._lengths[k]), way)
+            part = first_fall(pair.value, pair.rate, (0.0, 1.0))
+            if part is not None:
+                found.append((part, k))
+        return min(found, default=None)
 
     # --- at its end ---------------------------------------------------------------------------
 
@@ -171,77 +161,28 @@ def _little(rate: float, time: float) -> float:
 
 
 class _Event:
-    """Event function of one pair within a step, positive until something happens."""
+    """Event function of one pair by parts of a step, positive until something happens."""
 
     def __init__(self, gap: FloatArray, place: FloatArray, length: float, way: float) -> None:
         self._gap, self._place = gap.tolist(), place.tolist()
+        self._gap_rate, self._slip = (
+            POLYNOMIAL.derivative(own[None])[0].tolist() for own in (gap, place)
+        )
         self._length, self._way = length, way
 
-    def __call__(self, part: float) -> float:
-        return self._way * max(self._gap_at(part), self._beyond(part))
-
-    def _gap_at(self, part: float) -> float:
-        return _value(self._gap, part)
-
-    def _beyond(self, part: float) -> float:
-        """How far (m) the point is beyond an end of the face."""
+    def value(self, part: float) -> float:
+        """Its value (m); as little below zero as the last event may have left it is nothing."""
         place = _value(self._place, part)
-        return max(-place, place - self._length)
+        beyond = max(-place, place - self._length)
+        return self._way * max(_value(self._gap, part), beyond) + EXACT
 
-    def first(self, looks: FloatArray, gap: FloatArray, beyond: FloatArray) -> float | None:
-        """Part of the step at which it falls below zero.
-
-        Of its values at `LOOKS`, and of those of the gap, and of how far the point is beyond. Where
-        it rises, as little below zero as the last event may have left it is nothing.
-        """
-        falls = np.diff(looks, prepend=looks[0]) < 0
-        below = np.flatnonzero(looks < np.where(falls, -GAP_ROUNDING, -EXACT))
-        last = int(below[0]) if len(below) else len(LOOKS)
-        dips = [self._dip(looks[: last + 1]), self._corner(gap[: last + 1], beyond[: last + 1])]
-        found = [dip for dip in dips if dip is not None]
-        if found:
-            return self._fall(*min(found, key=lambda dip: dip[1]))
-        return None if last == len(LOOKS) else self._fall(LOOKS[last - 1], LOOKS[last])
-
-    def _dip(self, looks: FloatArray) -> tuple[float, float] | None:
-        """Where it is below zero between two looks at which it is not, with the look before."""
-        before, here, after = looks[:-2], looks[1:-1], looks[2:]
-        lowest = here - (after - before) ** 2 / np.maximum(8 * (before - 2 * here + after), TINY)
-        for i in np.flatnonzero((here < before) & (here <= after) & (lowest <= 0)).tolist():
-            ends = LOOKS[i : i + 1], LOOKS[i + 2 : i + 3]
-            at = float(highest(lambda at: -np.vectorize(self)(at), *ends)[0])
-            if self(at) < -GAP_ROUNDING:
-                return float(LOOKS[i]), at
-        return None
-
-    def _corner(self, gap: FloatArray, beyond: FloatArray) -> tuple[float, float] | None:
-        """The same where the point passes the end of a face as its gap closes, or opens.
-
-        The larger of both values is then a corner, the least of which no smooth curve foresees.
-        """
-        if self._way < 0:  # the lesser of both has no such corner
-            return None
-        swaps = (
-            (gap[:-1] * gap[1:] < 0) & (beyond[:-1] * beyond[1:] < 0) & (gap[1:] * beyond[1:] < 0)
-        )
-        for i in np.flatnonzero(swaps).tolist():
-            closed, passed = (
-                float(brentq(value, LOOKS[i], LOOKS[i + 1], xtol=1e-15, rtol=1e-14))
-                for value in (self._gap_at, self._beyond)
-            )
-            begin, end = (closed, passed) if gap[i] > 0 else (passed, closed)
-            if begin < end and self((begin + end) / 2) < -GAP_ROUNDING:
-                return float(LOOKS[i]), (begin + end) / 2
-        return None
-
-    def _fall(self, low: float, high: float) -> float:
-        """Part at which it falls below zero between two, where it is below zero at the latter."""
-        if self(low) <= 0:  # an event has just been there: it rises first
-            between = [low + (high - low) * 0.5**i for i in range(1, HALVINGS)]
-            low = max(between, key=self)
-            if self(low) <= 0:
-                return high
-        return float(brentq(self, low, high, xtol=1e-15, rtol=1e-14))
+    def rate(self, part: float) -> float:
+        """Its slope (m per step), which changes its sign where gap and end of the face swap."""
+        place = _value(self._place, part)
+        if _value(self._gap, part) >= max(-place, place - self._length):
+            return self._way * _value(self._gap_rate, part)
+        slip = _value(self._slip, part)
+        return self._way * (slip if place - self._length > -place else -slip)
 
 
 def _value(coefficients: list[float], part: float) -> float:
