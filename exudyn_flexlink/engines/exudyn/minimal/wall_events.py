@@ -171,7 +171,7 @@ class _Event:
         self._length, self._way = length, way
 
     def value(self, part: float) -> float:
-        """Its value (m); as little below zero as the last event may have left it is nothing."""
+        """Its value (m) and `EXACT`: as little below zero as an event may leave it is nothing."""
         place = _value(self._place, part)
         beyond = max(-place, place - self._length)
         return self._way * max(_value(self._gap, part), beyond) + EXACT
