@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     FaceContact,
 )
 from exudyn_flexlink.mechanism.contacts import (
+    TINY,
     TOUCHING,
     approach,
     far_behind,

@@ -27,6 +27,7 @@ from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to
 
+TINY = 1e-12  # of a radius of curvature: at that centre friction has no arm
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 
@@ -40,6 +41,11 @@ class Approach:
     part. `slip` (m/s) is the speed of the first part's material against that of the second.
     `normal` (..., 2) is the direction in which the contact pushes the first part, `along` (..., 2)
     that of places and slip.
+
+    Friction of round parts acts at one place on both, that which divides the distance of their
+    centres as their radii do: for what rolls there the speeds of both rims are equal, however deep
+    it is pressed in. In a hollow that place is outside the rims. The friction there is `grip` of
+    mu F, so that it turns no part by more than mu F times its radius; slip is reduced likewise.
     """
 
     gap: FloatArray
@@ -48,6 +54,7 @@ class Approach:
     slip: FloatArray
     normal: FloatArray
     along: FloatArray
+    grip: FloatArray | float = 1.0
 
 
 def on_the_contact(contact: Contact, place: float) -> bool:
@@ -163,7 +170,7 @@ def _side(contact: FaceContact, lateral: FloatArray) -> FloatArray:
 
 
 def _of_circles(contact: CircleContact, q: FloatArray, v: FloatArray) -> Approach:
-    """The circles touch on the line through their centres, at the second one's edge."""
+    """The circles touch on the line through their centres."""
     between = anchor_position(contact.first, q) - anchor_position(contact.second, q)
     relative = anchor_velocity(contact.first, q, v) - anchor_velocity(contact.second, q, v)
     outward, far = _direction(between, relative)
@@ -171,13 +178,26 @@ def _of_circles(contact: CircleContact, q: FloatArray, v: FloatArray) -> Approac
     way = -1.0 if contact.inside else 1.0
     gap = way * (far - contact.distance)
     gap_rate = way * np.sum(outward * relative, axis=-1)
-    edge = contact.radii[1]
+    radius, edge = contact.radii
     first, second = (angle_of(part, v) for part in contact.parts)
-    # The first circle's centre is `far` from the second's, its edge turns under the place itself.
-    slip = np.sum(along * relative, axis=-1) + first * (edge - far) - second * edge
+    pressed = contact.distance + way * np.minimum(gap, 0.0)
+    grip, arm = grip_of(-way * radius, np.asarray(contact.distance), pressed)
+    slip = grip * (np.sum(along * relative, axis=-1) - second * far) + arm * (first - second)
     turned = np.arctan2(outward[..., 1], outward[..., 0]) - angle_of(contact.second.part, q)
     place = edge * np.mod(turned, 2 * np.pi)
-    return Approach(gap, place, gap_rate, slip, way * outward, along)
+    return Approach(gap, place, gap_rate, slip, way * outward, along, grip)
+
+
+def grip_of(
+    radius: float, touching: FloatArray, pressed: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the grip, and the friction's arm (m) about the first part's centre.
+
+    `pressed` is in proportion to how far that is from the second part's centre of curvature, and
+    `touching` what it is without penetration.
+    """
+    farthest = np.maximum(np.maximum(touching, pressed), TINY)
+    return np.maximum(touching, 0.0) / farthest, radius * np.maximum(pressed, 0.0) / farthest
 
 
 def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
@@ -195,9 +215,11 @@ def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
     along, normal = turned(tangent, angle), side * turned(left, angle)
     relative = anchor_velocity(contact.point, q, v) - _carried(carrier, position, q, v)
     first, second = (angle_of(part, v) for part in contact.parts)
-    # The roller turns under the place itself.
-    slip = np.sum(along * relative, axis=-1) + side * contact.radius * (first - second)
-    return Approach(gap, place, np.sum(normal * relative, axis=-1), slip, normal, along)
+    bend = -side * curve.curvature(u)
+    touching, pressed = (1 + bend * (contact.radius + off) for off in (0.0, np.minimum(gap, 0.0)))
+    grip, arm = grip_of(side * contact.radius, touching, pressed)
+    slip = grip * np.sum(along * relative, axis=-1) + arm * (first - second)
+    return Approach(gap, place, np.sum(normal * relative, axis=-1), slip, normal, along, grip)
 
 
 def _carried(part: int, position: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:

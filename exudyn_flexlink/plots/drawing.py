@@ -50,14 +50,16 @@ def mechanism(
     """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point S.
 
     Without `instants`: the start, the first contact, the greatest angle of the struck body and the
-    same crank angle one turn after the first contact; without contacts four instants of a turn.
+    same crank angle one turn after the first contact, in order of time; without contacts four
+    instants of a turn.
     What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
     """
-    shown = _instants(result) if instants is None else [(time, "") for time in instants]
+    first = _first_strike(result) if instants is None else None
+    shown = _instants(result, first) if instants is None else [(time, "") for time in instants]
     if not shown:
         return None
     sketch = Sketch(result.scene, result.poses, result)
-    strike = _first_strike(result) if instants is None else None
+    strike = first if first is not None and first.end > first.begin else None
     count = len(shown) + (strike is not None)
     handles = sketch.legend()
     heights = [_panel_height(sketch, style)] * ceil(count / COLUMNS)
@@ -118,10 +120,9 @@ def _place_legend(grid: NDArray[Any], handles: list[Line2D], style: Style) -> No
 
 
 def _first_strike(result: Result) -> Strike | None:
-    """First strike of any contact, if it lasts."""
+    """First strike of any contact."""
     found = [one for name in result.scene.contacts for one in strikes(result, name)]
-    first = min(found, key=lambda strike: strike.begin, default=None)
-    return first if first is not None and first.end > first.begin else None
+    return min(found, key=lambda strike: strike.begin, default=None)
 
 
 def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, FloatArray]:
@@ -152,16 +153,13 @@ def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, Float
     return window
 
 
-def _instants(result: Result) -> list[tuple[float, str]]:
-    """Choose times worth a drawing, with what happens there."""
-    first = {name: strikes(result, name) for name in result.scene.contacts}
-    struck = next(((name, found[0]) for name, found in first.items() if found), None)
-    if struck is None:
+def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
+    """Choose times worth a drawing, in their order, with what happens there."""
+    if strike is None:
         return [(time, "") for time in _over_a_turn(result)]
-    contact, strike = struck
     chosen = [(float(result.time[0]), "start"), (strike.begin, FIRST)]
-    if result.scene.contacts[contact].struck is not None:
-        response = lever_response(result, contact)
+    if result.scene.contacts[strike.contact].struck is not None:
+        response = lever_response(result, strike.contact)
         peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
         chosen.append((peak, f"{response.body} farthest"))
     if turns(result):
@@ -170,7 +168,7 @@ def _instants(result: Result) -> list[tuple[float, str]]:
         if turned[-1] >= at:
             time = result.time[int(np.argmin(np.abs(turned - at)))]
             chosen.append((float(time), "one turn later"))
-    return chosen
+    return sorted(chosen, key=lambda instant: instant[0])
 
 
 def _over_a_turn(result: Result) -> list[float]:

@@ -1,19 +1,33 @@
-"""Where two circles are against each other, in plain floats."""
+"""Where two circles are against each other, and what friction does to round parts, in floats."""
 
 from __future__ import annotations
 
 from math import atan2, hypot, pi
 
 from exudyn_flexlink.engines.exudyn.faces import Touch, Vector
-from exudyn_flexlink.mechanism import CircleContact
+from exudyn_flexlink.mechanism import TINY, CircleContact
+
+Grip = tuple[float, float]
+"""Part of mu F that is friction, and its arm (m) about the first part's centre, along the slip."""
+
+
+def grip_of(radius: float, touching: float, pressed: float) -> Grip:
+    """Grip on a radius (m); see `mechanism.contacts.grip_of`."""
+    farthest = max(touching, pressed, TINY)
+    return max(touching, 0.0) / farthest, radius * max(pressed, 0.0) / farthest
 
 
 class Circles:
     """Gap, place and slip of two circles, the first outside or inside the second."""
 
     def __init__(self, contact: CircleContact) -> None:
-        self.distance, self.edge = contact.distance, contact.radii[1]
+        self.distance, (self.radius, self.edge) = contact.distance, contact.radii
         self.way = -1.0 if contact.inside else 1.0
+
+    def grip(self, gap: float) -> Grip:
+        """How friction acts, by the gap (m)."""
+        pressed = self.distance + self.way * min(gap, 0.0)
+        return grip_of(-self.way * self.radius, self.distance, pressed)
 
     def touch(
         self, place: Vector, velocity: Vector, spins: Vector, angle: float
@@ -29,11 +43,12 @@ class Circles:
             nx, ny = dx / far, dy / far
         else:  # concentric circles part the way they move, or along x
             nx, ny = (ux / speed, uy / speed) if speed > 0 else (1.0, 0.0)
-        past = nx * uy - ny * ux
+        past, gap = nx * uy - ny * ux, self.way * (far - self.distance)
+        part, arm = self.grip(gap)
         touch = Touch(
-            self.way * (far - self.distance),
+            gap,
             self.edge * ((atan2(ny, nx) - angle) % (2 * pi)),
             self.way * (nx * ux + ny * uy),
-            past + first * (self.edge - far) - second * self.edge,
+            part * (past - second * far) + arm * (first - second),
         )
         return touch, (nx, ny), far

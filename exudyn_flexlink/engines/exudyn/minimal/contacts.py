@@ -103,11 +103,16 @@ class MinimalContact:
     def _normal_row(self, look: Look) -> FloatArray:
         return self._row(look, look.normal, (look.at, look.at))
 
-    def _row(self, look: Look, way: Vector, at: tuple[Vector, Vector]) -> FloatArray:
-        """Derivatives (links,) of how far both parts move apart, each at its own place."""
+    def _row(
+        self, look: Look, way: Vector, at: tuple[Vector, Vector], arm: float = 0.0
+    ) -> FloatArray:
+        """Derivatives (links,) of how far both parts move apart, each at its own place.
+
+        How far one turns against the other counts by `arm` (m).
+        """
         row = np.zeros(self._count)
-        add_force(row, look.first, at[0], way)
-        add_force(row, look.second, at[1], (-way[0], -way[1]))
+        add_force(row, look.first, at[0], way, arm)
+        add_force(row, look.second, at[1], (-way[0], -way[1]), -arm)
         return row
 
 
@@ -166,10 +171,10 @@ class PenaltyContact(MinimalContact):
         # As a contact ends a trial state may be just off the face: no force pulls.
         press = self.force(touch)
         rub = self._rub(press, touch)
-        (nx, ny), (tx, ty) = look.normal, look.along
-        fx, fy = press * nx + rub * tx, press * ny + rub * ty
-        add_force(onto, look.first, look.at, (fx, fy))
-        add_force(onto, look.second, look.at, (-fx, -fy))
+        (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
+        fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
+        add_force(onto, look.first, look.at, (fx, fy), arm * rub)
+        add_force(onto, look.second, look.at, (-fx, -fy), -arm * rub)
         power = -press * touch.gap_rate - rub * touch.slip
         return (press, power), (touch.gap, touch.gap_rate)
 
@@ -193,7 +198,8 @@ class PenaltyContact(MinimalContact):
         damping = np.zeros_like(stiffness)
         if self.friction is None:
             return stiffness, damping
-        slid = self._row(look, look.along, (look.at, look.at))
+        (tx, ty), (part, arm) = look.along, look.grip
+        slid = self._row(look, (part * tx, part * ty), (look.at, look.at), arm)
         normal = self._normal_row(look)
         rubbed = self.friction.coefficient * tanh(touch.slip / self.friction.slip_speed)
         drag = self.friction.coefficient**2 - rubbed**2

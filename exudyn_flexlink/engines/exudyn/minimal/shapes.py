@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
-from exudyn_flexlink.engines.exudyn.circles import Circles
+from exudyn_flexlink.engines.exudyn.circles import Circles, Grip, grip_of
 from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector, distance_from_ends
 from exudyn_flexlink.mechanism import (
     Anchor,
@@ -30,9 +30,10 @@ class Look(NamedTuple):
     """A contact at one instant.
 
     `normal` is the direction in which it pushes the first part, `along` that of the slip; both act
-    at the place `at`, m. `first` and `second` are the links that carry both parts. `bend` (1/m) is
-    the second derivative of the gap as the `centres` of both parts move past each other, across
-    the normal; 0 where nothing is round.
+    at the first part's point `at`, m, friction with a moment as its `grip` tells. `first` and
+    `second` are the links that carry both parts. `bend` (1/m) is the second derivative of the gap
+    as the `centres` of both parts move past each other, across the normal; 0 where nothing is
+    round.
     """
 
     touch: Touch
@@ -43,6 +44,7 @@ class Look(NamedTuple):
     second: Row
     centres: tuple[Vector, Vector] = ((0.0, 0.0), (0.0, 0.0))
     bend: float = 0.0
+    grip: Grip = (1.0, 0.0)
 
 
 class Shape(Protocol):
@@ -101,7 +103,7 @@ class _Face:
 
 
 class _Circles:
-    """Two circles, which touch at the second one's edge."""
+    """Two circles, which touch on the line through their centres."""
 
     def __init__(self, layout: TreeLayout, contact: CircleContact) -> None:
         self._circles = Circles(contact)
@@ -117,11 +119,10 @@ class _Circles:
         touch, (nx, ny), far = self._circles.touch(
             (px - sx, py - sy), (pu - su, pv - sv), (spin, turning), angle + self._turned
         )
-        way, edge = self._circles.way, self._circles.edge
-        at = (sx + edge * nx, sy + edge * ny)
+        way, grip = self._circles.way, self._circles.grip(touch.gap)
         bend = way / far if far > 0 else 0.0
-        centres = (px, py), (sx, sy)
-        return Look(touch, (way * nx, way * ny), (-ny, nx), at, first, second, centres, bend)
+        at, centres, normal = (px, py), ((px, py), (sx, sy)), (way * nx, way * ny)
+        return Look(touch, normal, (-ny, nx), at, first, second, centres, bend, grip)
 
     def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations of the centres, and how they pass each other."""
@@ -167,26 +168,27 @@ class OnCurve:
         tx, ty = c * ex - s * ey, s * ex + c * ey
         nx, ny = -side * ty, side * tx
         ux, uy = pu - su + turning * ry, pv - sv - turning * rx
-        place = self._along(piece, u) + beyond
+        place, gap = self._along(piece, u) + beyond, side * lateral - self._radius
+        touching = 1 - curvature * side * self._radius
+        grip = part, arm = grip_of(side * self._radius, touching, way if gap < 0 else touching)
         touch = Touch(
-            side * lateral - self._radius,
+            gap,
             place,
             nx * ux + ny * uy,
-            tx * ux + ty * uy + side * self._radius * (spin - turning),
+            part * (tx * ux + ty * uy) + arm * (spin - turning),
             inf if self._curve.closed else distance_from_ends(place, self.length),
         )
-        # A roller is rubbed at its edge.
-        at = px - self._radius * nx, py - self._radius * ny
-        return Look(touch, (nx, ny), (tx, ty), at, first, second, ((px, py), (px, py)), bend)
+        at = px, py
+        return Look(touch, (nx, ny), (tx, ty), at, first, second, (at, at), bend, grip)
 
     def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations, what the curve's turning makes of them, and its curvature."""
-        spin = self._point.state(x, v)[2][1]
-        (sx, sy), _, (_, turning), _ = self._origin.state(x, v)
+        (pu, pv) = self._point.state(x, v)[1]
+        (sx, sy), (su, sv), (_, turning), _ = self._origin.state(x, v)
         (ax, ay), (bx, by) = self._point.steady_bend(x, v), self._origin.steady_bend(x, v)
-        (nx, ny), (px, py) = look.normal, look.centres[0]
+        (nx, ny), (tx, ty), (px, py) = look.normal, look.along, look.at
         # The speed of the point, not of the roller's edge, along the curve as the curve sees it.
-        along = look.touch.slip - self._side * self._radius * (spin - turning)
+        along = tx * (pu - su + turning * (py - sy)) + ty * (pv - sv - turning * (px - sx))
         turned = turning * turning * (nx * (px - sx) + ny * (py - sy))
         turned -= 2 * self._side * turning * along
         return nx * (ax - bx) + ny * (ay - by) + turned + look.bend * along * along
@@ -240,11 +242,11 @@ class OnCurve:
         return length % self.length if self._curve.closed else length
 
 
-def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector) -> None:
-    """Add a force at a place to those (links,) of the links that move it."""
+def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector, moment: float = 0.0) -> None:
+    """Add a force at a place, and a moment, to those (links,) of the links that move it."""
     for i, a, b in moves:
         if i >= 0:
-            onto[i] += (at[0] - a) * force[1] - (at[1] - b) * force[0]
+            onto[i] += (at[0] - a) * force[1] - (at[1] - b) * force[0] + moment
         else:
             onto[~i] += a * force[0] + b * force[1]
 

@@ -12,11 +12,15 @@ from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, FaceContact
 
 
 class Aim(NamedTuple):
-    """Where a contact acts on the second part and on the first, and along what, in their axes."""
+    """Where friction acts on the second part and on the first, and along what, in their axes.
+
+    `grip` is its part of mu F, as of slip; see `mechanism.approach`.
+    """
 
     struck: Vector
     striking: Vector
     along: Vector
+    grip: float = 1.0
 
 
 class FaceGeometry:
@@ -97,16 +101,20 @@ class CircleGeometry:
 
     def aim(self, touch: Touch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
-        ahead, edge = self._in_second[0] + step * self._in_second[1], self._circles.edge
+        ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]
         gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
-        arm = edge - self._circles.distance - self._circles.way * gap
+        circles = self._circles
+        part, arm = circles.grip(gap)
+        far, arm = circles.distance + circles.way * gap, arm / part
+        edge = far + arm
         (ax, ay), (bx, by) = self._first.own, self._second.own
         c, s = cos(ahead), sin(ahead)
         return Aim(
             (bx + edge * c, by + edge * s),
             (ax + arm * cos(behind), ay + arm * sin(behind)),
             (-s, c),
+            part,
         )
 
 

@@ -65,7 +65,8 @@ class Pressing:
             self._mbs.SetMarkerParameter(self._slip_marker, name, [x, y, 0.0])
         gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
         pressing = float(self._law.force(-gap, -touch.gap_rate - step * touch.gap_bend))
-        self._mbs.SetObjectParameter(self._slip, "stiffness", pressing)
+        self._mbs.SetObjectParameter(self._slip, "stiffness", aim.grip * pressing)
+        self._mbs.SetObjectParameter(self._slip, "damping", aim.grip)
 
 
 class PressingFace(Pressing):
@@ -166,9 +167,12 @@ def _pressing(law: RestitutionPenalty, free: float) -> Law:
 
 
 def _sliding(friction: Friction) -> Law:
-    """Restoring force over the slip v; the spring's stiffness is the normal force."""
+    """Restoring force over the slip v.
 
-    def slide(_mbs: Any, _t: Any, _i: Any, _u: Any, v: Any, k: Any, _d: Any, _o: Any) -> Any:
-        return friction.coefficient * k * Engine.symbolic.tanh(v / friction.slip_speed)
+    The spring's stiffness is the grip's part of the normal force, its damping that part.
+    """
+
+    def slide(_mbs: Any, _t: Any, _i: Any, _u: Any, v: Any, k: Any, grip: Any, _o: Any) -> Any:
+        return friction.coefficient * k * Engine.symbolic.tanh(grip * v / friction.slip_speed)
 
     return slide
