@@ -59,6 +59,7 @@ class LagrangianProblem:
         if isinstance(event.what, Pair):
             self.system.touch(event.time, self.state, event.what.pair)
             return inf
+        self.recorder.keep_last(float(np.nextafter(event.time, 0.0)), self.state)
         self.state = self.system.cross(event.time, np.array(self.state), event.what)
         self.system.track.settle()
         self.recorder.after(event.time, self.state, True)

@@ -235,7 +235,7 @@ class Recorder:
         return rows
 
     def keep_last(self, t: float, y: FloatArray) -> None:
-        """Keep the state in which a run ends before its time."""
+        """Keep the state in which a run ends before its time, or that before an event."""
         if not self.samples.time or self.samples.time[-1] < t:
             self._keep(t, y)
 

@@ -96,16 +96,12 @@ def jump_of(at: Evaluation, gaps: Gaps, restitution: FloatArray) -> Jump:
 
 @dataclass
 class Impacts:
-    """Changes of a model's rigid contacts, in a run.
-
-    `changed` tells that the state is another one since the last step.
-    """
+    """Changes of a model's rigid contacts, in a run."""
 
     model: MinimalModel
     finder: EventFinder
     recorder: Recorder
     endless: str = ""
-    changed: bool = False
 
     def __post_init__(self) -> None:
         names = [contact.name for contact in self.model.assembly.mechanism.touching]
@@ -120,7 +116,6 @@ class Impacts:
     def change(self, time: float, k: int) -> None:
         """Contact k closes, opens, or its point passes the face's line beside it."""
         contact, touch = self._contacts[k], self.finder.touches[k]
-        self.changed = True
         if contact.acts:
             off = touch.inside < OFF_THE_END
             contact.side = Side.BEHIND if off else Side.APART

@@ -83,6 +83,7 @@ class MinimalProblem:
     stop_advice: str = ""
     _looked: _Looked | None = None  # the last step looked at
     _near: Step | None = None  # the last one, if what was taken up is near its end only
+    _jumped: bool = False  # a contact's force, or speeds, where the last step ended
 
     def __post_init__(self) -> None:
         x, v = self.model.start
@@ -122,8 +123,8 @@ class MinimalProblem:
         q, v = self.model.coordinates.independent()
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
-        if self._rigid.changed:
-            self._rigid.changed = False
+        if self._jumped:
+            self._jumped = False
             self.recorder.keep_again(at)
         return at, State(q, v, at.accelerations)
 
@@ -287,18 +288,18 @@ class MinimalProblem:
             longest = self._change_walls(event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
+            if k < self._of_scene:
+                self.recorder.mark()
             if k in self.model.rigid.all:
                 self._change_rigid(event.time, k)
                 return longest
             self._change_contact(event.time, k, self._finder.touches[k])
-            if k < self._of_scene:
-                self.recorder.mark()
             if self.model.contacts[k].acts:
                 longest = IN_CONTACT * self.half_periods[k]
         return longest
 
     def _change_rigid(self, time: float, k: int) -> None:
-        before = len(self.recorder.impacts)
+        before, self._jumped = len(self.recorder.impacts), True
         try:
             self._rigid.change(time, k)
         except ArithmeticError as error:
@@ -318,7 +319,7 @@ class MinimalProblem:
                 contact.side, contact.peak = Side.PRESSED, 0.0
                 self._tell(time, k, "contact begins", touch)
         else:
-            off = touch.inside < min(-touch.gap, OFF_THE_END)
+            off = self._jumped = touch.inside < min(-touch.gap, OFF_THE_END)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
             self.scattering.release(time, k)
@@ -327,7 +328,11 @@ class MinimalProblem:
     def _change_walls(self, time: float, there: int | None = None) -> float:
         """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""
         longest, before, walls = inf, len(self.model.contacts), self._finder.walls
-        for k in walls.changed(time, there).tolist():
+        which = walls.changed(time, there)
+        jumps = time > 0 and bool((walls.seen.gap[which] < -TOUCHING).any())
+        if jumps:
+            self.recorder.mark()
+        for k in which.tolist():
             self.model.walls.change(k)
             begins = bool(self.model.walls.touching[k])
             kind: ContactEvent = "contact begins" if begins else "contact ends"
@@ -335,6 +340,10 @@ class MinimalProblem:
             if begins:
                 longest = min(longest, IN_CONTACT * self.half_periods[before + k])
         self._lasting.touch(time)
+        if jumps:
+            self.recorder.keep_again(
+                self.model.evaluate(time, *self.model.coordinates.independent())
+            )
         return longest
 
     def _tell(

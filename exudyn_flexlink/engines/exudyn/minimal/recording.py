@@ -62,6 +62,7 @@ class Recorder:
         self._leaps: list[tuple[int, FloatArray]] = []  # of the totals, after so many steps
         self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
+        self._jumped = False  # since the last step
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
@@ -129,6 +130,7 @@ class Recorder:
         if len(self._steps) == BLOCK:
             self.flush()
         self._steps.append(step)
+        self._jumped = False
         self._pressed.append(self.model.acting())
         self._ends.append(end)
         self._on_curves.append(self.samples.places(end.places))
@@ -162,10 +164,13 @@ class Recorder:
         self._leaps.append((len(self._steps), totals))
 
     def keep_again(self, at: Evaluation) -> None:
-        """Keep the state after an impact, in place of that before it at the same instant."""
+        """Keep the state after all jumps at one instant, beside that before them."""
         self._find_quiet()
-        if self.samples.last >= at.kept.t:
+        if self._jumped or at.kept.t == 0:
             self.samples.drop_last()
+        else:
+            self.samples.put_before(at.kept.t)
+        self._jumped = True
         self.samples.keep(at.pick(None), len(self._steps), np.zeros(1))
 
     def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:

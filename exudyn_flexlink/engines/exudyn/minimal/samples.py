@@ -134,6 +134,15 @@ class Samples:
         if len(last.kept.t) > 1:
             self._new.append(last.pick(slice(-1)))
 
+    def put_before(self, time: float) -> None:
+        """Let the last sample, which is new, be that just before an instant (s)."""
+        self.work_off_waiting()
+        before = float(np.nextafter(time, 0.0))
+        if self.kept[-2].time < before:
+            self.kept[-1] = self.kept[-1]._replace(time=before)
+        else:
+            self.drop_last()
+
     @property
     def last(self) -> float:
         """Time (s) of the last one."""

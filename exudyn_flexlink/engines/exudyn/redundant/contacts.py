@@ -7,6 +7,7 @@ from math import inf
 
 import numpy as np
 
+from exudyn_flexlink.arrays import BoolArray
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BroadPhase
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import AHEAD, ContactItem
@@ -33,6 +34,7 @@ class Contacts:
         self._margin = MARGIN * max((own.contact_step for own in self._pairs), default=0.0)
         self.entries: list[Entry] = []  # of all steps so far
         self.pressed = np.zeros(len(contacts), dtype=bool)  # those that act
+        self.before_jump: BoolArray | None = None  # likewise, where a force jumped in the last step
         self._near: list[int] = []  # numbers of the pairs that are looked at
         self._looked_at = self._always
 
@@ -44,6 +46,8 @@ class Contacts:
             step = contact.after_step(now, step)
         fresh = [own.entry for own in self._looked_at if own.entry is not None]
         self.entries += fresh
+        jumped = any(contact.jumped for contact in self._looked_at)
+        self.before_jump = self.pressed.copy() if jumped else None
         for entry in fresh:
             self.pressed[entry.index] = self.all[entry.index].pressed
         return step

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, inf, log2
 from typing import Any
 
@@ -222,13 +222,21 @@ class Loop:
 
     def _take(self, now: StepEnd, multipliers: FloatArray) -> bool:
         """Record the state; tell whether one of the scene's contacts began or ended."""
+        places = [float(slot.place(slot.u)) for slot in self.slots]
+        before = self.contacts.before_jump if now.time > 0 else None
+        if before is not None:
+            earlier = replace(now, time=float(np.nextafter(now.time, 0.0)))
+            self.recorder.take(earlier, multipliers, before, places)
+            self.recorder.mark(earlier.time)
+            self.recorder.steps -= 1  # the same one follows, with the forces after the jump
         # What touches at time 0 is found after that state was taken, and noted with the first step.
         fresh = self.contacts.entries[self._noted :]
         self._noted += len(fresh)
         for entry in fresh:
             self.recorder.note(entry.index)
-        places = [float(slot.place(slot.u)) for slot in self.slots]
         self.recorder.take(now, multipliers, self.contacts.pressed, places)
+        if before is not None:
+            self.recorder.mark(now.time)
         return any(self.contacts.all[entry.index].channel is None for entry in fresh)
 
     def _count(self, now: StepEnd) -> None:
