@@ -21,10 +21,10 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     FaceContact,
 )
 from exudyn_flexlink.mechanism.contacts import (
-    TINY,
     TOUCHING,
     approach,
     far_behind,
+    grip_of,
     idle_at_start,
     on_the_contact,
     swings,

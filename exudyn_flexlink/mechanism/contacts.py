@@ -27,7 +27,6 @@ from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to
 
-TINY = 1e-12  # of a radius of curvature: at that centre friction has no arm
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 
@@ -181,23 +180,24 @@ def _of_circles(contact: CircleContact, q: FloatArray, v: FloatArray) -> Approac
     radius, edge = contact.radii
     first, second = (angle_of(part, v) for part in contact.parts)
     pressed = contact.distance + way * np.minimum(gap, 0.0)
-    grip, arm = grip_of(-way * radius, np.asarray(contact.distance), pressed)
+    grip, arm = _grips(-way * radius, contact.distance, pressed)
     slip = grip * (np.sum(along * relative, axis=-1) - second * far) + arm * (first - second)
     turned = np.arctan2(outward[..., 1], outward[..., 0]) - angle_of(contact.second.part, q)
     place = edge * np.mod(turned, 2 * np.pi)
     return Approach(gap, place, gap_rate, slip, way * outward, along, grip)
 
 
-def grip_of(
-    radius: float, touching: FloatArray, pressed: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def grip_of(radius: float, touching: float, pressed: float) -> tuple[float, float]:
     """Return the grip, and the friction's arm (m) about the first part's centre.
 
     `pressed` is in proportion to how far that is from the second part's centre of curvature, and
     `touching` what it is without penetration.
     """
-    farthest = np.maximum(np.maximum(touching, pressed), TINY)
-    return np.maximum(touching, 0.0) / farthest, radius * np.maximum(pressed, 0.0) / farthest
+    farthest = max(touching, pressed, 0.0) or 1.0  # at the centre of curvature: no friction
+    return max(touching, 0.0) / farthest, radius * max(pressed, 0.0) / farthest
+
+
+_grips = np.vectorize(grip_of, otypes=[float, float])
 
 
 def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
@@ -217,7 +217,7 @@ def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
     first, second = (angle_of(part, v) for part in contact.parts)
     bend = -side * curve.curvature(u)
     touching, pressed = (1 + bend * (contact.radius + off) for off in (0.0, np.minimum(gap, 0.0)))
-    grip, arm = grip_of(side * contact.radius, touching, pressed)
+    grip, arm = _grips(side * contact.radius, touching, pressed)
     slip = grip * np.sum(along * relative, axis=-1) + arm * (first - second)
     return Approach(gap, place, np.sum(normal * relative, axis=-1), slip, normal, along, grip)
 

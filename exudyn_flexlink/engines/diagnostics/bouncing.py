@@ -1,7 +1,8 @@
-"""Bounces of a rigid contact: when they are over, and when its restitution won't end them."""
+"""Bounces of rigid contacts: when they are over or won't end, and what one passes on to others."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log
 
@@ -44,6 +45,17 @@ class Bounces:
             f"{time - self._since:.2g} s, at {approach_speed:.2g} m/s, and a restitution of "
             f"{self.restitution:g} won't end them"
         )
+
+
+def passed_on(together: Sequence[tuple[float, Sequence[str]]], law: str) -> list[str]:
+    """Say that impacts went through several contacts, at instants (s), and how they are solved."""
+    return [
+        f"contacts {', '.join(map(repr, names))} took up one impact at {time:.4g} s, the first of "
+        f"{len(together)} such: Newton's law of impact holds for {law}, and those that only touch "
+        "do not bounce; in which order bodies that touch strike one another is not modelled, and "
+        "changes their speeds: leave a little play, or give a law with stiffness, and compare"
+        for time, names in together[:1]
+    ]
 
 
 def is_over(approach_speed: float, restitution: float, gap_acceleration: float) -> bool:

@@ -1,20 +1,11 @@
-"""Where two circles are against each other, and what friction does to round parts, in floats."""
+"""Where two circles are against each other, in plain floats."""
 
 from __future__ import annotations
 
 from math import atan2, hypot, pi
 
 from exudyn_flexlink.engines.exudyn.faces import Touch, Vector
-from exudyn_flexlink.mechanism import TINY, CircleContact
-
-Grip = tuple[float, float]
-"""Part of mu F that is friction, and its arm (m) about the first part's centre, along the slip."""
-
-
-def grip_of(radius: float, touching: float, pressed: float) -> Grip:
-    """Grip on a radius (m); see `mechanism.contacts.grip_of`."""
-    farthest = max(touching, pressed, TINY)
-    return max(touching, 0.0) / farthest, radius * max(pressed, 0.0) / farthest
+from exudyn_flexlink.mechanism import CircleContact, grip_of
 
 
 class Circles:
@@ -24,8 +15,8 @@ class Circles:
         self.distance, (self.radius, self.edge) = contact.distance, contact.radii
         self.way = -1.0 if contact.inside else 1.0
 
-    def grip(self, gap: float) -> Grip:
-        """How friction acts, by the gap (m)."""
+    def grip(self, gap: float) -> tuple[float, float]:
+        """Return the grip and the friction's arm (m), by the gap (m)."""
         pressed = self.distance + self.way * min(gap, 0.0)
         return grip_of(-self.way * self.radius, self.distance, pressed)
 

@@ -115,6 +115,9 @@ def _settle(system: System, t: float, y: FloatArray, struck: int) -> FloatArray:
         k = min(rates, key=lambda i: rates[i])
         if rates[k] > -1e-12:
             break
+        if rates[k] < -REST_SPEED and rates[struck] > REST_SPEED:
+            names = system.contacts[struck].face.name, system.contacts[k].face.name
+            system.together.append((t, names))
         y, _, _ = _jump(system, t, y, k, 0.0)
     for k, rate in rates.items():
         if k != struck and rate > REST_SPEED:

@@ -10,6 +10,7 @@ from threading import Event as Asked
 import numpy as np
 import scipy
 
+from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
@@ -89,7 +90,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         extremes=recorder.seeker.extremes(),
         laps=laps,
         checks=_checks(prepared),
-        warnings=(),
+        warnings=tuple(passed_on(prepared.system.together, "each in turn")),
         outcome=_outcome(prepared, complaint),
     )
 

@@ -44,6 +44,7 @@ class System:
         self.stop_reason = ""
         self.stop_advice = ""
         self.reached = False
+        self.together: list[tuple[float, tuple[str, str]]] = []  # s, contacts with one impact
         mechanism, state = model.mechanism, model.assembly.state
         self.kind = kind_of(mechanism)
         slot = mechanism.slots[0]

@@ -106,10 +106,7 @@ class MinimalContact:
     def _row(
         self, look: Look, way: Vector, at: tuple[Vector, Vector], arm: float = 0.0
     ) -> FloatArray:
-        """Derivatives (links,) of how far both parts move apart, each at its own place.
-
-        How far one turns against the other counts by `arm` (m).
-        """
+        """Derivatives (links,) of how far both move apart, each at its place, or turn by an arm."""
         row = np.zeros(self._count)
         add_force(row, look.first, at[0], way, arm)
         add_force(row, look.second, at[1], (-way[0], -way[1]), -arm)
@@ -193,7 +190,7 @@ class PenaltyContact(MinimalContact):
         touch = look.touch
         pressing = press_by([self.law])(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
-        past = self._row(look, look.along, look.centres)
+        past = self._row(look, look.along, (look.at, look.centre))
         stiffness = -press * look.bend * np.outer(past, past)
         damping = np.zeros_like(stiffness)
         if self.friction is None:

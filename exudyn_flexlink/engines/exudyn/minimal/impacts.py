@@ -45,6 +45,8 @@ SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is clo
 INVISIBLE_SPEED = 1e-4
 # Of the sizes of the parts that a gap's acceleration sums up: below this, treated as zero.
 NO_ACCELERATION = 1e-9
+# Of an impact's largest impulse, and of what it moves of its own gap: less is not passed on.
+NOTHING_PASSED_ON = 1e-6
 NOTHING_KNOWN: Mapping[int, float] = {}
 
 
@@ -104,6 +106,7 @@ class Impacts:
     endless: str = ""
 
     def __post_init__(self) -> None:
+        self.together: list[tuple[float, list[str]]] = []  # s, and contacts with one impact
         names = [contact.name for contact in self.model.assembly.mechanism.touching]
         self._bounces = {
             k: Bounces(names[k], contact.restitution) for k, contact in self._contacts.items()
@@ -141,7 +144,11 @@ class Impacts:
         )
         restitution = np.where(over, 0.0, restitution)
         if gaps.touching[:, 1].min() < 0:
-            self._jump(time, jump_of(at, gaps, restitution), which, over)
+            jump = jump_of(at, gaps, restitution)
+            self._jump(time, jump, which, over)
+            hit = np.flatnonzero(jump.impulse > NOTHING_PASSED_ON * jump.impulse.max())
+            if restitution[hit].any() and _coupled(mobility(gaps, at.mass)[1][np.ix_(hit, hit)]):
+                self.together.append((time, [self._bounces[which[c]].name for c in hit]))
         # The next bounce of one that was struck as it went away is lower than gaps are known to.
         slow = {k: INVISIBLE_SPEED if k == struck else REST_SPEED for k in which}
         resting = [
@@ -239,6 +246,12 @@ class Impacts:
         moment = SAME_INSTANT * instant(time, EVENT_TIME)
         at, gaps = self._look(time, which, moment)
         return np.asarray(gaps.free @ at.accelerations + gaps.bend)
+
+
+def _coupled(moved: FloatArray) -> bool:
+    """Tell whether an impulse in one contact moves the gap (c, c) of another."""
+    each = np.sqrt(np.diag(moved))
+    return bool((np.abs(np.triu(moved, 1)) > NOTHING_PASSED_ON * np.outer(each, each)).any())
 
 
 def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:

@@ -97,7 +97,7 @@ class MinimalProblem:
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
-        self._rigid = Impacts(self.model, self._finder, self.recorder)
+        self.impacts = Impacts(self.model, self._finder, self.recorder)
 
     @property
     def over(self) -> bool:
@@ -301,11 +301,11 @@ class MinimalProblem:
     def _change_rigid(self, time: float, k: int) -> None:
         before, self._jumped = len(self.recorder.impacts), True
         try:
-            self._rigid.change(time, k)
+            self.impacts.change(time, k)
         except ArithmeticError as error:
             self.stop_reason, self.stop_advice = str(error), GIVE_WAY
-        if self._rigid.endless:
-            self.stop_reason, self.stop_advice = self._rigid.endless, LOSE_SPEED
+        if self.impacts.endless:
+            self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         self.scattering.strike(
             time, [(k, hit.impulse) for k, hit in self.recorder.impacts[before:]]
         )
@@ -328,11 +328,7 @@ class MinimalProblem:
     def _change_walls(self, time: float, there: int | None = None) -> float:
         """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""
         longest, before, walls = inf, len(self.model.contacts), self._finder.walls
-        which = walls.changed(time, there)
-        jumps = time > 0 and bool((walls.seen.gap[which] < -TOUCHING).any())
-        if jumps:
-            self.recorder.mark()
-        for k in which.tolist():
+        for k in walls.changed(time, there).tolist():
             self.model.walls.change(k)
             begins = bool(self.model.walls.touching[k])
             kind: ContactEvent = "contact begins" if begins else "contact ends"
@@ -340,10 +336,6 @@ class MinimalProblem:
             if begins:
                 longest = min(longest, IN_CONTACT * self.half_periods[before + k])
         self._lasting.touch(time)
-        if jumps:
-            self.recorder.keep_again(
-                self.model.evaluate(time, *self.model.coordinates.independent())
-            )
         return longest
 
     def _tell(

@@ -10,6 +10,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting
+from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.ending import of_turns
@@ -120,7 +121,8 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
 
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     """Put the Result together; its timings are still to come."""
-    told = (*_shortened(run), *_slipped(run), *_on_dead_centres(run))
+    at_once = passed_on(run.problem.impacts.together, "all of them at once")
+    told = (*_shortened(run), *_slipped(run), *_on_dead_centres(run), *at_once)
     return RunReader(run).result(told, _outcome(run, *complaint))
 
 

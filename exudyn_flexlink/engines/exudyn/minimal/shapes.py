@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
-from exudyn_flexlink.engines.exudyn.circles import Circles, Grip, grip_of
+from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector, distance_from_ends
 from exudyn_flexlink.mechanism import (
     Anchor,
@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism import (
     Contact,
     CurveContact,
     FaceContact,
+    grip_of,
 )
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
 
@@ -30,10 +31,9 @@ class Look(NamedTuple):
     """A contact at one instant.
 
     `normal` is the direction in which it pushes the first part, `along` that of the slip; both act
-    at the first part's point `at`, m, friction with a moment as its `grip` tells. `first` and
+    at the first part's point `at`, m, and friction by its `grip` and arm there (m). `first` and
     `second` are the links that carry both parts. `bend` (1/m) is the second derivative of the gap
-    as the `centres` of both parts move past each other, across the normal; 0 where nothing is
-    round.
+    as `at` moves past the second's `centre`, across the normal; 0 where nothing is round.
     """
 
     touch: Touch
@@ -42,9 +42,9 @@ class Look(NamedTuple):
     at: Vector
     first: Row
     second: Row
-    centres: tuple[Vector, Vector] = ((0.0, 0.0), (0.0, 0.0))
+    centre: Vector = (0.0, 0.0)
     bend: float = 0.0
-    grip: Grip = (1.0, 0.0)
+    grip: tuple[float, float] = (1.0, 0.0)
 
 
 class Shape(Protocol):
@@ -121,8 +121,8 @@ class _Circles:
         )
         way, grip = self._circles.way, self._circles.grip(touch.gap)
         bend = way / far if far > 0 else 0.0
-        at, centres, normal = (px, py), ((px, py), (sx, sy)), (way * nx, way * ny)
-        return Look(touch, normal, (-ny, nx), at, first, second, centres, bend, grip)
+        at, centre, normal = (px, py), (sx, sy), (way * nx, way * ny)
+        return Look(touch, normal, (-ny, nx), at, first, second, centre, bend, grip)
 
     def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations of the centres, and how they pass each other."""
@@ -179,7 +179,7 @@ class OnCurve:
             inf if self._curve.closed else distance_from_ends(place, self.length),
         )
         at = px, py
-        return Look(touch, (nx, ny), (tx, ty), at, first, second, (at, at), bend, grip)
+        return Look(touch, (nx, ny), (tx, ty), at, first, second, at, bend, grip)
 
     def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations, what the curve's turning makes of them, and its curvature."""

@@ -12,10 +12,7 @@ from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, FaceContact
 
 
 class Aim(NamedTuple):
-    """Where friction acts on the second part and on the first, and along what, in their axes.
-
-    `grip` is its part of mu F, as of slip; see `mechanism.approach`.
-    """
+    """Where friction acts on the second part and on the first, along what, and by which grip."""
 
     struck: Vector
     striking: Vector
@@ -104,10 +101,9 @@ class CircleGeometry:
         ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]
         gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
-        circles = self._circles
-        part, arm = circles.grip(gap)
-        far, arm = circles.distance + circles.way * gap, arm / part
-        edge = far + arm
+        part, arm = self._circles.grip(gap)
+        arm /= part
+        edge = self._circles.distance + self._circles.way * gap + arm
         (ax, ay), (bx, by) = self._first.own, self._second.own
         c, s = cos(ahead), sin(ahead)
         return Aim(

@@ -167,10 +167,7 @@ def _pressing(law: RestitutionPenalty, free: float) -> Law:
 
 
 def _sliding(friction: Friction) -> Law:
-    """Restoring force over the slip v.
-
-    The spring's stiffness is the grip's part of the normal force, its damping that part.
-    """
+    """Restoring force over the slip v; the stiffness is the normal force with the `grip`."""
 
     def slide(_mbs: Any, _t: Any, _i: Any, _u: Any, v: Any, k: Any, grip: Any, _o: Any) -> Any:
         return friction.coefficient * k * Engine.symbolic.tanh(grip * v / friction.slip_speed)
