@@ -4,9 +4,12 @@ from math import sin, sqrt
 
 import numpy as np
 import pytest
-from test_physics_tools import FLOOR, alone, angle, arm_and_ball, scene, speed, velocity
+from test_physics_tools import FLOOR, MODELS, alone, angle, arm_and_ball, scene, speed, velocity
 
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
+from exudyn_flexlink.engines.lagrangian.run import prepare
+from exudyn_flexlink.loading import load_scene
 
 G = 9.81
 
@@ -234,3 +237,93 @@ accuracy: {{tolerance: 1.0e-6}}
     assert "can't hold" in result.outcome.reason
     assert "torque" in result.outcome.advice
     assert result.time[-1] == pytest.approx(0.2, abs=1e-9)
+
+
+# --- bodies that touch one another ------------------------------------------------------------
+
+
+def cradle(play, restitution):
+    """Three balls of 1 kg in a row; the first comes at 1 m/s, the others touch but for a play."""
+    places = [-0.3, 0.0, 0.1 + play]
+    lines = [
+        "bodies:",
+        *(f"  b{i}: {{type: rigid, mass: 1, inertia: 1, points: {{c: [0, 0]}}}}" for i in range(3)),
+        "joints:",
+        *(
+            f"  s{i}: {{type: prismatic, points: [ground, b{i}.c], at: [0, 0], axis: [1, 0]}}"
+            for i in range(3)
+        ),
+        "contacts:",
+        *(
+            f"  k{i}: {{type: circle_on_circle, circles: [{{at: b{i}.c, radius: 0.05}},"
+            f" {{at: b{i + 1}.c, radius: 0.05}}],"
+            f" law: {{type: impulse, restitution: {restitution}}}}}"
+            for i in range(2)
+        ),
+        "initial:",
+        "  velocities: {b0: [1, 0]}",
+        "  positions: {" + ", ".join(f"b{i}: [{x}, 0]" for i, x in enumerate(places)) + "}",
+        "run: {duration: 0.4}",
+        "accuracy: {tolerance: 1.0e-6}",
+    ]
+    return "\n".join(lines)
+
+
+def test_what_touches_takes_up_an_impact_at_once_and_the_run_says_so():
+    """Newton's law for both: p1 (2 - 1/2) = 2 m v, p2 = p1/2; one after the other: v and 0."""
+    result = alone(cradle(0, 1))
+    np.testing.assert_allclose(result.rates[-1, :, 0], [-1 / 3, 2 / 3, 2 / 3], atol=1e-9)
+    (told,) = result.warnings
+    assert "'k0', 'k1' took up one impact at 0.2 s" in told
+    assert "Newton's law of impact holds for all of them at once" in told
+    assert "in which order bodies that touch strike one another is not modelled" in told
+
+
+def test_what_has_a_little_play_is_struck_in_turn():
+    result = alone(cradle(1e-6, 1))
+    np.testing.assert_allclose(result.rates[-1, :, 0], [0, 0, 1], atol=1e-9)
+    assert result.warnings == ()
+
+
+def test_where_nothing_bounces_the_order_does_not_matter():
+    for play in (0, 1e-6):
+        result = alone(cradle(play, 0))
+        np.testing.assert_allclose(result.rates[-1, :, 0], [1 / 3] * 3, atol=1e-9)
+        assert result.warnings == ()
+
+
+def test_impacts_at_one_instant_that_do_not_meet_are_no_matter():
+    """Two balls fall on the floor side by side: no impulse in one moves the other's gap."""
+    text = """
+bodies:
+  a: {type: rigid, mass: 1, inertia: 1, points: {c: [0, 0]}}
+  b: {type: rigid, mass: 2, inertia: 1, points: {c: [0, 0]}}
+contacts:
+  a: {type: circle_on_circle, circles: [{at: a.c, radius: 0.1}, {at: ground, place: [0, -1], radius: 0.5}], law: {type: impulse, restitution: 0.5}}
+  b: {type: circle_on_circle, circles: [{at: b.c, radius: 0.1}, {at: ground, place: [3, -1], radius: 0.5}], law: {type: impulse, restitution: 0.5}}
+gravity: [0, -9.81]
+initial: {positions: {a: [0, 0], b: [3, 0]}}
+run: {duration: 0.4}
+accuracy: {tolerance: 1.0e-6}
+"""  # noqa: E501
+    result = alone(text)
+    assert [len(result.contacts[name].touches) for name in "ab"] == [1, 1]
+    assert result.warnings == ()
+
+
+def test_the_lagrangian_says_so_where_a_lasting_contact_takes_up_an_impact():
+    """A lever bounces back on a point that lies on its other side, and can't give way."""
+    second = (
+        "{type: point_on_line, point: link.start, line: [lever.start, lever.end], side: right, "
+    )
+    settings = (
+        "contacts.strike.law={type: impulse, restitution: 0.5}",
+        "contacts.second=" + second + "law: {type: impulse, restitution: 0}}",
+    )
+    system = prepare(load_scene(MODELS / "rigid.yaml", settings)).system
+    state = system.start
+    state[1] = 10.0  # rad/s, of the lever: the gap on its upper side closes
+    system.contacts[1].begin(0.0, np.zeros(5), 0.0, 0.0)
+    system.acting[:] = [contact.acting for contact in system.contacts]
+    meet_face(system, 0.0, state, 0)
+    assert system.together == [(0.0, ("strike", "second"))]

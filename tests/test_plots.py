@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,6 +13,7 @@ from matplotlib.colors import same_color
 from matplotlib.text import Text
 
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import State, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
@@ -233,6 +235,34 @@ def test_a_cart_that_hits_a_stop_has_neither_a_pivot_nor_a_force_of_impacts_with
     assert "contact force" not in words(forces(cart))
     assert "pivot on the ground" not in words(mechanism(cart))
     assert "pivot on the ground" in words(mechanism(results.pendulum()))
+
+
+def titles(figure):
+    """Titles of the panels, without their letters, as words and time (s)."""
+    found = [axes.get_title(loc="left") for axes in figure.axes if axes.axison]
+    return [(one, float(re.search(r"t = ([0-9.]+)", one)[1])) for one in found]
+
+
+def test_the_first_contact_is_the_first_in_time_not_in_the_file():
+    """The cart comes to the left wall at 0.5 s, and back at half its speed to the other at 2 s."""
+    other = "  late: {type: point_on_curve, point: cart.centre, curve: far, side: left,"
+    law = "         law: {type: impulse, restitution: 0.5}}"
+    text = CART.replace("contacts:", f"contacts:\n{other}\n{law}")
+    text = text.replace(
+        "to: [-1, 1]}", "to: [-1, 1]}, far: {type: line, from: [0.5, -1], to: [0.5, 1]}"
+    )
+    cart = simulate(results.scene_from(text.replace("duration: 1}", "duration: 3}")), measure=False)
+    assert [len(cart.contacts[name].touches.begin) for name in ("late", "stop")] == [1, 1]
+    ((_, time),) = [one for one in titles(mechanism(cart)) if "first contact" in one[0]]
+    assert time == pytest.approx(0.5)
+
+
+def test_panels_are_in_order_of_time(rigid):
+    """The lever is farthest long before the only strike of this made-up run."""
+    late = Interval(2.0, 2.001, approach_speed=0.1, impulse=1e-3, peak_force=1.0)
+    times = [time for _, time in titles(mechanism(results.touched(rigid, late)))][:-1]
+    assert len(times) == 3
+    assert times == sorted(times)
 
 
 def test_the_users_own_style_does_not_matter(rigid):
