@@ -180,8 +180,9 @@ class Result:
     """One run, with the scene it belongs to: post-processing needs nothing else.
 
     Samples are even in time, as many as the motion needs, with the events' instants and some of
-    every contact between them (`time`, (N,) s, increasing); in minimal coordinates there is none
-    where a loop is at a dead centre, at which nothing follows from its motion.
+    every contact between them (`time`, (N,) s, increasing). Where a contact's force or speeds jump
+    there is one at that instant, after the jump, and one just before, by one rounding of the clock.
+    In minimal coordinates there is none where a loop is at a dead centre: nothing follows from it.
     `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's origin, `rates` their
     time derivatives; `part_names` names the parts, a flexible body's rods in order.
     `drive_torques` (N m, on the second part of each drive's joint), `drive_forces` (N, (N, 2),

@@ -41,10 +41,9 @@ class Approach:
     `normal` (..., 2) is the direction in which the contact pushes the first part, `along` (..., 2)
     that of places and slip.
 
-    Friction of round parts acts at one place on both, that which divides the distance of their
-    centres as their radii do: for what rolls there the speeds of both rims are equal, however deep
-    it is pressed in. In a hollow that place is outside the rims. The friction there is `grip` of
-    mu F, so that it turns no part by more than mu F times its radius; slip is reduced likewise.
+    Friction of round parts acts where the distance of their centres is divided as their radii are:
+    what rolls there has rims of one speed, however deep. In a hollow that is outside the rims: with
+    the part `grip` of mu F, and of slip, friction turns nothing by more than mu F times its radius.
     """
 
     gap: FloatArray

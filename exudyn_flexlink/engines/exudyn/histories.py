@@ -74,6 +74,5 @@ def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -
     at = approach(contact, q, v)
     push = press[:, None] * at.normal
     if contact.friction is not None:
-        rub = at.grip * contact.friction.force(press, at.slip)
-        push = push + rub[:, None] * at.along
+        push = push + (at.grip * contact.friction.force(press, at.slip))[:, None] * at.along
     return np.asarray(push)

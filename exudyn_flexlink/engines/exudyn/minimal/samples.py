@@ -136,7 +136,6 @@ class Samples:
 
     def put_before(self, time: float) -> None:
         """Let the last sample, which is new, be that just before an instant (s)."""
-        self.work_off_waiting()
         before = float(np.nextafter(time, 0.0))
         if self.kept[-2].time < before:
             self.kept[-1] = self.kept[-1]._replace(time=before)
