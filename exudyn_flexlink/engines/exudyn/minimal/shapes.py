@@ -178,8 +178,7 @@ class OnCurve:
             part * (tx * ux + ty * uy) + arm * (spin - turning),
             inf if self._curve.closed else distance_from_ends(place, self.length),
         )
-        at = px, py
-        return Look(touch, (nx, ny), (tx, ty), at, first, second, at, bend, grip)
+        return Look(touch, (nx, ny), (tx, ty), (px, py), first, second, (px, py), bend, grip)
 
     def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations, what the curve's turning makes of them, and its curvature."""
