@@ -1,20 +1,31 @@
-"""Files of points that splines read: what they hold, and where they may be."""
+"""Files of points and tables: how they are written, what they hold, and where they may be."""
 
 import json
+import math
 import os
 from pathlib import Path
+from time import process_time
 from typing import Any
 
+import numpy as np
 import pytest
 from test_scene import PENDULUM, scene
 
-from exudyn_flexlink.scene import Scene, SplineSpec, parse_scene
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import assemble_scene, scene_of
+from exudyn_flexlink.mechanism import input_notes
+from exudyn_flexlink.scene import Run, Scene, SplineSpec, parse_scene
+from exudyn_flexlink.scene.columns import read_columns
 from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.units import Dimension
 
 
 def spline_scene(folder: Path, file: str, **options: Any) -> Scene:
     text = PENDULUM + f"curves:\n  outline: {{type: spline, file: '{file}'}}\n"
     return parse_scene(parse_document(text, "model.yaml", folder), **options)
+
+
+SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 
 
 @pytest.mark.parametrize(
@@ -23,6 +34,19 @@ def spline_scene(folder: Path, file: str, **options: Any) -> Scene:
         "0,0\n1,0\n1,1\n0,1\n",
         "x,y\n0, 0\n1, 0\n\n# half\n1, 1\n0, 1",
         "\ufeff0,0\r\n1,0\r\n1,1\r\n0,1",
+        "x;y\n0;0\n1;0\n1;1\n0;1",
+        "# points of a square, by hand: 1 m wide\n0\t0\n1\t0\n1\t1\n0\t1",
+        "x y\n0 0\n1  0\n 1 1\n0 1",
+        "0,0 0,0\n1,0 0,0\n1,0 1,0\n0,0 1,0",
+        "x [m];y [m]\n0,0;0,0\n1,0;0\n1;1,0\n0;1,0",
+        "x_mm,y_mm\n0,0\n1000,0\n1e3,1000\n0,1000",
+        "x (mm),y (mm)\n0,0\n1000,0\n1e3,1000\n0,1000",
+        "# X [MM], Y [MM]\n0,0\n1000,0\n1e3,1000\n0,1000",
+        "x in cm, y in cm\n0,0\n100,0\n100,100\n0,100",
+        "x,y\n(cm),(mm)\n0,0\n100,0\n100,1000\n0,1000",
+        "y,x\n0,0\n0,1\n1,1\n1,0",
+        "y (mm) x (m)\n0 0\n0 1\n1000 1\n1000 0",
+        '"x","y"\n"0","0"\n"1","0"\n"1","1"\n"0","1"',
     ],
 )
 def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
@@ -30,22 +54,29 @@ def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
     found = spline_scene(tmp_path, "a.csv")
     outline = found.curves["outline"]
     assert isinstance(outline, SplineSpec)
-    assert outline.points == ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    assert outline.points == SQUARE
     assert scene(json.dumps(found.to_data())) == found
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "at least 4 points, the file has 0"),
-        ("0,0\n1,0\n1,1\n", "at least 4 points, the file has 3"),
-        ("0,0\n1,0,5\n1,1\n0,1", "a.csv line 2: expected x, y; got 3 columns"),
-        ("0;0\n1;0\n1;1\n0;1", "a.csv line 2: expected x, y; got no comma in '1;0'"),
-        ("0,0\n1,x\n1,1\n0,1", "a.csv line 2: 'x' is no number"),
-        ("0,0\n1,1_0\n1,1\n0,1", "a.csv line 2: '1_0' is no number"),
-        ("0,0\n1,inf\n1,1\n0,1", "a.csv line 2: must be finite numbers"),
-        ("0,0\n1,0\n1,0\n0,1", "line 3: the same point twice"),
-        ("0,0\n1,0\n1,1\n0,1\n0,0", "line 5: repeats the first point"),
+        ("0,0\n1,0,5\n1,1\n0,1", "a.csv line 2: expected x, y, finite numbers; got '1,0,5'"),
+        ("0;0\n1;0\n1,1\n0;1", "a.csv line 3: expected x, y, finite numbers; got '1,1'"),
+        ("0,0\n1,x\n1,1\n0,1", "a.csv line 2: expected x, y, finite numbers; got '1,x'"),
+        ("0,0\n1,1_0\n1,1\n0,1", "a.csv line 2: expected x, y, finite numbers; got '1,1_0'"),
+        ("0,0\n1,inf\n1,1\n0,1", "a.csv line 2: expected x, y, finite numbers; got '1,inf'"),
+        ("0,0\n1,0\n1,1\n0,1e21", "a.csv line 4: must not exceed 1e+20"),
+        ("10,000;0\n1;0.5\n1;1\n0;1", "a.csv line 1: numbers with ',', others with '.'"),
+        ("theta,r\n0,1\n1,1\n2,1\n3,1", "a.csv line 1: 'theta' and 'r' are polar"),
+        ("angle [deg],r [m]\n0,1\n1,1\n2,1\n3,1", "a.csv line 1: 'angle [deg]' and 'r [m]' are"),
+        ("outline\n0,0\n1,0\n1,1\n0,1", "a.csv line 1: expected names of x, y; got 'outline'"),
+        ("\nx [mm],y\n0,0\n1,0\n1,1\n0,1", "a.csv line 2: 'x [mm]' and 'y': only one of them"),
+        ("x_s,y_s\n0,0\n1,0\n1,1\n0,1", "a.csv line 1: 'x_s': 's' is no unit of a length"),
+        ("x_in,y_in\n0,0\n1,0\n1,1\n0,1", "a.csv line 1: 'x_in': 'in' is no unit"),
+        ("x (furlong),y (m)\n0,0\n1,0\n1,1\n0,1", "a.csv line 1: 'x (furlong)': unknown unit"),
+        ("x (of the rim),y (up)\n0,0\n1,0\n1,1\n0,1", "unknown unit 'of the rim'"),
+        ("x (s),y (m)\n0,0\n1,0\n1,1\n0,1", "a.csv line 1: 'x (s)': 's' is no unit of a length"),
     ],
 )
 def test_what_a_point_file_must_not_hold(tmp_path: Path, content: str, words: str) -> None:
@@ -56,73 +87,156 @@ def test_what_a_point_file_must_not_hold(tmp_path: Path, content: str, words: st
     assert caught.value.mistakes[0].path == ("curves", "outline", "file")
 
 
-@pytest.mark.parametrize(
-    ("header", "words"),
-    [
-        ("x (mm),y (mm)", "a.csv line 1: 'x (mm)': numbers must be in metres"),
-        ("x (m), y [cm]", "a.csv line 1: 'y [cm]': numbers must be in metres"),
-        ("x (s),y (m)", "a.csv line 1: 'x (s)': numbers must be in metres"),
-    ],
-)
-def test_a_header_must_not_name_other_units(tmp_path: Path, header: str, words: str) -> None:
-    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n1,0\n1,1\n0,1")
-    with pytest.raises(SceneError) as caught:
-        spline_scene(tmp_path, "a.csv")
-    assert words in str(caught.value)
-
-
-@pytest.mark.parametrize("header", ["x (m),y [m]", "x (of the rim),y (up)", "x,y", "s(t),y"])
+@pytest.mark.parametrize("header", ["x (m),y [m]", "x,y", "s(t),y", "x_P,y_P", "x1,y1", "a,b"])
 def test_a_header_may_name_si_units_or_none(tmp_path: Path, header: str) -> None:
     (tmp_path / "a.csv").write_text(f"{header}\n0,0\n1,0\n1,1\n0,1")
-    assert spline_scene(tmp_path, "a.csv").curves
+    assert spline_scene(tmp_path, "a.csv").curves["outline"].points == SQUARE
+
+
+# --- tables of drives -----------------------------------------------------------------------
+
+SHAFT = """
+title: A shaft at a measured speed
+bodies: {arm: {type: rigid, mass: 1, inertia: 1, points: {hub: [0, 0], tip: [0.1, 0]}}}
+joints:
+  axle: {type: revolute, points: [ground, arm.hub], at: [0, 0]}
+run: {duration: 2}
+accuracy: {tolerance: 1.0e-6}
+"""
+DRIVE = "drives: {{motor: {{type: {}, joint: axle, value: {{file: a.csv, rule: linear}}}}}}\n"
+
+
+def driven(folder: Path, content: str, kind: str = "speed", text: str = SHAFT) -> Scene:
+    (folder / "a.csv").write_text(content, encoding="utf-8")
+    return scene_of(parse_document(text + DRIVE.format(kind), "model.yaml", folder))
+
+
+def rows(content: str, folder: Path, kind: str = "speed") -> np.ndarray:
+    return np.array(driven(folder, content, kind).drives["motor"].value.points)
+
+
+def test_a_shaft_at_600_rpm_makes_20_turns_in_2_s(tmp_path: Path) -> None:
+    result = simulate(driven(tmp_path, "# t [s], n [rpm]\n0,600\n2,600\n"))
+    turned = result.poses[-1, 0, 2] - result.poses[0, 0, 2]
+    assert turned == pytest.approx(20 * 2 * math.pi, abs=1e-9)
+
+
+SPELLINGS = [
+    *(f"t [s],n [{unit}]" for unit in ("rpm", "RPM", "rev/min", "U/min", "min-1", "1/min")),
+    *(f"t [s],n ({unit})" for unit in ("min^-1", "min⁻¹", "r/min", "turns/min")),
+    *("t,n_rpm", "# t [s], n [rpm]", "#t, n_RPM", "t/s,n/min-1", "s,rpm", "t [sec],speed in rpm"),
+    *("time,[RPM]", "# run 5, 600 deg\nt,n\n# s, rpm", "# by A. Smith (bench 2), May\nt,n_rpm"),
+]
+
+
+@pytest.mark.parametrize("header", SPELLINGS)
+def test_a_unit_of_a_speed_in_any_spelling(tmp_path: Path, header: str) -> None:
+    told = rows(f"{header}\n0,600\n2,660\n", tmp_path)
+    np.testing.assert_allclose(told, [[0, 20 * math.pi], [2, 22 * math.pi]], rtol=1e-15)
 
 
 @pytest.mark.parametrize(
-    ("drive", "header", "words"),
+    "content",
     [
-        ("torque", "t (ms),M (N m)", "'t (ms)': numbers must be in seconds"),
-        ("torque", "t (s),M (N mm)", "'M (N mm)': numbers must be in N m"),
-        ("torque", "t (s),F (N)", "'F (N)': numbers must be in N m"),
-        ("torque", "t (s),M (Nm)", ""),
-        ("torque", "t [s],M(t)", ""),
-        ("speed", "t [s],w [Hz]", "'w [Hz]': numbers must be in rad/s"),
+        "t [ms];n [rpm]\n0;600\n2000;660,5\n",
+        "t [ms]\tn [rpm]\n0\t600\n2000\t660.5\n",
+        "t [ms] n [rpm]\n0 600\n2000 660,5\n",
+        "t_ms n_rpm\n0 600\n2000 660.5\n",
+        "n [rpm],t [msec]\n600,0\n660.5,2000\n",
+        "omega (deg/s), time (ms)\n3600,0\n3963,2000\n",
+        "t (min),n (turn/s)\n0,10\n0.03333333333333333,11.008333333333333\n",
+        "Zeit / s;Drehzahl / (U/min)\n0;600\n2;660,5\n".replace("(U/min)", "U/min"),
     ],
 )
-def test_nor_may_that_of_a_table(tmp_path: Path, drive: str, header: str, words: str) -> None:
-    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n")
-    text = f"drives: {{d: {{type: {drive}, joint: pin, value: {{file: a.csv, rule: linear}}}}}}\n"
-    document = parse_document(PENDULUM + text, "model.yaml", tmp_path)
-    if not words:
-        assert parse_scene(document).drives
-        return
+def test_the_same_table_in_other_words(tmp_path: Path, content: str) -> None:
+    wanted = [[0, 20 * math.pi], [2, 660.5 * math.pi / 30]]
+    np.testing.assert_allclose(rows(content, tmp_path), wanted, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("kind", "header", "factors"),
+    [
+        ("torque", "t (ms),M (N mm)", (1e-3, 1e-3)),
+        ("torque", "t [s],M(t)", (1, 1)),
+        ("torque", "t (s),M (Nm)", (1, 1)),
+        ("torque", "t [sec],M [lb-ft]", (1, 1.3558179483314004)),
+        ("torque", "t,M [ft-lbs]", (1, 1.3558179483314004)),
+        ("torque", "t,M_kNm", (1, 1e3)),
+        ("motion", "(msec),phi [degrees]", (1e-3, math.pi / 180)),
+        ("motion", "t,phi [°]", (1, math.pi / 180)),
+        ("speed", "t,n", (1, 1)),
+    ],
+)
+def test_units_of_tables(tmp_path: Path, kind: str, header: str, factors: tuple) -> None:
+    text = DRIVE.format(kind).replace("linear", "cubic")
+    (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n", encoding="utf-8")
+    document = parse_document(SHAFT + text, "model.yaml", tmp_path)
+    found = parse_scene(document).drives["motor"].value.points
+    np.testing.assert_allclose(found, [[0, 0], [9 * factors[0], factors[1]]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("kind", "header", "words"),
+    [
+        ("torque", "t (s),F (N)", "'F (N)': 'N' is no unit of a torque (N m)"),
+        ("torque", "t (m),M (Nm)", "'t (m)': 'm' is no unit of a time (seconds)"),
+        ("torque", "t,rpm", "'rpm': 'rpm' is no unit of a torque"),
+        ("speed", "t [s],w [Hz]", "'w [Hz]': 'Hz' is no unit of an angular speed"),
+        ("speed", "t [s],w [1/s]", "'w [1/s]': '1/s' is no unit of an angular speed"),
+        ("speed", "t [s],v [m/s]", "'v [m/s]': 'm/s' is no unit of an angular speed (rad/s)"),
+        ("speed", "# t [s], n [rmp]", "'n [rmp]': unknown unit 'rmp'; did you mean 'rpm'?"),
+    ],
+)
+def test_units_that_do_not_fit(tmp_path: Path, kind: str, header: str, words: str) -> None:
     with pytest.raises(SceneError) as caught:
-        parse_scene(document)
+        driven(tmp_path, f"{header}\n0,0\n9,1\n", kind)
     assert f"a.csv line 1: {words}" in str(caught.value)
 
 
-def test_a_header_with_another_separator_is_told_that(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("t [s]; w [rad/s]\n0; 0\n9; 1\n")
-    drive = "drives: {d: {type: speed, joint: pin, value: {file: a.csv, rule: linear}}}\n"
-    with pytest.raises(SceneError, match="no comma"):
-        parse_scene(parse_document(PENDULUM + drive, "model.yaml", tmp_path))
+def test_a_slide_takes_a_speed_in_metres(tmp_path: Path) -> None:
+    slide = SHAFT.replace("type: revolute", "type: prismatic, axis: [1, 0]")
+    found = driven(tmp_path, "t,v [mm/s]\n0,500\n2,500\n", text=slide)
+    assert found.drives["motor"].value.points == ((0, 0.5), (2, 0.5))
+    with pytest.raises(SceneError, match="'rpm' is no unit of a speed"):
+        driven(tmp_path, "t,v [rpm]\n0,500\n2,500\n", text=slide)
+
+
+def test_times_of_a_table_increase_and_the_line_that_does_not_is_told(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"a.csv line 4: times must increase from row to row"):
+        driven(tmp_path, "# t [s], n [rpm]\n0,1\n# later\n0,2\n")
 
 
 def test_drives_that_are_a_list_are_a_mistake_and_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t (ms),M (N m)\n0,0\n9,1\n")
     drives = "drives: [{type: torque, joint: pin, value: {file: a.csv, rule: linear}}]\n"
-    with pytest.raises(SceneError, match="numbers must be in seconds"):
+    with pytest.raises(SceneError, match="expected a mapping of names to drives"):
         parse_scene(parse_document(PENDULUM + drives, "model.yaml", tmp_path))
 
 
-def test_a_table_of_speeds_takes_either_unit(tmp_path: Path) -> None:
-    drive = "drives: {d: {type: speed, joint: pin, value: {file: a.csv, rule: linear}}}\n"
-    document = parse_document(PENDULUM + drive, "model.yaml", tmp_path)
-    for unit in ("rad/s", "1/s", "m/s"):
-        (tmp_path / "a.csv").write_text(f"t (s),n ({unit})\n0,0\n9,1\n")
-        assert parse_scene(document).drives
-    (tmp_path / "a.csv").write_text("t (s),n (rpm)\n0,0\n9,1\n")
-    with pytest.raises(SceneError, match=r"'n \(rpm\)': numbers must be in rad/s or m/s"):
-        parse_scene(document)
+def test_rows_that_serve_nothing_are_told(tmp_path: Path) -> None:
+    t = np.linspace(0, 20, 20_001)
+    for values, few in ((np.arange(20_001) % 2, 2_001), (60 + 1e-3 * t, 1)):
+        lines = "\n".join(f"{a:.12g},{b:.12g}" for a, b in zip(t, values, strict=True))
+        found = driven(tmp_path, f"t,w\n{lines}\n")
+        told = list(input_notes(found, assemble_scene(found).mechanism))
+        assert f"{20_001 - few:,} of 20,001 rows are outside of the run, or" in told[0]
+        whole = found.changed(run=Run(duration=20))
+        assert bool(list(input_notes(whole, assemble_scene(whole).mechanism))) == (few == 1)
+
+
+def test_many_rows_load_in_seconds(tmp_path: Path) -> None:
+    lines = "".join(f"{i * 1e-5:.5f},{600 + i % 7}\n" for i in range(700_000))
+    (tmp_path / "a.csv").write_text(f"t [s],n [rpm]\n{lines}")
+    began = process_time()
+    numbers, found = read_columns(
+        tmp_path / "a.csv", {"time": (Dimension.TIME,), "value": (Dimension.ANGULAR_SPEED,)}
+    )
+    assert process_time() - began < 10  # 1 s by itself
+    assert numbers[-1] == 700_001
+    assert found[-1] == pytest.approx([6.99999, (600 + 699_999 % 7) * math.pi / 30], rel=1e-15)
+
+
+# --- where files are ------------------------------------------------------------------------
 
 
 def test_point_files_stay_in_the_models_folder(tmp_path: Path) -> None:

@@ -7,5 +7,5 @@ from exudyn_flexlink.curves.laps import ends_of_lap, next_lap, next_piece
 from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegment
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
 from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot
-from exudyn_flexlink.curves.spline import Spline, SplinePiece
+from exudyn_flexlink.curves.spline import Spline, SplinePiece, closing
 from exudyn_flexlink.curves.together import TogetherEvaluator, together

@@ -32,7 +32,7 @@ class CurveError(ValueError):
     """A curve that cannot be.
 
     ``message`` says what is wrong (pieces, points and laps are counted from 1 there), ``piece`` is
-    the index of the piece or lap at fault (from 0, None when it is the whole curve), ``hint`` what
+    the index of the piece, lap or point at fault (from 0, None: the whole curve is), ``hint`` what
     to do about it.
     """
 

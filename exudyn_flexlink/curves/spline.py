@@ -21,6 +21,10 @@ FEWEST_POINTS, MOST_POINTS = 4, 20_000
 STEPS_PER_SPAN = 4
 # With chord length as parameter |dP/du| is about 1; this much less is a cusp.
 SLOWEST = 1e-3
+# Of the mean of the chords beside it: a chord this short is none. The curve passes along it, and an
+# error across it turns the curve: nearby it is off by 0.2 / SHORT times that (measured on circles).
+SHORT = 1e-2
+LIKE = 1.5  # times as long, or as short: so far a chord is like those beside it
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +83,8 @@ class Spline(Curve):
     Closed: periodic, from the last point back to the first, which is not repeated.
 
     Raises:
-        CurveError: too few or too many points, equal neighbours, something not finite, a cusp.
+        CurveError: too few or too many points, neighbours that nearly coincide, something not
+            finite, a cusp.
 
     """
 
@@ -88,7 +93,8 @@ class Spline(Curve):
 
     def __post_init__(self) -> None:
         points = np.array(self.points, dtype=float)
-        _check(points, self.closed)
+        _check(points)
+        _refuse_short_chords(points, self.closed)
         points.flags.writeable = False
         object.__setattr__(self, "points", points)
         through = np.concatenate([points, points[:1]]) if self.closed else points
@@ -171,7 +177,7 @@ def _fit(knots: FloatArray, points: FloatArray, closed: bool) -> Any:
     return CubicSpline(knots, points, bc_type="periodic" if closed else "not-a-knot")
 
 
-def _check(points: FloatArray, closed: bool) -> None:
+def _check(points: FloatArray) -> None:
     if points.ndim != 2 or points.shape[1] != 2:
         raise CurveError(f"a spline needs points (x, y), got an array of shape {points.shape}")
     if not FEWEST_POINTS <= len(points) <= MOST_POINTS:
@@ -181,13 +187,53 @@ def _check(points: FloatArray, closed: bool) -> None:
     wrong = np.flatnonzero(~np.all(np.isfinite(points), axis=1))
     if len(wrong):
         raise CurveError(f"point {wrong[0] + 1} of the spline is not finite")
-    chords = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
-    repeated = chords <= 1e-12 * np.max(np.ptp(points, axis=0))
-    if repeated[1:].any():
-        second = int(np.flatnonzero(repeated[1:])[0]) + 2
-        raise CurveError(f"points {second - 1} and {second} of the spline coincide")
-    if closed and repeated[0]:
+
+
+def _refuse_short_chords(points: FloatArray, closed: bool) -> None:
+    chords, beside = _chords(points, closed)
+    short = np.flatnonzero(chords <= SHORT * beside.mean(axis=0)).tolist()
+    if short:
+        last = len(points) - 1
+        other = "first point" if short[0] == last else "point before"
         raise CurveError(
-            "the last point of the closed spline repeats the first",
-            hint="leave the last point out: a closed spline returns to the first by itself",
+            f"{chords[short[0]]:.3g} m from the {other}, a small part of the chords beside that",
+            min(short[0] + 1, last),
+            "the curve turns there by errors of digits: leave one of the two points out",
         )
+
+
+def closing(points: FloatArray, closed: bool | None) -> tuple[FloatArray, bool]:
+    """Return the points of a spline (N, 2), m, and whether it is closed; None: where it looks so.
+
+    A last point that nearly repeats the first closes it, and is left out.
+
+    Raises:
+        CurveError: it looks neither closed nor nearly closed, and `closed` is None; or these are
+            no points of a spline.
+
+    """
+    _check(points)
+    if closed is False:
+        return points, False
+    chords, beside = _chords(points, True)
+    gap, (before, after) = chords[-1], beside[:, -1]
+    if gap <= SHORT * (before + after) / 2:
+        return points[:-1], True
+    if closed is None and not min(before, after) / LIKE <= gap <= max(before, after) * LIKE:
+        raise CurveError(
+            f"{gap:.3g} m from the first point, while chords beside are {before:.3g} and "
+            f"{after:.3g} m: is the last point joined to the first?",
+            len(points) - 1,
+            "write 'closed: true' or 'closed: false'",
+        )
+    return points, True
+
+
+def _chords(points: FloatArray, closed: bool) -> tuple[FloatArray, FloatArray]:
+    """Lengths (n,) of chords, and of those before and after each (2, n), m; one at an end twice."""
+    chords = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    chords = chords if closed else chords[:-1]
+    beside = np.array([np.roll(chords, 1), np.roll(chords, -1)])
+    if not closed:
+        beside[:, [0, -1]] = beside[[[1], [0]], [0, -1]]
+    return chords, beside

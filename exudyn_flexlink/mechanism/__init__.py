@@ -39,6 +39,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     mass_blocks,
 )
 from exudyn_flexlink.mechanism.energy import EnergyMeter
+from exudyn_flexlink.mechanism.inputs import input_notes
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,

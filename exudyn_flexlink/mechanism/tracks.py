@@ -16,6 +16,7 @@ from exudyn_flexlink.curves import (
     Laps,
     LineSegment,
     Spline,
+    closing,
 )
 from exudyn_flexlink.scene import (
     CircleSpec,
@@ -65,7 +66,7 @@ class _CurveBuilder:
         if spec is None or (isinstance(spec, SplineSpec) and spec.points is None):
             return None  # invalid, or its file of points can't be read
         if not isinstance(spec, (JoinedSpec, LapsSpec)):
-            return self._try(path, lambda: _simple(spec))
+            return self._try(path, lambda: _simple(spec), "points")
         key = "pieces" if isinstance(spec, JoinedSpec) else "curves"
         inner = spec.pieces if isinstance(spec, JoinedSpec) else spec.curves
         curves = [self._inner((*path, key, i), each) for i, each in enumerate(inner)]
@@ -77,7 +78,7 @@ class _CurveBuilder:
         return self._try(path, lambda: Laps(whole, meet=spec.meet), key)
 
     def _try(self, path: KeyPath, make: Callable[[], Curve], key: str = "") -> Curve | None:
-        """Make a curve, or note its mistake: at the piece or lap in the list `key` at fault."""
+        """Make a curve, or note its mistake: at the entry of the list `key` at fault."""
         try:
             return make()
         except CurveError as error:
@@ -99,7 +100,8 @@ def _simple(spec: EllipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
         return CircleArc(spec.centre, spec.radius, *_angles(spec))
     if isinstance(spec, LineSpec):
         return LineSegment(spec.from_, spec.to)
-    return Spline(np.asarray(spec.points, dtype=float), closed=spec.closed)
+    points, closed = closing(np.reshape(np.array(spec.points, dtype=float), (-1, 2)), spec.closed)
+    return Spline(points, closed=closed)
 
 
 def _angles(spec: EllipseSpec | CircleSpec) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
+from exudyn_flexlink.report.curves import curve_lines
 from exudyn_flexlink.report.effects import effects_table
 from exudyn_flexlink.report.frequencies import link_frequencies, sprung_frequencies
 from exudyn_flexlink.report.start import freedom_lines, start_lines
@@ -56,6 +57,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         [scene.title],
         _bodies(scene, assembly.mechanism),
         _joints(scene),
+        curve_lines(scene),
         _springs(scene, assembly.mechanism),
         _drives(scene),
         _contacts(scene, assembly.mechanism),

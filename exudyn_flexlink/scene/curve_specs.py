@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from math import pi
 from typing import Annotated, Literal
 
@@ -22,7 +21,6 @@ from exudyn_flexlink.scene.base import (
 )
 
 FULL_TURN = 2 * pi * (1 + 1e-12)  # 360 deg, however it was rounded
-FEWEST_POINTS = 4
 
 
 class _Carried(Part):
@@ -93,22 +91,18 @@ class SplineSpec(_Carried):
     type: Literal["spline"] = "spline"
     points: tuple[Point, ...] | None = Field(None, description="[[x, y], ...], metres")
     file: Text | None = Field(
-        None, description="CSV file of x, y in metres, relative to the model's folder"
+        None,
+        description="CSV file of x, y, relative to the model's folder; a header may name units",
     )
-    closed: Flag = Field(True, description="true: the last point is joined to the first")
+    closed: Flag | None = Field(
+        None,
+        description="true: the last point is joined to the first; left out: as true, if that chord "
+        "is like those beside it",
+    )
 
     @model_validator(mode="after")
     def _has_points(self) -> SplineSpec:
         require_one(self, "points", "file")
-        if self.points is None:
-            return self
-        if len(self.points) < FEWEST_POINTS:
-            refuse(f"a spline needs at least {FEWEST_POINTS} points", at="points")
-        for i, (one, next_one) in enumerate(pairwise(self.points), start=1):
-            if one == next_one:
-                refuse("the same point twice in a row", at=("points", i))
-        if self.closed and self.points[0] == self.points[-1]:
-            refuse("repeats the first point", "a closed spline returns by itself", at=("points", i))
         return self
 
 

@@ -20,7 +20,7 @@ from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.names import find_mistakes
 from exudyn_flexlink.scene.outputs import Outputs
-from exudyn_flexlink.scene.point_files import read_point_files
+from exudyn_flexlink.scene.point_files import PointFiles, read_point_files
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
 from exudyn_flexlink.settings import ExclusiveKeys, with_settings
@@ -85,6 +85,7 @@ class CheckedDocument:
     document: Document
     sections: Mapping[str, Any]
     mistakes: tuple[Mistake, ...]
+    files: PointFiles
 
     @property
     def curves(self) -> Mapping[str, CurveSpec | None]:
@@ -98,7 +99,7 @@ class CheckedDocument:
             SceneError: there are; it holds all of them.
 
         """
-        mistakes = [*self.mistakes, *others]
+        mistakes = [self.files.placed(one) for one in (*self.mistakes, *others)]
         if mistakes:
             raise SceneError(self.document, mistakes)
         return Scene.from_parts(self.sections, self.document)
@@ -122,9 +123,9 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     unknown = _unknown_sections(document.data)
     misspelt = [key for key in Scene.model_fields if any(f"'{key}'?" in x.message for x in unknown)]
     mistakes = unknown + _missing_sections(document.data, misspelt)
-    filled, file_mistakes = read_point_files(document, allow_outside)
-    mistakes += file_mistakes + _python_names(filled.get("curves"), ("curves",))
-    data = document.data | filled
+    files = read_point_files(document, allow_outside)
+    mistakes += files.mistakes + _python_names(files.sections.get("curves"), ("curves",))
+    data = document.data | files.sections
     sections: dict[str, Any] = {}
     for key, annotation in _SINGLE.items():
         if data.get(key) is not None:
@@ -136,7 +137,7 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     required = [key for key, field in Scene.model_fields.items() if field.is_required()]
     absent: dict[str, Any] = {key: {} for key in _NAMED if key not in (*required, *misspelt)}
     mistakes += find_mistakes(Parts.of(absent | sections))
-    return CheckedDocument(document, sections, tuple(mistakes))
+    return CheckedDocument(document, sections, tuple(mistakes), files)
 
 
 def _unknown_sections(data: Mapping[str, Any]) -> list[Mistake]:

@@ -44,7 +44,9 @@ class Table(Part):
         None, description="[[time, value], ...] in SI units, by time"
     )
     file: Text | None = Field(
-        None, description="CSV file of time, value in SI units, relative to the model's folder"
+        None,
+        description="CSV file of time, value, relative to the model's folder; a header may name "
+        "units",
     )
     rule: Literal["linear", "cubic", "step"] = Field(
         description="between rows: linear: straight; cubic: a smooth spline; step: each value "

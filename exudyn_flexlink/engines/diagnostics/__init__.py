@@ -15,6 +15,8 @@ from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_ste
 from exudyn_flexlink.engines.diagnostics.sampling import few_samples
 from exudyn_flexlink.engines.diagnostics.springs import wound_springs
 from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, soft_walls
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import input_notes
 from exudyn_flexlink.result import Result
 
 
@@ -22,6 +24,7 @@ def diagnosed(result: Result) -> Result:
     """Return a run with warnings of all that is doubtful; failed, where it is no motion at all."""
     warnings = (
         *result.warnings,
+        *input_notes(result.scene, assemble_scene(result.scene).mechanism),
         *few_steps(result),
         *finer_than_asked(result),
         *soft_walls(result),

@@ -1,0 +1,54 @@
+"""What is told of a scene's points and tables before a run, though they are valid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.curves import closing
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.schedule import end_of_run
+from exudyn_flexlink.scene import Scene, SplineSpec, Table
+
+MANY_ROWS = 10_000  # of a table: fewer cost no run much time
+SAME = 1e-6  # of a table's largest value: what a row adds to the line between its neighbours
+
+
+def input_notes(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
+    """Say which splines are closed by their last point, and which tables have idle rows."""
+    for name, curve in scene.curves.items():
+        for gap in _repeats(curve):
+            told = "closes the curve, and is left out"
+            yield f"curves.{name}: the last point, {gap:.3g} m from the first, {told}"
+    begin, end = scene.initial.clock, end_of_run(scene, mechanism)
+    for name, drive in scene.drives.items():
+        for value in drive.value if isinstance(drive.value, tuple) else (drive.value,):
+            rows = len(value.points or ()) if isinstance(value, Table) else 0
+            if rows >= MANY_ROWS and (idle := _idle_rows(value, begin, begin + end)) > rows / 2:
+                yield (
+                    f"drives.{name}: {idle:,} of {rows:,} rows are outside of the run, or on the "
+                    "line between their neighbours: fewer rows would give the same in less time"
+                )
+
+
+def _repeats(curve: Any) -> Iterator[float]:
+    """How far first and last points are apart, m, of splines in a curve that leave the last out."""
+    if isinstance(curve, SplineSpec):
+        points = np.array(curve.points)
+        if len(closing(points, curve.closed)[0]) < len(points):
+            yield float(np.linalg.norm(points[-1] - points[0]))
+    for inner in (*getattr(curve, "pieces", ()), *getattr(curve, "curves", ())):
+        yield from _repeats(inner)
+
+
+def _idle_rows(table: Any, begin: float, end: float) -> int:
+    times, values = np.array(table.points, dtype=float).T
+    between = values[:-2].copy()
+    if table.rule != "step":
+        rates = (values[2:] - values[:-2]) / (times[2:] - times[:-2])
+        between += rates * (times[1:-1] - times[:-2])
+    needed = np.ones(len(times), dtype=bool)
+    needed[1:-1] = np.abs(values[1:-1] - between) > SAME * np.abs(values).max()
+    return len(times) - int(np.count_nonzero(needed & (times >= begin) & (times <= end)))

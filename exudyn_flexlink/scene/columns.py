@@ -1,0 +1,172 @@
+"""Two columns of numbers in a text file: their separators, and what a header says of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from math import isfinite
+from pathlib import Path
+
+from exudyn_flexlink.units import Dimension, Unit, UnknownUnitError, find_unit
+
+Columns = Mapping[str, Sequence[Dimension]]
+"""What two columns hold: their names, and what each may measure; nothing: that is not known."""
+PLACES: Columns = {"x": (Dimension.LENGTH,), "y": (Dimension.LENGTH,)}
+_CALLED = {"x": {"x"}, "y": {"y"}, "time": {"t", "time", "zeit", "temps"}}
+_POLAR = {"r", "radius", "rho", "angle", "theta", "phi", "θ", "φ"}
+_SEPARATORS = (";", "\t", ",", " ")  # in this order: beside all but ',' a ',' may be a decimal mark
+_CELL = re.compile(r"[^\s()\[\]]*\s*[(\[][^()\[\]]*[)\]]|\S+")  # 'n [rpm]', where blanks separate
+_BRACKETED = re.compile(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]$")
+_COMMENTED = re.compile(r"(?!\d)[^\s()\[\]]*\s*(?:in )?(?:[(\[][^()\[\]]*[)\]]|[^\s()\[\]]*)")
+_OF_TIME = "t"  # in the header 'M(t)': no tonne
+_SPELLINGS = {
+    r"(sec|second)s?": "s",
+    r"msec": "ms",
+    r"degrees?": "deg",
+    r"revs?|turns|[ur](?= ?/ ?(min|s)\b)": "turn",  # 'U/min' is German, 'r/min' in IEC 60034
+    r"met(re|er)s?": "m",
+    r"lbs": "lb",
+}
+"""Units as headers of measured data spell them, in small letters or capitals."""
+
+
+class BadFileError(Exception):
+    """What is wrong with a file, in words."""
+
+
+def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[float]]]:
+    """Return the numbers of lines and their rows, in SI units and in the order of `columns`.
+
+    Cells are separated by ';', tabs, ',' or blanks, as those of the first row are; but for ',' a
+    decimal comma is read, too. The lines above it, also behind '#', may name columns and units.
+
+    Raises:
+        BadFileError: a line can't be read, or its unit is unknown or does not fit.
+
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig").replace('"', "")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadFileError(f"can't read the file: {error}") from None
+    lines = [(i, line.strip()) for i, line in enumerate(text.split("\n"), 1) if line.strip()]
+    found = ((k, _separator(line)) for k, (_, line) in enumerate(lines) if line[0] != "#")
+    begin, separator = next(((k, one) for k, one in found if one), (len(lines), ","))
+    swapped, (first, second) = _header(path.name, lines[:begin], separator, columns)
+    numbered = [(i, line) for i, line in lines[begin:] if line[0] != "#"]
+    commas = [i for i, line in numbered if "," in line] if separator != "," else []
+    if commas and any("." in line for _, line in numbered):
+        raise BadFileError(f"{path.name} line {commas[0]}: numbers with ',', others with '.'")
+    rows, by = list[list[float]](), None if separator == " " else separator
+    for i, line in numbered:
+        try:
+            one, other = map(float, (line.replace(",", ".") if commas else line).split(by))
+        except ValueError:
+            one = other = float("nan")
+        if not isfinite(one + other) or "_" in line:  # which Python takes for nothing in a number
+            names = ", ".join(columns)
+            raise BadFileError(
+                f"{path.name} line {i}: expected {names}, finite numbers; got '{line[:40]}'"
+            )
+        rows.append([other * first, one * second] if swapped else [one * first, other * second])
+    return [i for i, _ in numbered], rows
+
+
+def _separator(line: str) -> str:
+    """Return what separates two numbers, or else cells of which one is a number; '': nothing."""
+    by = {one: [_is_number(cell, one) for cell in _cells(line, one)] for one in _SEPARATORS}
+    some = [one for one in _SEPARATORS[:-1] if len(by[one]) > 1 and any(by[one])]
+    return next(iter([one for one in by if by[one] == [True, True]] + some), "")
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return _CELL.findall(line)
+    return [cell.strip() for cell in line.split(separator)]
+
+
+def _is_number(cell: str, separator: str) -> bool:
+    try:
+        float(cell if separator == "," else cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _header(
+    file: str, above: Sequence[tuple[int, str]], separator: str, columns: Columns
+) -> tuple[bool, list[float]]:
+    """Tell whether columns stand the other way round, and return the unit of each in SI.
+
+    Behind a '#' a line is a header if it consists of two names, with units or without.
+    """
+    swapped, units = False, [1.0, 1.0]
+    for i, line in above:
+        content = line.lstrip("# \t")
+        ways = [_cells(content, by) for by in (separator, *_SEPARATORS)]
+        cells = next((way for way in ways if len(way) == 2), [])
+        if content != line and not (cells and all(map(_COMMENTED.fullmatch, cells))):
+            continue  # a comment
+        try:
+            if not cells:
+                raise BadFileError(f"expected names of {', '.join(columns)}; got '{content[:40]}'")
+            turned, named = _named(cells, columns)
+        except BadFileError as error:
+            raise BadFileError(f"{file} line {i}: {error}") from None
+        swapped = swapped or turned
+        units = [new or old for new, old in zip(named, units, strict=True)]
+    return swapped, units
+
+
+def _named(cells: list[str], columns: Columns) -> tuple[bool, list[float | None]]:
+    """Tell whether cells name the columns the other way round, and return the columns' units."""
+    words = [set(re.findall(r"[^\W\d_]+", _BRACKETED.sub("", cell).lower())) for cell in cells]
+    one, other = (_CALLED.get(name, set[str]()) for name in columns)
+    swapped = bool(one & words[1]) and not (one & words[0] or other & words[1])
+    if columns is PLACES and _POLAR & words[0] and not (one | other) & (words[0] | words[1]):
+        raise BadFileError(f"'{cells[0]}' and '{cells[1]}' are polar: give x and y")
+    units = [
+        _unit(*both) for both in zip(cells[:: -1 if swapped else 1], columns.values(), strict=True)
+    ]
+    if columns is PLACES and units.count(None) == 1 and 1.0 not in units:
+        raise BadFileError(f"'{cells[0]}' and '{cells[1]}': only one of them has a unit")
+    return swapped, units
+
+
+def _unit(cell: str, measures: Sequence[Dimension]) -> float | None:
+    """Return the unit in SI that a header's cell names: in brackets, or behind a name, or alone."""
+    bracketed = _BRACKETED.search(cell)
+    if not measures or (bracketed and bracketed[1] == _OF_TIME):
+        return None
+    begins = [0, *(found.end() for found in re.finditer(r"[_\s/]+", cell))]
+    named = dict[str, Unit]()
+    for text in [bracketed[1]] if bracketed else [cell[begin:] for begin in begins]:
+        try:
+            named[text] = _find(text, measures[0])
+        except UnknownUnitError as error:
+            if bracketed:
+                raise BadFileError(f"'{cell[:40]}': {error}") from None
+    fitting = [unit for unit in named.values() if any(x.accepts(unit.powers) for x in measures)]
+    if fitting and (bracketed or "in" not in named):  # which may be a word
+        return fitting[0].factor
+    if not named or len(cell) == 1:  # 't' is a time, no tonne
+        return None
+    what = " or ".join(f"{one.words} ({one.si})" for one in measures)
+    alone = "" if bracketed else "; a unit in brackets counts alone"
+    raise BadFileError(f"'{cell[:40]}': '{next(iter(named))}' is no unit of {what}{alone}")
+
+
+def _find(text: str, wanted: Dimension) -> Unit:
+    """Look a unit up as headers spell it: 'U/min', 'min-1', 'lb-ft', in capitals, too."""
+    name = text.replace("\N{MINUS SIGN}", "-").replace("⁻¹", "-1")
+    for spelling, symbol in _SPELLINGS.items():
+        name = re.sub(rf"\b({spelling})\b", symbol, name, flags=re.IGNORECASE)
+    name = re.sub(r"(?<=[A-Za-z])(-?[0-9])", r"^\1", name)
+    name = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", " ", name)
+    if wanted in {Dimension.FORCE, Dimension.TORQUE}:
+        name = re.sub(r"\blb\b", "lbf", name)
+    if wanted is Dimension.ANGULAR_SPEED and name in {"1/min", "min^-1"}:
+        name = "rpm"  # as DIN 1301 has it
+    with suppress(UnknownUnitError):
+        return find_unit(name, wanted)
+    return find_unit(name.lower() if len(name) > 1 else name, wanted)
