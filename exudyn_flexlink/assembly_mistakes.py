@@ -20,6 +20,7 @@ from exudyn_flexlink.mechanism import (
     approach,
     far_behind,
     formulation,
+    in_guides,
     on_the_contact,
     pairs,
 )
@@ -179,6 +180,17 @@ def pressed_walls(assembly: Assembly) -> list[Mistake]:
                 )
             )
     return found
+
+
+def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Links that start wholly outside their guides, where nothing holds a link."""
+    told = "the link starts outside its guide, {:.3g} of the guide's length away"
+    hint = "check lengths, places, and the units of curves; or say 'initial: along'"
+    return [
+        Mistake(("joints", name), told.format(far), hint)
+        for name, low, high in in_guides(scene, assembly.mechanism, assembly.state.q)
+        if (far := max(float(low) - 1, -float(high))) > CLOSED
+    ]
 
 
 def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:

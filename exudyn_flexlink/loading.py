@@ -13,6 +13,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
     open_mistake,
+    outside_guides,
     penetrations,
     pressed_walls,
     redundancies,
@@ -142,8 +143,8 @@ def assemble_scene(scene: Scene) -> Assembly:
     Once for each scene: both are frozen, and a scene that was loaded has been put together already.
 
     Raises:
-        SceneError: a curve can't be, joints can't close, speeds contradict joints, or a contact
-            starts with penetration.
+        SceneError: a curve can't be, joints can't close, speeds contradict joints, a contact
+            starts with penetration, or a link outside its guide.
 
     """
     try:
@@ -161,6 +162,7 @@ def assemble_scene(scene: Scene) -> Assembly:
     mistakes = [
         *penetrations(assembly),
         *pressed_walls(assembly),
+        *outside_guides(scene, assembly),
         *redundancies(scene, assembly),
         *without_direction(scene, assembly),
     ]

@@ -25,29 +25,31 @@ from exudyn_flexlink.storage import save_accuracy, staged_folder
 
 
 def test_the_advice_says_how_to_follow_it(study):
-    lines = accuracy_text(study).splitlines()
-    assert lines[-1] == "That is: simulate with --set accuracy.tolerance=4e-05"
+    lines = accuracy_text(study, "simulate it").splitlines()
+    assert lines[-1] == 'That is: simulate it --set "accuracy={tolerance: 4e-06}"'
 
     def by(method, value, scene=study.scene):
         point = replace(points_of(study, "Exudyn")[0], method=method, value=value, claimed=0.0)
-        text = accuracy_text(replace(study, scene=scene, points=(point,)))
-        return text.splitlines()[-1].split("with ")[1]
+        text = accuracy_text(replace(study, scene=scene, points=(point,)), "simulate it")
+        return text.splitlines()[-1].split("simulate it ")[1]
 
     step = Method("Exudyn, fixed step", "exudyn", "step", {"formulation": "redundant"})
-    assert by(step, 1e-4) == "--set accuracy.step=0.0001 --set solver.formulation=redundant"
+    assert by(step, 1e-4) == (
+        '--set "accuracy={step: 0.0001}" --set "solver={formulation: redundant}"'
+    )
     redundant = Method("Exudyn, redundant", "exudyn", settings={"formulation": "redundant"})
     beam = scene_with("solver={formulation: beam, elements: 3, steps_per_contact: 80}")
     assert by(redundant, 1e-5, scene=beam) == (
-        '--set accuracy.tolerance=1e-05 --set "solver={formulation: redundant, '
+        '--set "accuracy={tolerance: 1e-05}" --set "solver={formulation: redundant, '
         'steps_per_contact: 80}"'
     )
     other = Method("Lagrangian", "lagrangian")
-    assert by(other, 1e-6) == "--engine lagrangian --set accuracy.tolerance=1e-06"
+    assert by(other, 1e-6) == ('--engine lagrangian --set "accuracy={tolerance: 1e-06}"')
 
 
 def test_the_recommendation_names_setting_error_cost_and_limit(study):
     assert recommendation(study) == (
-        "Recommendation: for 4e-05 m choose Exudyn, tolerance 4e-05 m (2.0e-05 m, 0.05 s); but the "
+        "Recommendation: for 4e-05 m choose Exudyn, tolerance 4e-06 m (2.0e-06 m, 0.16 s); but the "
         "rods, not the steps, limit you: 5.0e-04 m, a beam to 4e-05 m takes about 50 rods; "
         "'layout: half_ends' takes fewer."
     )
@@ -55,7 +57,7 @@ def test_the_recommendation_names_setting_error_cost_and_limit(study):
 
 def test_a_contact_that_limits_is_told():
     study = studied(scene=scene_with("bodies.link.hinges.stiffness=paper"))
-    text = accuracy_text(study)
+    text = accuracy_text(study, "simulate it")
     assert "contact's compliance, not the steps, limits you" in text
     needed = float(text.split("some ")[1].split()[0])
     assert needed == pytest.approx(1.25e5, rel=0.05)  # 2e4 (1e-4 / 4e-5)^2
@@ -84,14 +86,16 @@ def test_a_target_out_of_reach_is_told(study):
 def test_causes_that_a_scene_lacks_are_told(study, without, told):
     scene = idealise(study.scene, without)
     kept = tuple(s for s in study.sources if s.kind == "time")
-    text = accuracy_text(replace(study, scene=scene, sources=kept))
+    text = accuracy_text(replace(study, scene=scene, sources=kept), "simulate it")
     assert told in text
     assert "There is only one known source of error" in text
 
 
 def test_impulses_have_no_compliance(study):
     kept = tuple(s for s in study.sources if s.kind != "contact")
-    text = accuracy_text(replace(study, scene=with_impact(study.scene, "impulse"), sources=kept))
+    text = accuracy_text(
+        replace(study, scene=with_impact(study.scene, "impulse"), sources=kept), "simulate it"
+    )
     assert "contact compliance: none, strike by impulses" in text
     assert "The number of rods dominates: 25 times the error of the time steps" in text
 
@@ -99,7 +103,7 @@ def test_impulses_have_no_compliance(study):
 def test_nothing_moves():
     study = studied(World(still=True))
     assert study.still
-    assert "nothing moves, so that any setting will do" in accuracy_text(study)
+    assert "nothing moves, so that any setting will do" in accuracy_text(study, "simulate it")
     work_precision(study)
 
 
@@ -108,7 +112,7 @@ def test_a_beam_is_told_as_another_model():
     methods = [Method("Exudyn, redundant", "exudyn"),
                Method("Exudyn, beam", "exudyn", settings={"formulation": "beam"})]  # fmt: skip
     study = judge(Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run())
-    assert "Exudyn, beam: another model of the link" in accuracy_text(study)
+    assert "Exudyn, beam: another model of the link" in accuracy_text(study, "simulate it")
     assert advise(study).choice.method.name == "Exudyn, redundant"
     assert not study.independent
 
@@ -152,7 +156,7 @@ def test_files_hold_what_was_found(study, tmp_path):
     assert data["dominating"] == "rods"
     assert data["floor_m"] == study.floor
     assert data["target_m"] == 4e-5
-    assert data["advice"]["choice"]["value"] == 4e-5
+    assert data["advice"]["choice"]["value"] == pytest.approx(4e-6)
     assert data["advice"]["limited_by"] == "rods"
     sources = {source["kind"]: source for source in data["sources"]}
     assert sources["rods"]["error_largest_m"] == pytest.approx(RODS / 4, rel=1e-6)

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli_runs import COMMANDS, MODELS, NO_CLEARANCE, RIGID, ROOT, SPLINE, Capture, python
+from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, ROOT, SPLINE, Capture, python
 
 from exudyn_flexlink import cli
 from exudyn_flexlink.cli import main
@@ -213,3 +213,21 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
     ran = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], cwd=ROOT, check=False,
                          capture_output=True, text=True)  # fmt: skip
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, "{\n", "")
+
+
+# --- where it runs --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "no_such"])
+def test_the_backend_that_a_notebook_left_behind_has_no_say(tmp_path: Path, backend: str) -> None:
+    """Figures are files: nothing is shown, by whatever backend."""
+    environment = {**BARE, "MPLBACKEND": backend}
+    for command in (
+        ["check", RIGID, "--figure", str(tmp_path / "start.png")],
+        ["simulate", RIGID, "--set", "run.turns=0.02", "--out", str(tmp_path / "run")],
+        ["plot", str(tmp_path / "run"), "--out", str(tmp_path / "again")],
+    ):
+        ran = python("-m", "exudyn_flexlink", *command, env=environment)
+        assert (ran.returncode, ran.stderr) == (0, "")
+    assert (tmp_path / "start.png").stat().st_size > 10_000
+    assert (tmp_path / "again" / "coordinates.png").stat().st_size > 10_000

@@ -15,6 +15,7 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import SceneError
 
 MODELS = Path(__file__).parent.parent / "models"
 TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
@@ -328,6 +329,55 @@ accuracy: {tolerance: 1.0e-6}
     assert result.outcome.time == pytest.approx(turned, abs=1e-3)
     assert "dead centre" in result.outcome.reason or "stay closed" in result.outcome.reason
     assert result.time[-1] == pytest.approx(result.outcome.time)
+
+
+TURNING_BACK = """
+title: a slider that is driven nearly to the crank's dead centre, and back
+materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
+bodies:
+  crank: {type: rod, length: 0.1, material: steel, section: {width: 10 mm, thickness: 10 mm}}
+  rod: {type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 10 mm}}
+  slider: {type: rigid, mass: 1, inertia: 1.0e-3, points: {pin: [0, 0]}}
+joints:
+  main: {type: revolute, points: [ground, crank.start], at: [0, 0]}
+  knee: {type: revolute, points: [crank.end, rod.start]}
+  wrist: {type: revolute, points: [rod.end, slider.pin]}
+  way: {type: prismatic, points: [ground, slider.pin], at: [0, 0], axis: [1, 0]}
+drives: {motion: {type: motion, joint: way, value: "0.3 + WIDE*cos(t)"}}
+initial: {guesses: {crank: 3 deg, rod: -1 deg}}
+run: {duration: 12}
+accuracy: {tolerance: TOLERANCE}
+"""
+
+
+@pytest.mark.parametrize("tolerance", ["1.0e-6", "1.0e-9"])
+@pytest.mark.parametrize("wide", [0.09, 0.099, 0.0999, 0.09999])
+def test_a_crank_that_turns_back_before_its_dead_centre_passed_none(
+    wide: float, tolerance: str
+) -> None:
+    """It comes within 3 deg of it, or 1: the law of cosines, always on one side, and no warning."""
+    text = TURNING_BACK.replace("WIDE", str(wide)).replace("TOLERANCE", tolerance)
+    result = simulate(scene_from(text))
+    x = 0.3 + wide * np.cos(result.time)
+    cosine = (CRANK**2 + x**2 - ROD**2) / (2 * CRANK * x)
+    right = np.stack([CRANK * cosine, CRANK * np.sqrt(1 - cosine**2)], axis=1)
+    assert np.abs(part(result, "rod")[:, :2] - right).max() < float(tolerance)
+    assert result.warnings == ()
+
+
+def test_a_crank_that_passes_its_dead_centre_says_so() -> None:
+    """The way is as long as crank and rod allow, but for a rounding: the crank goes round."""
+    text = TURNING_BACK.replace("WIDE", "0.1").replace("TOLERANCE", "1.0e-6")
+    started = text.replace("cos(t)", "cos(t + 0.5)").replace("crank: 3 deg", "crank: 40 deg")
+    result = simulate(scene_from(started), measure=False)
+    assert any("passed a dead centre" in line for line in result.warnings)
+
+
+def test_a_loop_that_starts_at_its_dead_centre_is_refused_with_advice() -> None:
+    text = TURNING_BACK.replace("WIDE", "0.1").replace("TOLERANCE", "1.0e-6")
+    scene = scene_from(text.replace("crank: 3 deg", "crank: 1 deg"))
+    with pytest.raises(SceneError, match="start at another angle"):
+        simulate(scene)
 
 
 def test_a_motor_may_turn_the_joint_that_closes_a_loop() -> None:

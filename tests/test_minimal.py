@@ -304,7 +304,7 @@ def test_stages_together_are_what_they_are_alone() -> None:
 def test_a_loop_of_which_no_step_was_tried_is_at_no_dead_centre() -> None:
     assembly = assemble_scene(load_scene(MODELS / "benchmarks" / "n_four_bar.yaml"))
     tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    assert tree.coordinates.on_dead_centre(at_stop=False) == (False, False)
+    assert tree.coordinates.on_dead_centre(at_stop=False) == (False, False, False)
 
 
 def test_a_look_that_fails_leaves_a_step_in_its_way_of_closing_a_loop() -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import pi
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -219,3 +220,17 @@ def test_what_differs_by_no_digit_that_is_told_is_not_drawn() -> None:
     (axes,) = plots.sweep(table, ["x_m"]).axes
     axes.figure.canvas.draw()
     assert axes.yaxis.get_offset_text().get_text() == ""
+
+
+def lengths_within_a_pool(workers: int | None) -> list[object]:
+    """A sweep in a worker of a pool, which may start no processes of its own."""
+    scene = fl.load_scene("pendulum", tolerance=1e-4).with_({"run.duration": 0.02})
+    swept = fl.sweep(scene, {"gravity": "9.81, 1.62"}, workers=workers)
+    return [row.status for row in swept.rows]
+
+
+@pytest.mark.parametrize("workers", [None, 2])
+def test_a_sweep_in_a_worker_of_a_pool_runs_there(workers: int | None) -> None:
+    with get_context("spawn").Pool(1) as pool:
+        found = pool.apply_async(lengths_within_a_pool, [workers]).get(timeout=60)
+    assert found == ["done", "done"]

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from math import ceil
 
 from exudyn_flexlink.accuracy.judging import Point, Source, Study
-from exudyn_flexlink.accuracy.methods import Method
+
+MARGIN = 1 / 3  # of the target: what is advised is measured to be off by no more
 
 
 @dataclass(frozen=True)
 class Advice:
-    """`choice`: the cheapest point within the target, None if there is none; `best`: the nearest.
+    """`choice`: the cheapest point well within the target, or None; `best`: the nearest.
 
+    Error control at the target, or below, comes first: what is coarser keeps it by luck.
     `limit`: what keeps the model as such from the target whatever the steps, None if nothing does.
-    `below_floor`: the target is smaller than what the references agree to.
+    `below_floor`: the references do not agree well enough to tell what is well within the target.
     """
 
     choice: Point | None
@@ -27,27 +30,26 @@ class Advice:
 def advise(study: Study) -> Advice:
     """Choose a setting for the study's target."""
     rods = [point for point in study.points if point.method.of_rods]
-    loosest = [_loosest(rods, method, study.target) for method in {p.method for p in rods}]
-    fit = [point for point in loosest if point is not None]
+    asked, well = study.target * (1 + 1e-9), MARGIN * study.target  # rungs are rounded
+    controlled = [p for p in rods if p.method.knob == "tolerance" and p.value <= asked]
     return Advice(
-        min(fit, key=lambda p: p.processor, default=None),
+        _cheapest(controlled, well) or _cheapest(rods, well),
         min(rods, key=lambda p: (p.claimed, p.processor), default=None),
         _limit(study.sources, study.target),
-        study.target < study.floor,
+        well < study.floor,
     )
 
 
-def _loosest(points: Sequence[Point], method: Method, target: float) -> Point | None:
-    """Return the loosest setting of a method that keeps the target, as all finer ones do.
+def _cheapest(points: Sequence[Point], most: float) -> Point | None:
+    """Return the cheapest of the methods' loosest settings off by at most `most` (m), as all finer.
 
-    Not the fastest: where settings hardly differ in cost, the noise of timing would choose.
+    Not the fastest of all: where settings hardly differ, the noise of timing would choose.
     """
-    found = None
-    for point in sorted((p for p in points if p.method == method), key=lambda p: p.value):
-        if point.claimed > target:
-            break
-        found = point
-    return found
+    fit = []
+    for method in {p.method for p in points}:
+        rungs = sorted((p for p in points if p.method == method), key=lambda p: p.value)
+        fit += list(takewhile(lambda p: p.claimed <= most, rungs))[-1:]
+    return min(fit, key=lambda p: p.processor, default=None)
 
 
 def _limit(sources: Sequence[Source], target: float) -> Source | None:

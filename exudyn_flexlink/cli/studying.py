@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import signal
 import time
 from collections.abc import Callable
@@ -33,6 +34,7 @@ from exudyn_flexlink.cli.terminal import (
     Bar,
     Lines,
     complain,
+    how_called,
     progress_bar,
 )
 from exudyn_flexlink.engines.interrupts import LateInterruptError
@@ -72,7 +74,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
         budget = f"raise '--budget' ({options.budget:g} s)"
         shorter = "shorten the run with '--set run.turns=...'"
         return complain(f"{error}\n{budget}, or {shorter}", FAILED)
-    return place.ended(_tell(found, place, place.code(code)))
+    return place.ended(_tell(found, place, place.code(code), _simulating(options)))
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
@@ -150,15 +152,24 @@ class Watch:
             signal.raise_signal(signal.SIGINT)
 
 
+def _simulating(options: argparse.Namespace) -> str:
+    """Return the command that simulates the scene of a study: with all that changed the model."""
+    words = ["simulate", str(options.model), *(f"--set={one}" for one in options.settings)]
+    words += [f"--without={effect}" for effect in options.without]
+    words += ["--allow-outside"] * options.allow_outside
+    words += [f"--impact={options.impact}"] * (options.impact is not None)
+    return f"{how_called()} {shlex.join(words)}"
+
+
 def _draw(found: Study, folder: Path, look: Look) -> None:
     from exudyn_flexlink.plots import work_precision
 
     look.save(work_precision, found, folder, "accuracy")
 
 
-def _tell(found: Study, place: Place, code: int) -> int:
+def _tell(found: Study, place: Place, code: int, command: str) -> int:
     """Print the report; that the study was interrupted also where it is not wanted."""
-    place.tell(accuracy_text(found))
+    place.tell(accuracy_text(found, command))
     if found.runs.interrupted:
         count = len(found.points)
         what = "setting that was" if count == 1 else "settings that were"

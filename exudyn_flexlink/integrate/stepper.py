@@ -68,8 +68,8 @@ class HybridProblem(Protocol):
         `allowed` is how far (m/s^2) anything's acceleration may be off, on average over the step.
         """
 
-    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool]:
-        """Tell whether a stage, and whether the end, of the last step tried fell on a singularity.
+    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:
+        """Tell whether a stage, or the end, of the last step tried fell on one, or it passed one.
 
         There rounding decides on what follows from the coordinates solved for. A step that has to
         end where it does, `at_stop`, may end nearer to one.
@@ -170,8 +170,9 @@ class ImplicitStepper:
         return event and replace(event, time=self.time)
 
     def _note(self, step: Step) -> None:
-        """Take note of a step on a singularity, and of one that slipped, but that the user gave."""
-        if self.problem.on_singularity()[0]:
+        """Take note of steps past a singularity, or inexact at one; of the user's that slipped."""
+        near, _, passed = self.problem.on_singularity()
+        if passed or (near and not self.control.fixed and not self.control.passes(step.error)):
             self.rounded.append(step.t)
         if self.control.fixed is not None:
             slip = self.problem.slipped(step)
@@ -235,7 +236,7 @@ class ImplicitStepper:
         """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
         if self.control.fixed is not None:
             return False
-        any_stage, end = self.problem.on_singularity(at_stop)
+        any_stage, end, _ = self.problem.on_singularity(at_stop)
         return end or (any_stage and not self._good(step))
 
     def _good(self, step: Step | None) -> bool:

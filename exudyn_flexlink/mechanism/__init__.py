@@ -26,6 +26,7 @@ from exudyn_flexlink.mechanism.contacts import (
     far_behind,
     grip_of,
     idle_at_start,
+    in_guides,
     on_the_contact,
     swings,
 )
@@ -82,7 +83,7 @@ from exudyn_flexlink.mechanism.resolution import (
     resolutions,
 )
 from exudyn_flexlink.mechanism.rotary_springs import wound_at_start
-from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
+from exudyn_flexlink.mechanism.rounding import coarse_tolerance, extent, least_tolerance
 from exudyn_flexlink.mechanism.sampling import (
     kept_interval,
     sample_bytes,

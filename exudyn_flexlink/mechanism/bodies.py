@@ -21,6 +21,7 @@ from exudyn_flexlink.scene import (
     stays_a_point,
 )
 from exudyn_flexlink.scene.lookup import Parts
+from exudyn_flexlink.source import Mistake
 
 POINT = 1e-6  # of its reach: radius of gyration of a point mass, since equations need some inertia
 STEEL = 7850.0  # kg/m^3: density of a body without any extent of its own
@@ -69,6 +70,7 @@ class Bodies:
         self.slides: list[Slide] = []
         self.springs: list[RotarySpring] = []
         self.linear_springs: list[LinearSpring] = []
+        self.mistakes: list[Mistake] = []
         self.points: dict[str, Anchor] = {}  # by 'body.point'
         self._first: dict[str, int] = {}
         for name in scene.bodies:
@@ -190,7 +192,11 @@ class Bodies:
         # Where others turn with it, its own must not count.
         alone = stays_a_point(Parts.of(dict(self.scene)), name, body)
         reach = max(hypot(*at) for at in apart)
-        least = body.mass * ((1.0 if alone else POINT) * reach) ** 2
-        inertia = body.inertia or least
+        least = body.mass * (POINT * reach) ** 2
+        if 0 < body.inertia < least:  # beside a mass off its origin, rounding leaves nothing of it
+            message = f"{body.inertia:g} kg m^2 is lost by rounding beside {body.mass:g} kg"
+            hint = f"0 for a point mass, else at least {least:.2g} kg m^2"
+            self.mistakes.append(Mistake(("bodies", name, "inertia"), message, hint))
+        inertia = body.inertia or (body.mass * reach**2 if alone else least)
         self.parts.append(RigidPart(name, name, body.mass, inertia, (x, y), tuple(apart)))
         return points

@@ -46,7 +46,7 @@ def build_mechanism(scene: Scene) -> Mechanism:
     """
     bodies = Bodies(scene)
     curves, mistakes = build_curves(scene.curves)
-    mistakes += line_mistakes(bodies)
+    mistakes += [*bodies.mistakes, *line_mistakes(bodies)]
     if mistakes:
         raise SceneError(scene.document, mistakes)
     joints = scene.joints.items()

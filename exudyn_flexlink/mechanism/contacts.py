@@ -20,12 +20,14 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_velocity,
     angle_of,
     left_of,
+    length_along,
     seen_from,
     turned,
 )
-from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.model import Mechanism, Slide
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to
+from exudyn_flexlink.scene import Scene, SleeveJoint
 
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
@@ -87,6 +89,23 @@ def idle_at_start(
                 f"{contact.length:.3g} m long: it does not act until the point has come "
                 "round an end; if that side is the free one, choose the other 'side'",
             )
+
+
+def in_guides(
+    scene: Scene, mechanism: Mechanism, q: FloatArray
+) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+    """Give the name of every sleeve, and from where to where (...) its link is along its guide.
+
+    In lengths of the guide: 0 and 1 are its mouths. `q` has shape (..., parts, 3).
+    """
+    points = mechanism.points
+    for name, sleeve in scene.joints.items():
+        if isinstance(sleeve, SleeveJoint):
+            start, end = points[f"{sleeve.guide}.start"], points[f"{sleeve.guide}.end"]
+            nodes = [Anchor(part, 0.0, 0.0) for part in mechanism.bodies[sleeve.link]]
+            nodes.append(points[f"{sleeve.link}.end"])
+            along = np.stack([length_along(Slide(name, start, node), q) for node in nodes])
+            yield name, *(end_of(along, axis=0) / (end.x - start.x) for end_of in (np.min, np.max))
 
 
 @dataclass(frozen=True)

@@ -20,20 +20,20 @@ from exudyn_flexlink.accuracy import (
 from exudyn_flexlink.accuracy.sources import MOST_RODS
 from exudyn_flexlink.observables import measures, name_of
 from exudyn_flexlink.report.text import in_blocks, table
-from exudyn_flexlink.scene import FlexibleBody, Scene
+from exudyn_flexlink.scene import FlexibleBody
 
 NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact compliance"}
 
 
-def accuracy_text(study: Study) -> str:
-    """Return the whole report of a study."""
+def accuracy_text(study: Study, command: str) -> str:
+    """Return the whole report of a study; `command` simulates its scene, as it was studied."""
     blocks = [
         [f"What accuracy costs: {study.scene.title}"],
         judged_by(study),
         _points(study),
         _sources(study),
         _left_out(study),
-        [recommendation(study), *_how(study)],
+        [recommendation(study), *_how(study, command)],
     ]
     return in_blocks(blocks)
 
@@ -207,28 +207,19 @@ def recommendation(study: Study) -> str:
     return f"Recommendation: {_choice(study, advice)}{_limit(study, advice)}."
 
 
-def _how(study: Study) -> list[str]:
-    """Say by which options `simulate` takes the setting that is advised."""
+def _how(study: Study, command: str) -> list[str]:
+    """Say which command simulates by the setting that is advised; it replaces whole sections."""
     choice = None if study.still else advise(study).choice
     if choice is None:
         return []
     method, value = choice.method, choice.value
-    engine = "" if method.engine == "exudyn" else f"--engine {method.engine} "
-    return [f"That is: simulate with {engine}{_settings(study.scene, method, value)}"]
-
-
-def _settings(scene: Scene, method: Method, value: float) -> str:
-    """Return the options that turn the model's accuracy and solver into a method's at a value."""
-    chosen = [f"--set accuracy.{method.knob}={_short(value)}"]
-    solver = method.at(scene, value).solver
-    if solver.elements != scene.solver.elements:  # a key to be left out: the whole section is said
+    solver = method.at(study.scene, value).solver
+    options = ["--engine " + method.engine] if method.engine != "exudyn" else []
+    options.append(f'--set "accuracy={{{method.knob}: {value:.3g}}}"')
+    if solver != study.scene.solver:
         keys = ", ".join(f"{key}: {x}" for key, x in solver.model_dump(exclude_unset=True).items())
-        return " ".join([*chosen, f'--set "solver={{{keys}}}"'])
-    return " ".join([*chosen, *(f"--set solver.{key}={x}" for key, x in method.settings.items())])
-
-
-def _short(value: object) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else f"{value}"
+        options.append(f'--set "solver={{{keys}}}"')
+    return [f"That is: {' '.join([command, *options])}"]
 
 
 def _choice(study: Study, advice: Advice) -> str:

@@ -14,6 +14,7 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     Resolution,
     RotarySpring,
+    coarse_tolerance,
     contact_mass,
     end_of_run,
     formulation,
@@ -242,6 +243,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
+    rows += [["", told] for told in coarse_tolerance(assembly, scene.accuracy.tolerance)]
     rows.append(["formulation", _FORMULATIONS[form]])
     if form != "minimal" and (found := resolutions(scene, assembly)):
         rows.append(["", _steps_in_contact(found, fixed_step)])

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import closing, suppress
 from dataclasses import replace
+from multiprocessing import current_process
 
 from exudyn_flexlink.loading import document_of_data
 from exudyn_flexlink.sweeps.cluster import DaskCluster
@@ -26,7 +27,8 @@ Told = Callable[[Row, int], None]
 def executor_of(workers: int | None = None, scheduler: str | None = None) -> Executor:
     """Return who makes the runs: `workers` processes, by default one for every core.
 
-    One is this process itself. With the address of Dask's `scheduler`, its workers are.
+    One is this process itself; so are any in a worker of a pool, which may start none (daemonic
+    processes have no children). With the address of Dask's `scheduler`, its workers are.
 
     Raises:
         ValueError: both are given, or less than one worker.
@@ -39,7 +41,7 @@ def executor_of(workers: int | None = None, scheduler: str | None = None) -> Exe
     count = _cores() if workers is None else workers
     if count < 1:
         raise ValueError(f"needs at least one worker, got {count}")
-    return InThisProcess() if count == 1 else LocalProcesses(count)
+    return InThisProcess() if count == 1 or current_process().daemon else LocalProcesses(count)
 
 
 def _cores() -> int:

@@ -10,13 +10,12 @@ from exudyn_flexlink.engines.diagnostics.contacts import (
     few_steps,
     idle_contacts,
     thin_overlaps,
+    wound_springs,
 )
-from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
-from exudyn_flexlink.engines.diagnostics.sampling import few_samples
-from exudyn_flexlink.engines.diagnostics.springs import wound_springs
-from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, soft_walls
+from exudyn_flexlink.engines.diagnostics.effort import few_samples, many_iterations, tiny_steps
+from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, out_of_guides, soft_walls
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import input_notes
+from exudyn_flexlink.mechanism import coarse_tolerance, input_notes
 from exudyn_flexlink.result import Result
 
 
@@ -28,6 +27,8 @@ def diagnosed(result: Result) -> Result:
         *few_steps(result),
         *finer_than_asked(result),
         *soft_walls(result),
+        *out_of_guides(result),
+        *coarse_tolerance(assemble_scene(result.scene), result.scene.accuracy.tolerance),
         *doubts(result),
         *many_iterations(result),
         *tiny_steps(result),

@@ -1,4 +1,4 @@
-"""Strikes that a run resolves badly, by few steps or at a face's edge, and contacts that idle."""
+"""Strikes that a run resolves badly, by few steps or at an edge; what begins idle or wound."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     CircleContact,
     Contact,
@@ -16,6 +17,7 @@ from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
     idle_at_start,
+    wound_at_start,
 )
 from exudyn_flexlink.result import Result
 
@@ -114,3 +116,9 @@ def idle_contacts(result: Result) -> Iterator[str]:
         for contact, told in idle_at_start(mechanism, result.poses[0], result.rates[0]):
             if np.all(approach(contact, result.poses, result.rates).gap < 0):
                 yield told
+
+
+def wound_springs(result: Result) -> Iterator[str]:
+    """Say which springs start wound by more than half a turn; a continued run may well be."""
+    if len(result.time) and not result.scene.initial.states:
+        yield from wound_at_start(assemble_scene(result.scene).mechanism, result.poses[0])

@@ -1,15 +1,19 @@
-"""What a sleeve's clearance asks of an engine's accuracy; what is said of walls that give way."""
+"""What a clearance asks of an engine's accuracy; links out of guides, and walls that give way."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from exudyn_flexlink.mechanism import Channel, Mechanism
+import numpy as np
+
+from exudyn_flexlink.mechanism import Channel, Mechanism, build_mechanism, in_guides
 from exudyn_flexlink.observables import deepest
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
 SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
+OUTSIDE = 1e-9  # of a guide's length: less is rounding
+HARDLY_USED = 1 / 300  # of it: of lengths in metres for millimetres a thousandth is usual
 RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
@@ -55,6 +59,19 @@ def soft_walls(result: Result) -> Iterator[str]:
                 f"the walls of '{name}' give way {deep}: how far the link tilts depends on their "
                 "stiffness there; raise the stiffness of the sleeve's law"
             )
+
+
+def out_of_guides(result: Result) -> Iterator[str]:
+    """Say which links leave their guides, and which take hardly anything of them in all the run."""
+    for name, low, high in in_guides(result.scene, build_mechanism(result.scene), result.poses):
+        away = np.maximum(low - 1, -high)
+        if (out := away > OUTSIDE).any():
+            yield (
+                f"the link of '{name}' leaves its guide at t = {result.time[np.argmax(out)]:.4g} s "
+                f"and is up to {away.max():.2g} of its length away: nothing holds a link there"
+            )
+        elif len(away) and (used := high.max() - low.min()) < HARDLY_USED:
+            yield f"the link of '{name}' takes {used:.2g} of its guide's length: check units"
 
 
 def broken_wall(channel: Channel) -> str:

@@ -280,10 +280,17 @@ class ClosedCoordinates:
         moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
         return moved[: self._links]
 
-    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:
+    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
         most = 1 / UNSEEN if at_stop else SINGULAR
-        return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > most)
+        near = bool(self._gains.max() > SINGULAR)
+        return near, bool(self._gains[-1] > most), near and self._turned_over()
+
+    def _turned_over(self) -> bool:
+        """Tell whether the determinant of the Jacobian changed its sign within the last step."""
+        y = np.vstack([self._y, *([] if self._last is None else [self._last.y])])
+        matrix = self.closures.jacobian(self.closures.where(y))[:, self._split.rows]
+        return len(np.unique(np.linalg.slogdet(matrix[:, :, self._split.dependent])[0])) > 1
 
     def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:
         """Tell at which instants (n,) within the last step two ways of closing the loops meet.

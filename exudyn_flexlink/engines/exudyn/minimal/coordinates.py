@@ -124,12 +124,12 @@ class Coordinates(Protocol):
     def pushed(self, k: int, at: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
-    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool]:  # noqa: ARG002
+    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:  # noqa: ARG002
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one.
 
-        A step that has to end there, `at_stop`, may end nearer to one.
+        And whether it passed one. A step that has to end there, `at_stop`, may end nearer to one.
         """
-        return False, False
+        return False, False, False
 
     def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:  # noqa: ARG002
         """Tell at which instants (n,) within the last step a loop is all but at a dead centre."""

@@ -225,8 +225,8 @@ class MinimalProblem:
         """Part of a step after which a formula is not what it is at the stages; 1 if nowhere."""
         return self._overlooked.part(step, allowed)
 
-    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool]:
-        """Tell whether a stage, and whether the end, of the last step fell on a dead centre."""
+    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:
+        """Tell whether a stage, or the end, of the last step was on a dead centre, or passed it."""
         return self.model.coordinates.on_dead_centre(at_stop)
 
     # --- events -------------------------------------------------------------------------------

@@ -48,6 +48,7 @@ from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import Mistake, SceneError
 
 NEAR = 1e-6  # of the run: where it ends, and where an expression was found to have no value
 FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
@@ -58,12 +59,16 @@ def prepare(
     assembly: Assembly,
     progress: Callable[[float], None] | None,
 ) -> MinimalRun:
-    """Build the tree, the loop and what records it."""
+    """Build the tree, the loop and what records it; SceneError: it starts at a dead centre."""
     mechanism = assembly.mechanism
     layout = tree_layout(mechanism)
     end = end_of_run(scene, mechanism)
     events: list[Event] = []
-    model = MinimalModel(assembly, layout, events)
+    try:
+        model = MinimalModel(assembly, layout, events)
+    except DeadCentreError as error:
+        hint = "it is a dead centre: start at another angle"
+        raise SceneError(scene.document, [Mistake(("joints",), str(error), hint)]) from error
     contacts = [*mechanism.touching, *model.walls.contacts]
     watched = Watched(scene, mechanism, assembly.state.q)
     seeker = ExtremeSeeker(watched, contacts, np.array([0.0, *C]))
