@@ -37,6 +37,7 @@ from exudyn_flexlink.mechanism import (
     least_tolerance,
     other_branches,
     sample_bytes,
+    with_pulses,
 )
 from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
@@ -149,7 +150,8 @@ def assemble_scene(scene: Scene) -> Assembly:
     """
     try:
         mechanism = build_mechanism(scene)
-        undriven = drive_mistakes(mechanism, end_of_run(scene, mechanism))
+        end = end_of_run(scene, mechanism)
+        undriven = drive_mistakes(mechanism, end)
         if undriven:
             raise SceneError(scene.document, undriven)
         assembly = assemble(mechanism, _start(scene, mechanism))
@@ -168,7 +170,7 @@ def assemble_scene(scene: Scene) -> Assembly:
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)
-    return assembly
+    return with_pulses(assembly, scene.accuracy.tolerance, end)
 
 
 def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:

@@ -172,10 +172,10 @@ def test_what_is_sensed_in_order():
 
 
 def test_conditions_bend_at_their_instants():
-    assert parse_expression("where(2*t < 3, t, 1)*abs(t - 0.5)").bends(9.0) == [0.5, 1.5]
-    found = parse_expression("abs(sin(2*pi*t))").bends(2.2)
+    assert parse_expression("where(2*t < 3, t, 1)*abs(t - 0.5)").bends(0.0, 9.0) == [0.5, 1.5]
+    found = parse_expression("abs(sin(2*pi*t))").bends(0.0, 2.2)
     assert found == pytest.approx([0.5, 1.0, 1.5, 2.0], abs=1e-15)
-    assert parse_expression("max(speed(o), 0)*t").bends(9.0) == []
+    assert parse_expression("max(speed(o), 0)*t").bends(0.0, 9.0) == []
 
 
 def test_only_what_computes_looks_like_an_expression():

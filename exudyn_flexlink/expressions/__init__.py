@@ -1,8 +1,10 @@
 """Formulas of a model file: of time, and of angles, speeds and places."""
 
-from exudyn_flexlink.expressions.expression import Addend, Expression, NoValueError
+from exudyn_flexlink.expressions.addend import Addend
+from exudyn_flexlink.expressions.expression import Expression, NoValueError
 from exudyn_flexlink.expressions.parsing import in_words, looks_like_expression, parse_expression
 from exudyn_flexlink.expressions.poles import pole
 from exudyn_flexlink.expressions.ranges import Bounds
-from exudyn_flexlink.expressions.straying import LITTLE, Stretch, strays
+from exudyn_flexlink.expressions.resolving import pulses, resolved
+from exudyn_flexlink.expressions.straying import strays
 from exudyn_flexlink.expressions.tokens import ExpressionError, Sensed

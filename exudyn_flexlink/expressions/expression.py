@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions.ranges import Bounds, ranges
+from exudyn_flexlink.expressions.addend import Addend
+from exudyn_flexlink.expressions.resolving import zeros
 from exudyn_flexlink.expressions.tape import TIME, Program, Tape
 from exudyn_flexlink.expressions.tokens import Sensed
 from exudyn_flexlink.units import Powers
-
-LOOKS = 10_000  # at where a condition of time changes, over a run
-HALVINGS = 60  # of the time between two looks, down to rounding
 
 
 class NoValueError(ArithmeticError):
@@ -37,21 +35,6 @@ class Plan(NamedTuple):
     tape: Tape
     result: int
     switches: Sequence[int]
-
-
-class Addend:
-    """One of the terms, numbers left out, whose sum a formula is; it may enter with a minus."""
-
-    def __init__(self, tape: Tape, result: int) -> None:
-        self._value = Program(tape, [result])
-
-    def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
-        """Values (n,) at instants (n,) s and values (n,) of what is sensed; NaN where none is."""
-        return np.asarray(self._value.run(time, state)[0], dtype=float)
-
-    def ranges(self, time: Bounds, state: Sequence[Bounds]) -> Bounds:
-        """Between which bounds (n,) it stays where t (s) and what is sensed do so."""
-        return ranges(self._value.plan, time, state)
 
 
 class Expression:
@@ -222,40 +205,14 @@ class Expression:
                 found.append(-float(Program(self._tape, [switch]).run(0.0)[0]) / rate)
         return sorted(found)
 
-    def bends(self, end: float) -> list[float]:
-        """Instants (s) up to `end` at which a condition of time alone changes, in order.
-
-        One that is linear in t is solved exactly; others are found where they change their sign
-        between two of many instants.
-        """
+    def bends(self, begin: float, end: float) -> list[float]:
+        """Instants (s) between two at which a condition of time alone changes, in order."""
         found = set(self.linear_bends)
         for switch in self._of_time:
             if self._tape.number_of(self._tape.slope(switch, TIME)) is None:
-                found.update(self._zeros(switch, end))
-        return sorted(time for time in found if 0 < time < end)
+                found.update(zeros(Addend(self._tape, switch), begin, end).tolist())
+        return sorted(time for time in found if begin < time < end)
 
     @property
     def _of_time(self) -> list[int]:
         return [one for one in self._switches if self._tape.variables(one) == {TIME}]
-
-    def _zeros(self, switch: int, end: float) -> list[float]:
-        program = Program(self._tape, [switch])
-
-        def value(time: float) -> float:
-            return float(program.run(time)[0])
-
-        times = np.linspace(0.0, end, LOOKS + 1)
-        signs = np.sign(program.run(times)[0])
-        crossed = np.flatnonzero(signs[:-1] * signs[1:] < 0)
-        between = zip(times[crossed].tolist(), times[crossed + 1].tolist(), strict=True)
-        zeros = [_zero(value, begin, end) for begin, end in between]
-        return [*zeros, *times[signs == 0].tolist()]
-
-
-def _zero(value: Callable[[float], float], begin: float, end: float) -> float:
-    """Instant at which a value changes its sign, to rounding, by halving."""
-    falls = value(begin) > 0
-    for _ in range(HALVINGS):
-        middle = (begin + end) / 2
-        begin, end = (middle, end) if (value(middle) > 0) == falls else (begin, middle)
-    return end

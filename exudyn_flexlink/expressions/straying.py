@@ -8,7 +8,7 @@ shorter parts, until it is found to do so or can't do so by enough to matter.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from exudyn_flexlink.expressions.ranges import Bounds
 PARTS = 8  # of a stretch that are looked at first
 MOST_PARTS = 32  # looked at together: what takes the same thing twice has wide bounds
 HALVINGS = 40  # of these parts: then rounding of the time is near
-LITTLE = 0.02  # of the largest value known: a term is not said to stray by less
 
 
 class Term(Protocol):
@@ -42,25 +41,6 @@ class Inputs(Protocol):
 
     def bounds(self, begin: FloatArray, width: float) -> tuple[Bounds, list[Bounds]]:
         """Bounds of both over parts of a stretch that begin so and are so wide."""
-
-
-class Stretch(NamedTuple):
-    """Inputs of time alone, between two values (s) of a formula's t."""
-
-    begin: float
-    end: float
-
-    def time(self, part: FloatArray) -> FloatArray:
-        """As `Inputs.time`."""
-        return self.begin + (self.end - self.begin) * part
-
-    def state(self, part: FloatArray) -> list[FloatArray]:  # noqa: ARG002
-        """Return nothing: nothing is sensed."""
-        return []
-
-    def bounds(self, begin: FloatArray, width: float) -> tuple[Bounds, list[Bounds]]:
-        """As `Inputs.bounds`."""
-        return Bounds(self.time(begin), self.time(begin + width)), []
 
 
 def strays(

@@ -76,6 +76,7 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
+from exudyn_flexlink.mechanism.pulses import with_pulses
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.resolution import (
     Resolution,

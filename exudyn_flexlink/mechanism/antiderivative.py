@@ -3,13 +3,13 @@
 Pieces are halved until the last coefficients of the function on them are rounding, as in Chebfun
 (Z. Battles and L. N. Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743). They are made as they are
 needed and kept: a step asks for the same instants again and again. What a piece's values do not
-show, such as a pulse between them, is told from outside.
+show, such as a pulse between them, has knots of its own.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -26,19 +26,10 @@ SHORTEST = 1e-6  # of the time, or of the first piece: what bends there adds no 
 
 
 class Antiderivative:
-    """Integral of `function` from 0 on; it may bend at `knots` (s) without being halved there.
+    """Integral of `function` from 0 on; it may bend at `knots` (s) without being halved there."""
 
-    `hides` tells whether between two instants (s) it does what its values at instants (n,) s, from
-    which polynomials are taken, do not show. It is told the largest coefficient.
-    """
-
-    def __init__(
-        self,
-        function: Callable[[float], float],
-        knots: Sequence[float] = (),
-        hides: Callable[[float, float, FloatArray, float], bool] | None = None,
-    ) -> None:
-        self._function, self._hides = function, hides
+    def __init__(self, function: Callable[[float], float], knots: Iterable[float] = ()) -> None:
+        self._function = function
         self._knots = sorted(time for time in knots if time > 0)
         self._ends = [0.0]
         self._sums = [0.0]
@@ -58,7 +49,8 @@ class Antiderivative:
 
     def _add_piece(self) -> None:
         begin = self._ends[-1]
-        next_knot = next((knot for knot in self._knots if knot > begin * (1 + 1e-15)), np.inf)
+        k = bisect_right(self._knots, begin * (1 + 1e-15))
+        next_knot = self._knots[k] if k < len(self._knots) else np.inf
         end = begin + self._length
         while True:
             end = min(end, next_knot)
@@ -67,7 +59,7 @@ class Antiderivative:
             tail = float(np.abs(coefficients[-TAIL:]).max())
             short = end - begin <= SHORTEST * max(begin, FIRST)
             rounding = RESOLVED * (self._largest + self._blur(coefficients, begin, end))
-            if short or (tail <= rounding and not self._hidden(begin, end)):
+            if short or tail <= rounding:
                 break
             end = begin + (end - begin) / 2
         self._length = 2 * (end - begin)
@@ -76,11 +68,6 @@ class Antiderivative:
         self._ends.append(end)
         self._sums.append(self._sums[-1] + _clenshaw(self._pieces[-1], 1.0))
 
-    def _hidden(self, begin: float, end: float) -> bool:
-        if self._hides is None:
-            return False
-        return self._hides(begin, end, _places(begin, end), self._largest)
-
     def _blur(self, coefficients: FloatArray, begin: float, end: float) -> float:
         """How much the function changes with a time that is rounded, over that rounding."""
         steepest = float(np.abs(chebyshev.chebder(coefficients)).sum()) * 2 / (end - begin)
@@ -88,12 +75,8 @@ class Antiderivative:
 
     def _interpolated(self, begin: float, end: float) -> FloatArray:
         """Coefficients of the polynomial through the function's values within a piece."""
-        places = _places(begin, end).tolist()
-        return np.asarray(FROM_VALUES @ [self._function(time) for time in places])
-
-
-def _places(begin: float, end: float) -> FloatArray:
-    return (begin + end) / 2 + (end - begin) / 2 * NODES
+        places = (begin + end) / 2 + (end - begin) / 2 * NODES
+        return np.asarray(FROM_VALUES @ [self._function(time) for time in places.tolist()])
 
 
 def _clenshaw(coefficients: Sequence[float], x: float) -> float:

@@ -119,6 +119,14 @@ def _moving(
     return LeastMotion(mechanism, constraints, roots, right)
 
 
+def pushed(
+    mechanism: Mechanism, q: FloatArray, places: FloatArray, forces: FloatArray
+) -> FloatArray:
+    """Accelerations (parts, 3) by generalised forces (3 parts,) alone, from rest."""
+    rest = np.zeros(len(constraints_at(mechanism, q, places)))
+    return _moving(mechanism, q, places, rest).nearest(forces)
+
+
 def contact_mass(
     mechanism: Mechanism, contact: Contact | Channel, q: FloatArray, places: FloatArray
 ) -> float:

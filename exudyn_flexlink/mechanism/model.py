@@ -12,9 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exudyn_flexlink.curves import Curve
+from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact, Contact
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
+
+KNOT_TIME = 1e-12  # s: instants so near to each other are one
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,8 @@ class Mechanism:
     bearings: tuple[CircleContact, ...]
     channels: tuple[Channel, ...]
     gravity: tuple[float, float]
+    pulses: tuple[float, ...] = ()  # instants (s) within short pulses of drives
+    unfound: tuple[str, ...] = ()  # where such pulses were not looked for, in words
 
     @property
     def hinges(self) -> tuple[Pin | CircleContact, ...]:
@@ -206,10 +211,18 @@ class Mechanism:
         ]
 
     def knots(self, end: float) -> list[float]:
-        """Instants before `end` (s) at which a drive, or a derivative of it, jumps; in order."""
+        """Instants before `end` (s) at which steps end, in order.
+
+        A drive, or a derivative of it, jumps there, or is within a pulse.
+        """
         applied = [size.value for _, size in self.sizes]
         functions = [*(motor.speed for motor in self.speed_motors), *applied]
-        return sorted({knot for function in functions for knot in function.knots(end)})
+        jumps = {knot for function in functions for knot in function.knots(end)}
+        found = list[float]()
+        for knot in sorted(jumps.union(self.pulses)):
+            if 0 < knot < end and knot - (found or [0.0])[-1] > instant(knot, KNOT_TIME):
+                found.append(knot)
+        return found
 
     @property
     def touching(self) -> tuple[Contact, ...]:

@@ -7,13 +7,10 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.polynomial import Chebyshev
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions import LITTLE, Addend, Expression, Stretch, strays
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.mechanism.antiderivative import Antiderivative
-
-HIDDEN = 1e-6  # of a speed: what a term of it adds between instants, and may be left out
 
 
 class Applied(Protocol):
@@ -86,10 +83,15 @@ class SpeedOf(OfTime):
 
 
 class Formula:
-    """An `expression` of the scene, whose t is `clock` (s) as the run begins."""
+    """An `expression` of the scene, whose t is `clock` (s) as the run begins.
 
-    def __init__(self, expression: Expression, clock: float = 0.0) -> None:
-        self.expression, self.clock = expression, clock
+    Its integral is summed up over parts that end at `edges`, of t (s) too.
+    """
+
+    def __init__(
+        self, expression: Expression, clock: float = 0.0, edges: Sequence[float] = ()
+    ) -> None:
+        self.expression, self.clock, self._edges = expression, clock, edges
 
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s) and values sensed."""
@@ -125,15 +127,8 @@ class Formula:
 
     @cached_property
     def _integral(self) -> Antiderivative:
-        expression = self.expression
-        return Antiderivative(expression.at, expression.linear_bends, self._hides)
-
-    def _hides(self, begin: float, end: float, known: FloatArray, largest: float) -> bool:
-        """Tell whether a term does between two of t (s) what its values at `known` do not show.
-
-        What is small beside the `largest` value of the sum does not count.
-        """
-        return any(_hides(one, begin, end, known, largest) for one in self.expression.addends)
+        knots = {*self.expression.linear_bends, *self._edges}
+        return Antiderivative(self.expression.at, knots)
 
     @cached_property
     def _before(self) -> float:
@@ -141,17 +136,8 @@ class Formula:
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which the value, or a derivative, jumps."""
-        found = self.expression.bends(end + self.clock)
-        return [time - self.clock for time in found if time > self.clock]
-
-
-def _hides(addend: Addend, begin: float, end: float, known: FloatArray, largest: float) -> bool:
-    values = addend.values(known, [])
-    least = max(LITTLE * float(np.abs(values).max()), HIDDEN * largest)
-    through = Chebyshev.fit(known, values, len(known) - 1, [begin, end])
-    stretch = Stretch(begin, end)
-    found = strays(addend, stretch, lambda part: through(stretch.time(part)), lambda _: least)
-    return found is not None
+        found = self.expression.bends(self.clock, self.clock + end)
+        return [time - self.clock for time in found]
 
 
 class Tabled(OfTime):

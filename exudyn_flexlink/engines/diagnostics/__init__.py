@@ -12,7 +12,12 @@ from exudyn_flexlink.engines.diagnostics.contacts import (
     thin_overlaps,
     wound_springs,
 )
-from exudyn_flexlink.engines.diagnostics.effort import few_samples, many_iterations, tiny_steps
+from exudyn_flexlink.engines.diagnostics.effort import (
+    few_samples,
+    many_iterations,
+    tiny_steps,
+    unfound_pulses,
+)
 from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, out_of_guides, soft_walls
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import coarse_tolerance, input_notes
@@ -32,6 +37,7 @@ def diagnosed(result: Result) -> Result:
         *doubts(result),
         *many_iterations(result),
         *tiny_steps(result),
+        *unfound_pulses(result),
         *few_samples(result),
         *thin_overlaps(result),
         *deep_strikes(result),

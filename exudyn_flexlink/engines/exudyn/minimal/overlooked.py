@@ -1,13 +1,13 @@
-"""Whether a step has overlooked what a formula does between its stages, such as a short pulse.
+"""Whether a step has overlooked a short pulse of a formula of the state, along the way.
 
-A step knows torques, forces and prescribed motions at its stages alone, and so does the estimate
-of its error: a pulse between two of them, in time or along the way, is in neither. So each term of
-a formula is looked at over the whole step: see `expressions.strays`.
+A step knows torques and forces at its stages alone, and so does the estimate of its error: a pulse
+between two of them is in neither. So each term of a formula that senses the state is looked at over
+the whole step: see `expressions.strays`. Pulses of time alone are known before: `mechanism.pulses`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,19 +15,15 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.loads import Given, Now
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.expressions import LITTLE, Addend, Bounds, strays
-from exudyn_flexlink.integrate.collocation import NODES, STAGES, C
+from exudyn_flexlink.expressions import Addend, Bounds, strays
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.window import Window
-from exudyn_flexlink.mechanism.prescribed import Formula, SpeedOf
 
 SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
-LITTLE_DRIVEN = 1e-3  # likewise as LITTLE, where nothing is free and no error is estimated
 DEGREE = 8  # of the polynomials by which what is sensed is followed
 POWERS = np.arange(DEGREE + 1)
 ON_WAY = np.linspace(0.0, 1.0, DEGREE + 1)
-AT_STAGES = np.array([0.0, *C])
 THROUGH = np.linalg.inv(ON_WAY[:, None] ** POWERS)  # coefficients of the polynomial through these
 
 
@@ -57,54 +53,37 @@ class _Inputs(NamedTuple):
 
 
 class Overlooked:
-    """Looks at the steps of a model; knows the largest value of each term at the stages so far."""
+    """Looks at the steps of a model."""
 
     def __init__(self, model: MinimalModel, end: float) -> None:
         """`end` (s) is that of the run."""
-        self._model = model
-        self._shortest = SHORTEST * end
+        self._model, self._end = model, end
         self._senses = any(size.senses for size in model.loads.by_formula)
-        free = len(model.coordinates.independent()[0])
-        self._little = LITTLE if free else LITTLE_DRIVEN
-        self._drives = list(_driven(model))
-        self._largest: dict[Addend, float] = {}
 
     def part(self, step: Step, allowed: float) -> float:
         """Part of a step after which a formula is not what its stages tell; 1 if nowhere.
 
-        `allowed` is how far (m/s^2) anything's acceleration may be off, on average over the step.
+        `allowed` is how far (m/s^2) anything's acceleration may be off, on average over the run.
         """
         earliest = 1.0
-        for addends, clock, reach in self._drives:
-            inputs = _Inputs(step.t, step.h, self._model.window, clock, np.zeros((0, DEGREE + 1)))
-            earliest = min(earliest, self._earliest(addends, inputs, [], allowed / reach))
-        if not self._model.loads.by_formula or not len(step.start.q):
+        if not self._senses or not len(step.start.q):
             return earliest
         try:
-            known = self._at_stages(step)
-            within = self._within(step) if self._senses else known
+            within = self._within(step)
         except (ValueError, ArithmeticError):  # no place within: the step itself was good
             return earliest
-        for at, on_way in zip(known, within, strict=True):
-            moved = self._moved(step.begin, at.unit[0])
-            if moved == 0:
+        for on_way in within:
+            moved = self._moved(step.begin, on_way.unit[0])
+            if moved == 0 or not on_way.sensed:
                 continue
-            coefficients = np.zeros((len(at.sensed), DEGREE + 1))
-            if at.sensed:
-                coefficients[:] = np.array(on_way.sensed) @ THROUGH.T
-            window, clock = self._model.window, at.formula.clock
+            coefficients = np.array(on_way.sensed) @ THROUGH.T
+            window, clock = self._model.window, on_way.formula.clock
             inputs = _Inputs(step.t, step.h, window, clock, coefficients)
-            found = self._earliest(
-                at.formula.expression.addends, inputs, at.sensed, allowed / moved
-            )
-            earliest = min(earliest, found)
+            area = allowed / moved * self._end / step.h  # of a part of the step
+            for addend in on_way.formula.expression.addends:
+                found = self._of_one(addend, inputs, on_way.sensed, area)
+                earliest = min(earliest, found)
         return earliest
-
-    def _at_stages(self, step: Step) -> list[Given]:
-        begin, stages = step.begin.kept.state, step.stages.kept.state
-        t = self._model.window.all_inside(step.t + step.h * AT_STAGES)
-        x, v = np.vstack([begin.x, stages.x]), np.vstack([begin.v, stages.v])
-        return self._model.loads.formulas(self._model.loads.now(t, x, v))
 
     def _within(self, step: Step) -> list[Given]:
         """What formulas sense on the step's polynomial."""
@@ -119,42 +98,15 @@ class Overlooked:
         push = begin.kept.state.transform.reduced_rows(unit)
         return self._model.size(np.linalg.solve(begin.mass, push))
 
-    def _earliest(
-        self,
-        addends: Sequence[Addend],
-        inputs: _Inputs,
-        sensed: Sequence[FloatArray],
-        allowed: float,
-    ) -> float:
-        """As `part`, of terms that sense so at the start and the stages."""
-        found = [self._of_one(addend, inputs, sensed, allowed) for addend in addends]
-        return min(found, default=1.0)
-
     def _of_one(
-        self, addend: Addend, inputs: _Inputs, sensed: Sequence[FloatArray], allowed: float
+        self, addend: Addend, inputs: _Inputs, sensed: Sequence[FloatArray], area: float
     ) -> float:
-        known = addend.values(inputs.time(AT_STAGES), sensed)
-        largest = max(self._largest.get(addend, 0.0), float(np.abs(known).max()))
-        self._largest[addend] = largest
-        coefficients, powers = NODES @ known, np.arange(STAGES + 1)
+        """As `part`, of a term that senses so on the way."""
+        coefficients = THROUGH @ addend.values(inputs.time(ON_WAY), sensed)
         found = strays(
             addend,
             inputs,
-            lambda part: (part[:, None] ** powers) @ coefficients,
-            lambda width: max(self._little * largest, allowed / width),
+            lambda part: (part[:, None] ** POWERS) @ coefficients,
+            lambda width: area / width,
         )
-        return 1.0 if found is None or found * inputs.h <= self._shortest else found
-
-
-def _driven(model: MinimalModel) -> Iterator[tuple[list[Addend], float, float]]:
-    """Of drives that prescribe by formulas: the terms of the acceleration, clock, and a length.
-
-    Over that length (m) an angular acceleration moves what turns; 1 along a line.
-    """
-    mechanism = model.assembly.mechanism
-    for motor in mechanism.speed_motors:
-        reach = 1.0 if motor.slide else max(part.reach for part in mechanism.parts)
-        if isinstance(motor.speed, Formula):
-            yield motor.speed.expression.rate_addends, motor.speed.clock, reach
-        elif isinstance(motor.speed, SpeedOf) and isinstance(motor.speed.motion, Formula):
-            yield motor.speed.motion.expression.second_rate_addends, motor.speed.motion.clock, reach
+        return 1.0 if found is None or found * inputs.h <= SHORTEST * self._end else found

@@ -1,0 +1,34 @@
+"""One term of a formula: its values, its derivatives by time, and bounds of both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.expressions.ranges import Bounds, ranges
+from exudyn_flexlink.expressions.tape import TIME, Program, Tape
+
+
+class Addend:
+    """One of the terms, numbers left out, whose sum a formula is; it may enter with a minus."""
+
+    def __init__(self, tape: Tape, result: int) -> None:
+        self._tape, self._result = tape, result
+        self._value = Program(tape, [result])
+
+    def derivative(self, order: int) -> Addend:
+        """The term's derivative by time, of any order."""
+        result = self._result
+        for _ in range(order):
+            result = self._tape.slope(result, TIME)
+        return Addend(self._tape, result)
+
+    def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
+        """Values (n,) at instants (n,) s and values (n,) of what is sensed; NaN where none is."""
+        return np.broadcast_to(np.asarray(self._value.run(time, state)[0], float), np.shape(time))
+
+    def ranges(self, time: Bounds, state: Sequence[Bounds]) -> Bounds:
+        """Between which bounds (n,) it stays where t (s) and what is sensed do so."""
+        return ranges(self._value.plan, time, state)

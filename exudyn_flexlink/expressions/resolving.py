@@ -1,0 +1,117 @@
+"""What bounds tell of a function of time: where it is zero, and how short parts show all of it.
+
+Values at instants may miss a short pulse. So times are halved until interval arithmetic leaves
+nothing open. In parts short enough a term is a polynomial, but for the remainder of interpolation
+at Chebyshev points, ``2 (w/4)^n max|f^(n)| / n!`` in a part of width w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import factorial
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.expressions.addend import Addend
+from exudyn_flexlink.expressions.ranges import Bounds
+
+ORDER = 8  # n above, near the order of the method that makes the steps
+REMAINDER = 2 * 4.0**-ORDER / factorial(ORDER)
+PARTS = 64  # of the time that are looked at first
+MOST_PARTS = 100_000  # looked at together: where more are needed, it is told
+HALVINGS = 40  # of the time: then rounding is near
+CLOCK = 4  # units in the last place: how near to a part's ends it may still be of the next one
+SAME = 1e-14  # of the time: zeros so near to each other are one
+SHORTER = 8.0  # by which a part is a pulse's, beside those that steps may be chosen for
+STEP = 4.0  # of such a part's width: how far a step may go beyond it
+
+
+def zeros(term: Addend, begin: float, end: float) -> FloatArray:
+    """Instants (n,) s after `begin`, in order, at which a term of time is zero."""
+    edges = np.linspace(begin, end, PARTS + 1)
+    low, high = edges[:-1], edges[1:]
+    rate, found = term.derivative(1), []
+    for _ in range(HALVINGS):
+        within = Bounds(low, high)
+        value, slope = (np.broadcast_arrays(*one.ranges(within, []), low) for one in (term, rate))
+        through = (value[0] <= 0) & (value[1] >= 0)
+        monotone = (slope[0] > 0) | (slope[1] < 0)
+        crossed = through & monotone
+        found.append(_crossed(term, low[crossed], high[crossed]))
+        left = through & ~monotone & ((slope[0] != 0) | (slope[1] != 0))
+        low, high = low[left], high[left]
+        if not len(low) or 2 * len(low) > MOST_PARTS:
+            break
+        low, high = _halved(low, high)
+    starts = np.flatnonzero(np.diff(low, prepend=-np.inf) > 2 * (high - low))
+    found.append((low[starts] + high[np.append(starts[1:], len(low))[: len(starts)] - 1]) / 2)
+    every = np.sort(np.concatenate(found))
+    return every[np.diff(every, prepend=begin) > SAME * (end - begin)]
+
+
+def _crossed(term: Addend, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Zeros of a term that rises or falls in each of these parts, if it has one there."""
+    before, after = (np.sign(term.values(one, [])) for one in (low, high))
+    low, high, before = (one[before * after <= 0] for one in (low, high, before))
+    while len(low) and (high - low > CLOCK * np.spacing(np.abs(high)) / 2).any():
+        middle = (low + high) / 2
+        same = np.sign(term.values(middle, [])) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return high
+
+
+def _halved(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    middle = (low + high) / 2
+    return np.stack([low, middle], -1).ravel(), np.stack([middle, high], -1).ravel()
+
+
+def resolved(
+    term: Addend, edges: FloatArray, cost: Callable[[FloatArray], FloatArray], allowed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Halve parts of a time (s) until polynomials in them tell all of a term, but for `allowed`.
+
+    `edges` (n,) s are those of the parts that are halved: the term bends there. `cost` is that of
+    an area hidden in parts that begin so (s). Return all edges, and those (parts, 2) of the parts
+    that would be too many.
+    """
+    low, high = edges[:-1], edges[1:]
+    found, curved = [edges], term.derivative(ORDER)
+    for _ in range(HALVINGS):
+        near = CLOCK * np.spacing(np.abs(high))
+        low, high = low[wide := high - low > 4 * near], high[wide]
+        within, width = Bounds(low + near[wide], high - near[wide]), high - low
+        least, most = term.ranges(within, [])
+        with np.errstate(all="ignore"):
+            bend = np.abs(np.array(np.broadcast_arrays(*curved.ranges(within, []), low)[:2])).max(0)
+            rest = np.fmin(most - least, REMAINDER * width**ORDER * bend)
+            hidden = np.broadcast_to(cost(low) * width * rest, low.shape)
+        by_size = np.argsort(hidden)
+        summed = np.cumsum(hidden[by_size])
+        plain = np.count_nonzero(summed <= allowed / 2)
+        allowed -= summed[plain - 1] if plain else 0.0
+        left = np.sort(by_size[plain:])
+        low, high = low[left], high[left]
+        if not len(low) or 2 * len(low) > MOST_PARTS:
+            break
+        found.append((low + high) / 2)
+        low, high = _halved(low, high)
+    else:
+        low, high = low[:0], high[:0]
+    return np.unique(np.concatenate(found)), np.stack([low, high], -1)
+
+
+def pulses(edges: FloatArray) -> FloatArray:
+    """Edges (s) of parts that a step chosen for a wider part near them could go over."""
+    begin, end = edges[:-1], edges[1:]
+    width = end - begin
+    short = np.zeros(len(width), dtype=bool)
+    size = float(edges[-1] - edges[0])
+    while len(width) and size > width.min():
+        wide = width >= size
+        before = np.maximum.accumulate(np.where(wide, end, -np.inf))
+        after = np.minimum.accumulate(np.where(wide, begin, np.inf)[::-1])[::-1]
+        near = np.minimum(begin - before, after - end) <= STEP * size
+        short |= near & (width <= size / SHORTER)
+        size /= 2
+    return np.union1d(begin[short], end[short])
