@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions.ranges import Bounds, ranges
-from exudyn_flexlink.expressions.tape import TIME, Program, Tape
+from exudyn_flexlink.expressions.tape import NONE_HELD, TIME, Operation, Program, Tape
 
 
 class Addend:
     """One of the terms, numbers left out, whose sum a formula is; it may enter with a minus."""
 
-    def __init__(self, tape: Tape, result: int) -> None:
-        self._tape, self._result = tape, result
-        self._value = Program(tape, [result])
+    def __init__(self, tape: Tape, result: int, held: Mapping[int, Operation] = NONE_HELD) -> None:
+        self._tape, self._result, self._held = tape, result, held
+        self._value = Program(tape, [result], held)
 
     def derivative(self, order: int) -> Addend:
         """The term's derivative by time, of any order."""
         result = self._result
         for _ in range(order):
             result = self._tape.slope(result, TIME)
-        return Addend(self._tape, result)
+        return Addend(self._tape, result, self._held)
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (n,) at instants (n,) s and values (n,) of what is sensed; NaN where none is."""

@@ -12,7 +12,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions.addend import Addend
 from exudyn_flexlink.expressions.resolving import zeros
-from exudyn_flexlink.expressions.tape import TIME, Program, Tape
+from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Tape, Values
 from exudyn_flexlink.expressions.tokens import Sensed
 from exudyn_flexlink.units import Powers
 
@@ -41,7 +41,8 @@ class Expression:
     """A formula of t (s) and of what it senses; equal if its text is.
 
     `powers` is its dimension as far as its units tell, angles counting as numbers; None if they
-    don't. `sensed` is what the state has to supply, in this order.
+    don't. `sensed` is what the state has to supply, in this order. Sides of the `kinks` (so many)
+    may follow, 1 where the switch is below zero: the formula is held on them, also beyond a kink.
     """
 
     def __init__(
@@ -52,6 +53,11 @@ class Expression:
         self.powers = powers
         self._tape, self._result = plan.tape, plan.result
         self._switches = tuple(dict.fromkeys(plan.switches))
+        # What compares states belongs to max, min or abs: `where` compares times alone.
+        compare = [i for i in self._tape.needed([self._result]) if self._is_of_state(i)]
+        self.kinks = len(compare)
+        sides = (Operation("variable", (), len(sensed) + k) for k in range(self.kinks))
+        self._held = dict(zip(compare, sides, strict=True))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Expression) and self.text == other.text
@@ -129,7 +135,7 @@ class Expression:
     def _run(
         self, program: Program, time: float, state: Sequence[float] = (), what: str = "value"
     ) -> list[float]:
-        found = [float(value) for value in program.run(time, state)]
+        found = [float(value) for value in self._found(program, time, state)]
         if not all(map(math.isfinite, found)):
             raise NoValueError(self.text, time, what)
         return found
@@ -141,16 +147,24 @@ class Expression:
         state: Sequence[FloatArray] = (),
         what: str = "value",
     ) -> FloatArray:
-        (found,) = program.run(time, state)
+        (found,) = self._found(program, time, state)
         whole = np.broadcast_to(np.asarray(found, dtype=float), np.shape(time))
         missing = np.flatnonzero(~np.isfinite(whole))
         if len(missing):
             raise NoValueError(self.text, float(np.ravel(time)[missing[0]]), what)
         return whole
 
+    def _found(self, program: Program, time: Values, state: Sequence[Values]) -> list[Values]:
+        found = program.run(time, state)
+        if len(state) > len(self.sensed) and not np.isfinite(sum(found)).all():
+            # Beyond its kink a formula that is held may have no value: a root has none.
+            own = program.run(time, state[: len(self.sensed)])
+            found = [np.where(np.isfinite(x), x, y) for x, y in zip(found, own, strict=True)]
+        return found
+
     @cached_property
     def _value(self) -> Program:
-        return Program(self._tape, [self._result])
+        return Program(self._tape, [self._result], self._held)
 
     @cached_property
     def _rate(self) -> Program:
@@ -164,7 +178,7 @@ class Expression:
     @cached_property
     def _slopes(self) -> Program:
         slopes = [self._tape.slope(self._result, k) for k in range(len(self.sensed))]
-        return Program(self._tape, slopes)
+        return Program(self._tape, slopes, self._held)
 
     @cached_property
     def addends(self) -> list[Addend]:
@@ -190,10 +204,24 @@ class Expression:
             if name in ("add", "sub", "neg"):
                 left += takes
             elif self._tape.variables(one):
-                found.append(Addend(self._tape, one))
+                found.append(Addend(self._tape, one, self._held))
         return found
 
     # --- bends --------------------------------------------------------------------------------
+
+    def switches(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
+        """Values (kinks, n) that are zero at the kinks, by time and state as `values`."""
+        found = self._found(self._of_kinks, time, state)
+        return np.array([np.broadcast_to(one, np.shape(time)) for one in found])
+
+    @cached_property
+    def _of_kinks(self) -> Program:
+        switches = [self._tape.operations[i].takes[0] for i in self._held]
+        return Program(self._tape, switches, self._held)
+
+    def _is_of_state(self, i: int) -> bool:
+        compares = self._tape.operations[i].name == "less"
+        return compares and bool(self._tape.variables(i) - {TIME})
 
     @cached_property
     def linear_bends(self) -> list[float]:

@@ -219,6 +219,11 @@ class _Parser:
         return self._of_one(name, taken[0])
 
     def _of_one(self, name: str, taken: _Piece) -> _Piece:
+        if name == "abs" and self._tape.variables(taken.result) - {TIME}:
+            self._switches.append(taken.result)
+            negative = self._tape.add("less", taken.result, self._tape.number(0.0))
+            either = self._tape.add("neg", taken.result), taken.result
+            return _Piece(self._tape.add("where", negative, *either), taken.powers)
         if name in ("abs", "sign"):
             self._switches.append(taken.result)
             if name == "sign":
@@ -268,7 +273,7 @@ class _Parser:
         self._require(")")
 
     def _on_time(self, switch: int, name: str) -> None:
-        """Refuse a jump at a state: no step could end there."""
+        """Refuse a jump with the state."""
         if self._tape.variables(switch) - {TIME}:
             raise ExpressionError(
                 f"{name} may depend on t alone: with the state it would jump at no known instant",

@@ -9,7 +9,7 @@ NaN, and may still be left out by a `where`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -29,6 +29,9 @@ class Operation(NamedTuple):
     name: str
     takes: tuple[int, ...] = ()
     value: float = 0.0
+
+
+NONE_HELD: Mapping[int, Operation] = {}
 
 
 def _less(a: Values, b: Values) -> FloatArray:
@@ -76,29 +79,42 @@ def _applied(name: str, values: Sequence[Values]) -> Any:
 
 
 class Program:
-    """Computes some results of a tape, from the time and the state."""
+    """Computes some results of a tape, from the time and the state.
 
-    def __init__(self, tape: Tape, results: Sequence[int]) -> None:
-        self.plan = [(i, tape.operations[i]) for i in tape.needed(results)]
+    Operations that are `held` are variables, if the state goes so far, and else as others are.
+    """
+
+    def __init__(
+        self, tape: Tape, results: Sequence[int], held: Mapping[int, Operation] = NONE_HELD
+    ) -> None:
+        needed = tape.needed(results)
+        self.plan = [(i, held.get(i, tape.operations[i])) for i in needed]
+        self._held = [(i, int(one.value)) for i, one in held.items()]
         self._results = tuple(results)
         self._numbers: dict[int, Values] = {}
         self._variables: list[tuple[int, int]] = []
         self._steps: list[tuple[int, Callable[..., Any], tuple[int, ...]]] = []
-        for i, (name, takes, value) in self.plan:
+        for i in needed:
+            name, takes, value = tape.operations[i]
             if name == "number":
                 self._numbers[i] = value
             elif name == "variable":
                 self._variables.append((i, int(value)))
             else:
                 self._steps.append((i, FUNCTIONS[name], takes))
+        self._free = [step for step in self._steps if step[0] not in held]
 
     def run(self, t: Values, state: Sequence[Values] = ()) -> list[Values]:
         """Return the results, of instants and states alike in shape; no number where none is."""
         values = self._numbers.copy()
         for i, which in self._variables:
             values[i] = t if which == TIME else state[which]
+        steps = self._steps
+        if self._held and len(state) > self._held[0][1]:
+            values.update((i, state[which]) for i, which in self._held)
+            steps = self._free
         with np.errstate(all="ignore"):
-            for i, function, takes in self._steps:
+            for i, function, takes in steps:
                 values[i] = function(*map(values.__getitem__, takes))
         return [values[i] for i in self._results]
 

@@ -39,6 +39,15 @@ def highest(
     return np.asarray(np.where(best == middle, vertex, at[rows, best]))
 
 
+def chebyshev_sum(coefficients: list[float], part: float) -> float:
+    """Sum of Chebyshev's polynomials at a part of the step (Clenshaw): faster, of one place."""
+    x = 4 * part - 2
+    one = two = 0.0
+    for c in reversed(coefficients[1:]):
+        one, two = c + x * one - two, one
+    return coefficients[0] + 0.5 * x * one - two
+
+
 class StepPolynomial:
     """The polynomial through values and slopes at `nodes` (n,), parts of a step, 0 and 1 included.
 

@@ -17,6 +17,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     Side,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.kinks import KinkWatch
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
@@ -71,6 +72,7 @@ class EventFinder:
         self.touches = [contact.touch(x, v) for contact in model.contacts]
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
+        self.kinks = KinkWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
         self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
@@ -91,6 +93,8 @@ class EventFinder:
         found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step)]
         if (touched := self.walls.first(step, end)) is not None:
             found.append(Event(touched[0], WallChange(touched[1]), bends=True))
+        if (kink := self.kinks.first(step)) is not None:
+            found.append(kink)
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
             found.append(Event(time, TurnsMade()))

@@ -144,12 +144,16 @@ def _sensor(
     return _Linear(found[1] * np.eye(len(layout.links))[found[0]], 0.0, sense.is_speed)
 
 
-class _Size:
-    """A torque, or a component of a force, by time and what it senses."""
+class LoadSize:
+    """A torque, or a component of a force, by time and what it senses.
+
+    Its formula is held on these `sides` of its kinks, once they are told.
+    """
 
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, size: Size) -> None:
         self._applied = size.value
         self._senses = [_sensor(layout, kinematics, sense) for sense in size.senses]
+        self.sides: list[float] = []
 
     def value(self, now: Now) -> FloatArray:
         """Sizes (n,), N m or N; ArithmeticError where there is none."""
@@ -161,13 +165,19 @@ class _Size:
         return self._applied if isinstance(self._applied, Formula) else None
 
     def sensed(self, now: Now) -> list[FloatArray]:
-        """What it senses (n,), in order."""
-        return [sense.value(now) for sense in self._senses]
+        """What it senses (n,), in order, and the sides (n,) of its kinks."""
+        found = [sense.value(now) for sense in self._senses]
+        return found + [np.full(now.t.shape, side) for side in self.sides]
+
+    def switches(self, now: Now) -> FloatArray:
+        """Values (kinks, n) that are zero at its kinks."""
+        assert self.formula is not None
+        return self.formula.expression.switches(now.t + self.formula.clock, self.sensed(now))
 
     def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
         """Derivatives (links,) by coordinates and by speeds, at one instant."""
         by_place, by_speed = np.zeros((2, now.x.shape[1]))
-        seen = [float(sense.value(now)[0]) for sense in self._senses]
+        seen = [float(one[0]) for one in self.sensed(now)]
         slopes = self._applied.slopes(float(now.t[0]), seen) if seen else []
         for sense, slope in zip(self._senses, slopes, strict=True):
             place, speed = sense.slopes(now)
@@ -181,12 +191,13 @@ class _Torque:
 
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, motor: TorqueMotor) -> None:
         self._row = layout.turning_row(motor.first, motor.second)
-        self._size = _Size(layout, kinematics, motor.size)
+        self._size = LoadSize(layout, kinematics, motor.size)
+        self.sizes = [self._size]
 
     def push(self, now: Now) -> FloatArray:
         return self._size.value(now)[:, None] * self._row
 
-    def units(self, now: Now) -> list[tuple[_Size, FloatArray]]:
+    def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
         """Size, and what a unit of it is on the coordinates (n, links)."""
         return [(self._size, np.broadcast_to(self._row, now.x.shape))]
 
@@ -206,7 +217,7 @@ class _Force:
         self._axes, self._turn = frame.link, complex(np.exp(1j * frame.angle))
         self._turned_by = np.zeros(len(layout.links))
         self._turned_by[layout.hinges(force.axes)] = 1.0
-        self._sizes = [_Size(layout, kinematics, size) for size in force.sizes]
+        self.sizes = [LoadSize(layout, kinematics, size) for size in force.sizes]
 
     def _direction(self, now: Now) -> ComplexArray:
         """Where the x-axis of the force's axes points (n,)."""
@@ -218,20 +229,20 @@ class _Force:
         return np.asarray(self._kinematics.moves(now.places, self._points.links, points)[:, 0])
 
     def _force(self, now: Now) -> ComplexArray:
-        x, y = (size.value(now) for size in self._sizes)
+        x, y = (size.value(now) for size in self.sizes)
         return np.asarray(self._direction(now) * (x + 1j * y))
 
-    def units(self, now: Now) -> list[tuple[_Size, FloatArray]]:
+    def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
         """Sizes, and what a unit of each is on the coordinates (n, links)."""
         along = np.conj(self._direction(now))[:, None] * self._moved(now)
-        return list(zip(self._sizes, (along.real, along.imag), strict=True))
+        return list(zip(self.sizes, (along.real, along.imag), strict=True))
 
     def push(self, now: Now) -> FloatArray:
         return np.asarray((np.conj(self._force(now))[:, None] * self._moved(now)).real)
 
     def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
         (x_by_place, x_by_speed), (y_by_place, y_by_speed) = (
-            size.slopes(now) for size in self._sizes
+            size.slopes(now) for size in self.sizes
         )
         direction, moved = self._direction(now)[0], self._moved(now)[0]
         force = complex(self._force(now)[0])
@@ -267,6 +278,8 @@ class Loads:
         ]
         self.any = bool(self._all)
         self.by_formula = [size for size in sizes if isinstance(size.value, Formula)]
+        every = [size for load in self._all for size in load.sizes]
+        self.bent = [one for one in every if one.formula and one.formula.expression.kinks]
         self.stiff = bool(mechanism.forces) or any(size.senses for size in sizes)
 
     def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:

@@ -33,6 +33,7 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
 )
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.instability import Instability
+from exudyn_flexlink.engines.exudyn.minimal.kinks import KinkPassed
 from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
@@ -121,6 +122,7 @@ class MinimalProblem:
         self._settle()
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
+        self._finder.kinks.take_sides(time, q, v)
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
@@ -244,6 +246,8 @@ class MinimalProblem:
         """
         if isinstance(event.what, WallChange):
             return self._finder.walls.late(event.what.pair, self._end_of(step), step.end)
+        if isinstance(event.what, KinkPassed):
+            return self._finder.kinks.late(event.what, self._end_of(step), step.end)
         if event.leaps or not isinstance(event.what, ContactChange):
             return 0.0
         end = self._end_of(step)
@@ -284,6 +288,8 @@ class MinimalProblem:
             elif not point.next_piece(way, event.time):
                 self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
+        elif isinstance(event.what, KinkPassed):
+            self._finder.kinks.cross(event.what)
         elif isinstance(event.what, WallChange):
             longest = self._change_walls(event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
@@ -293,9 +299,7 @@ class MinimalProblem:
             if k in self.model.rigid.all:
                 self._change_rigid(event.time, k)
                 return longest
-            self._change_contact(event.time, k, self._finder.touches[k])
-            if self.model.contacts[k].acts:
-                longest = IN_CONTACT * self.half_periods[k]
+            longest = self._change_contact(event.time, k, self._finder.touches[k])
         return longest
 
     def _change_rigid(self, time: float, k: int) -> None:
@@ -312,7 +316,8 @@ class MinimalProblem:
         for contact in self.model.rigid.all.values():  # one impact may begin or end others
             contact.follow(self._finder.x)
 
-    def _change_contact(self, time: float, k: int, touch: Touch) -> None:
+    def _change_contact(self, time: float, k: int, touch: Touch) -> float:
+        """Let a contact begin or end; as `cross`."""
         contact = self.model.contacts[k]
         if not contact.acts:
             if not contact.passes_line(touch):
@@ -324,6 +329,7 @@ class MinimalProblem:
             self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
             self.scattering.release(time, k)
         contact.follow(self._finder.x)
+        return IN_CONTACT * self.half_periods[k] if contact.acts else inf
 
     def _change_walls(self, time: float, there: int | None = None) -> float:
         """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""

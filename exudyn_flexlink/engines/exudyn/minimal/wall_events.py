@@ -20,7 +20,7 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import EVENT_TIME, first_fall
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.turning import StepPolynomial
+from exudyn_flexlink.integrate.turning import StepPolynomial, chebyshev_sum
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
 EXACT = 1e-12
@@ -172,23 +172,14 @@ class _Event:
 
     def value(self, part: float) -> float:
         """Its value (m) and `EXACT`: as little below zero as an event may leave it is nothing."""
-        place = _value(self._place, part)
+        place = chebyshev_sum(self._place, part)
         beyond = max(-place, place - self._length)
-        return self._way * max(_value(self._gap, part), beyond) + EXACT
+        return self._way * max(chebyshev_sum(self._gap, part), beyond) + EXACT
 
     def rate(self, part: float) -> float:
         """Its slope (m per step), which changes its sign where gap and end of the face swap."""
-        place = _value(self._place, part)
-        if _value(self._gap, part) >= max(-place, place - self._length):
-            return self._way * _value(self._gap_rate, part)
-        slip = _value(self._slip, part)
+        place = chebyshev_sum(self._place, part)
+        if chebyshev_sum(self._gap, part) >= max(-place, place - self._length):
+            return self._way * chebyshev_sum(self._gap_rate, part)
+        slip = chebyshev_sum(self._slip, part)
         return self._way * (slip if place - self._length > -place else -slip)
-
-
-def _value(coefficients: list[float], part: float) -> float:
-    """Sum of Chebyshev's polynomials at a part of the step (Clenshaw)."""
-    x = 4 * part - 2
-    one = two = 0.0
-    for c in reversed(coefficients[1:]):
-        one, two = c + x * one - two, one
-    return coefficients[0] + 0.5 * x * one - two
