@@ -59,7 +59,10 @@ class LagrangianProblem:
         if isinstance(event.what, Pair):
             self.system.touch(event.time, self.state, event.what.pair)
             return inf
-        self.recorder.keep_last(float(np.nextafter(event.time, 0.0)), self.state)
+        k, off_an_end = divmod(event.what - 3, 3)
+        contacts = self.system.contacts
+        if 0 <= k < len(contacts) and (off_an_end or contacts[k].rigid):  # its force jumps
+            self.recorder.keep_last(float(np.nextafter(event.time, 0.0)), self.state)
         self.state = self.system.cross(event.time, np.array(self.state), event.what)
         self.system.track.settle()
         self.recorder.after(event.time, self.state, True)

@@ -45,7 +45,7 @@ SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is clo
 INVISIBLE_SPEED = 1e-4
 # Of the sizes of the parts that a gap's acceleration sums up: below this, treated as zero.
 NO_ACCELERATION = 1e-9
-# Of an impact's largest impulse, and of what it moves of its own gap: less is not passed on.
+# Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
 NOTHING_PASSED_ON = 1e-6
 NOTHING_KNOWN: Mapping[int, float] = {}
 
@@ -147,7 +147,8 @@ class Impacts:
             jump = jump_of(at, gaps, restitution)
             self._jump(time, jump, which, over)
             hit = np.flatnonzero(jump.impulse > NOTHING_PASSED_ON * jump.impulse.max())
-            if restitution[hit].any() and _coupled(mobility(gaps, at.mass)[1][np.ix_(hit, hit)]):
+            moved = np.abs(mobility(gaps, at.mass)[1][np.ix_(hit, hit)])
+            if restitution[hit].any() and np.triu(moved, 1).max() > NOTHING_PASSED_ON * moved.max():
                 self.together.append((time, [self._bounces[which[c]].name for c in hit]))
         # The next bounce of one that was struck as it went away is lower than gaps are known to.
         slow = {k: INVISIBLE_SPEED if k == struck else REST_SPEED for k in which}
@@ -246,12 +247,6 @@ class Impacts:
         moment = SAME_INSTANT * instant(time, EVENT_TIME)
         at, gaps = self._look(time, which, moment)
         return np.asarray(gaps.free @ at.accelerations + gaps.bend)
-
-
-def _coupled(moved: FloatArray) -> bool:
-    """Tell whether an impulse in one contact moves the gap (c, c) of another."""
-    each = np.sqrt(np.diag(moved))
-    return bool((np.abs(np.triu(moved, 1)) > NOTHING_PASSED_ON * np.outer(each, each)).any())
 
 
 def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:
