@@ -244,9 +244,10 @@ def test_strike_keeps_its_energy_in_the_books(struck):
 
 def test_velocity_of_the_end_is_the_rate_of_its_position(struck):
     s, v = where(struck, "link.end"), velocity(struck, "link.end")
-    step = np.diff(struck.time)[:, None]
-    mean = np.diff(s, axis=0) / step
-    np.testing.assert_allclose(mean, (v[1:] + v[:-1]) / 2, atol=0.02)
+    step = np.diff(struck.time)
+    apart = step > 1e-12  # samples stand on both sides of a jump
+    mean = np.diff(s, axis=0)[apart] / step[apart, None]
+    np.testing.assert_allclose(mean, ((v[1:] + v[:-1]) / 2)[apart], atol=0.02)
 
 
 # Nothing drives it: guide and link swing about O onto a lever with the same pivot.

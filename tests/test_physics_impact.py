@@ -113,6 +113,7 @@ def test_hammer_bounces_elastically_without_losing_energy(steps_per_contact):
 def test_bouncing_ball_comes_to_rest_after_the_published_times():
     """h0 = 1 m, e = 0.9: first impact at 0.451524 s, the n-th later by the geometric series."""
     text = HAMMER.replace("centre_of_mass: [1, 0]", "centre_of_mass: [1000, 0]")
+    text = text.replace("inertia: 1.0e-9", "inertia: 0")
     text = text.replace("tip: [1, 0]", "tip: [1000, 0]").replace("at: [0.8, 0]", "at: [999.8, 0]")
     text = text.replace("initial: {angles: {hammer: 0.2}, speeds: {hammer: -2}}",
                         "gravity: [0, -9.81]\ninitial: {angles: {hammer: 1.0e-3}}")  # fmt: skip
