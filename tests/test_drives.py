@@ -5,7 +5,7 @@ from math import pi, radians
 
 import numpy as np
 import pytest
-from test_physics_tools import angle, run, scene, speed, where
+from test_physics_tools import MODELS, angle, run, scene, speed, where
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -184,6 +184,71 @@ def test_a_torque_that_senses_a_point_is_a_spring_to_it():
     stored = J * speed(one, "bob") ** 2 / 2 + 30 * y**2 / 2
     np.testing.assert_allclose(stored, stored[0], atol=1e-7)
     assert abs(angle(one, "bob")[-1] - angle(other, "bob")[-1]) < 1e-8
+
+
+PUSHES = "a: {type: torque, joint: pivot, value: 28}, " \
+         "b: {type: torque, joint: pivot, value: '-2*speed(pivot)'}"  # fmt: skip
+
+
+@BOTH
+def test_torques_at_one_joint_add_beside_a_spring(settings, off):
+    """J w'' + d w' + k (w - w0) = 28 - 2 w': of the damped oscillator with both dampers in it."""
+    spring = "springs: {s: {type: torsional, joint: pivot, stiffness: 40, damping: 1}}\n"
+    result = run(f"{BOB}{spring}drives: {{{PUSHES}}}\n", *settings)
+    decay, t = 3 / (2 * J), result.time
+    swing = np.sqrt(40 / J - decay**2)
+    turned = 0.7 * (
+        1 - np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
+    )
+    np.testing.assert_allclose(angle(result, "bob"), turned, atol=off)
+    np.testing.assert_allclose(result.drive_torques["a"], 28, atol=1e-12)
+    np.testing.assert_allclose(
+        result.drive_torques["b"], -2 * speed(result, "bob"), atol=1e-12 if not settings else 1e-3
+    )
+
+
+@BOTH
+@pytest.mark.parametrize("first", [True, False])
+def test_a_motor_takes_what_torques_beside_it_leave(settings, off, first):
+    """J theta'' + m g a cos(theta) is the sum of all, and each supplies its own work."""
+    motor = "m: {type: motion, joint: pivot, value: 0.3 + 0.4*sin(4*t)}"
+    drives = f"{motor}, {PUSHES}" if first else f"{PUSHES}, {motor}"
+    result = run(f"{HANGING}drives: {{{drives}}}\n", *settings)
+    t, turned, rate = (
+        result.time,
+        0.3 + 0.4 * np.sin(4 * result.time),
+        1.6 * np.cos(4 * result.time),
+    )
+    np.testing.assert_allclose(angle(result, "bob"), turned, atol=off)
+    total = -J * 6.4 * np.sin(4 * t) + MASS * G * ARM * np.cos(turned)
+    torques = result.drive_torques
+    allowed = 1e-11 if not settings else 3e-2
+    np.testing.assert_allclose(torques["m"], total - 28 + 2 * rate, atol=allowed)
+    gained = J * (rate**2 - 1.6**2) / 2 + MASS * G * ARM * (np.sin(turned) - np.sin(0.3))
+    np.testing.assert_allclose(result.energy.supplied, gained, atol=allowed)
+
+
+def test_a_torque_beside_a_motor_of_a_loop():
+    """A parallelogram, driven at the rocker: what the torque adds the motor need not give."""
+    drives = "m: {type: motion, joint: out, value: 1 + 0.5*sin(3*t)}, " \
+             "help: {type: torque, joint: out, value: 2*cos(t)}"  # fmt: skip
+    guesses = "initial: {guesses: {crank: 1.1, coupler: 0.1, rocker: 0.9}}\n"
+    result = run(f"{FOUR_BAR}{guesses}drives: {{{drives}}}\n")
+    total = -(2 * 0.1 + 1.0) * 4.5 * np.sin(3 * result.time)
+    left = total - 2 * np.cos(result.time)
+    np.testing.assert_allclose(result.drive_torques["m"], left, atol=1e-6)
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_torques_beside_a_speed_take_load_off_the_motor_of_the_guide(engine):
+    short = "run={duration: 5 ms}"
+    drives = [f"drives.{n}={{type: torque, joint: crank, value: {x}}}" for n, x in ("a1", "b2")]
+    bare, helped = (
+        simulate(load_scene(MODELS / "no_clearance.yaml", [short, *more]), engine, measure=False)
+        for more in ([], drives)
+    )
+    found = helped.drive_torques["motor"]
+    np.testing.assert_allclose(found, bare.drive_torques["motor"] - 3, atol=1e-9)
 
 
 # --- forces ---------------------------------------------------------------------------------

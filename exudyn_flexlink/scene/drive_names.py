@@ -28,8 +28,11 @@ _DIMENSIONS = {
 
 
 def drives(look: Lookup) -> Iterator[Mistake]:
-    """Refuse joints and points in drives that are none, and joints that are driven twice."""
-    driven: dict[str, str] = {}
+    """Refuse joints and points in drives that are none, and a motion prescribed twice.
+
+    Torques at one joint add up, also where a drive prescribes its motion: that drive takes the rest.
+    """
+    prescribed: dict[str, str] = {}
     for name, drive in valid(look.parts.drives):
         path: KeyPath = ("drives", name)
         yield from _expressions(look, path, drive)
@@ -38,10 +41,12 @@ def drives(look: Lookup) -> Iterator[Mistake]:
             yield from _axes(look, path, drive)
             continue
         yield from _joint(look, path, drive)
-        if drive.joint in driven:
-            message = f"the joint '{drive.joint}' is already driven by '{driven[drive.joint]}'"
-            yield Mistake((*path, "joint"), message)
-        driven.setdefault(drive.joint, name)
+        if isinstance(drive, TorqueDrive):
+            continue
+        first = prescribed.setdefault(drive.joint, name)
+        if first != name:
+            message = f"the motion of '{drive.joint}' is already prescribed by '{first}'"
+            yield Mistake((*path, "joint"), message, "one drive of type speed or motion a joint")
 
 
 def _joint(

@@ -191,7 +191,7 @@ class MotionDrive(Part):
 
 
 class TorqueDrive(_Ramped):
-    """Applies a torque at a revolute joint: on its second body, back on its first."""
+    """Applies a torque at a revolute joint: on its second body, back on its first. Several add."""
 
     type: Literal["torque"] = "torque"
     joint: Name = Field(description="name of a revolute joint")
