@@ -10,7 +10,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.assembly import Assembly, without_play
 from exudyn_flexlink.mechanism.closing import CannotAssembleError, shuffled, straight_positions
 from exudyn_flexlink.mechanism.laying_out import Start
-from exudyn_flexlink.mechanism.mobility import DEPENDENT, null_space, rigid_jacobian
+from exudyn_flexlink.mechanism.mobility import DEPENDENT, free_motions
 
 STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
 SAME = 1e-6  # rad: by so little or less the angles of one way differ
@@ -60,13 +60,13 @@ def _independent(assembly: Assembly) -> list[tuple[int, int]]:
     """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
     # What a drive moves is free here, and then held where it stands.
     without = replace(without_play(assembly.mechanism, set()), speed_motors=())
-    motions = null_space(rigid_jacobian(without, assembly.state))  # (3 bodies, freedoms)
     found = []
-    for axis in (2, 0, 1):
-        for body in range(len(without.bodies)):
-            left = motions[3 * body + axis]
-            size = float(np.linalg.norm(left))
-            if size > DEPENDENT:
-                found.append((body, axis))
-                motions = motions - np.outer(motions @ left, left) / size**2
+    for bodies, motions in free_motions(without, assembly.state):
+        for axis in (2, 0, 1):
+            for k, body in enumerate(bodies.tolist()):
+                left = motions[3 * k + axis]
+                size = float(np.linalg.norm(left))
+                if size > DEPENDENT:
+                    found.append((body, axis))
+                    motions = motions - np.outer(motions @ left, left) / size**2
     return found

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.assembly import Assembly, State
 from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.parts import GROUND
 
 DEPENDENT = 1e-9  # of a motion's size: less than this of a coordinate is rounding
 
@@ -18,27 +21,45 @@ def moved_by_forces(assembly: Assembly) -> list[str]:
     A flexible body counts as straight here: that it bends is no motion of the others.
     """
     mechanism = assembly.mechanism
-    rows = rigid_jacobian(mechanism, assembly.state)
-    sizes = np.linalg.norm(null_space(rows).reshape(len(mechanism.bodies), -1), axis=1)
-    return [body for body, size in zip(mechanism.bodies, sizes, strict=True) if size > DEPENDENT]
+    names, moved = list(mechanism.bodies), set[int]()
+    for bodies, motions in free_motions(mechanism, assembly.state):
+        sizes = np.linalg.norm(motions.reshape(len(bodies), -1), axis=1)
+        moved |= set(bodies[sizes > DEPENDENT].tolist())
+    return [name for body, name in enumerate(names) if body in moved]
 
 
-def rigid_jacobian(mechanism: Mechanism, state: State) -> FloatArray:
-    """Jacobian of joints and drives (rows, 3 bodies); bodies move as one with their first part."""
-    firsts = [parts[0] for parts in mechanism.bodies.values()]
+def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArray, FloatArray]]:
+    """Give bodies (n,) that joints and drives connect, with all motions (3 n, freedoms) they allow.
+
+    Bodies move as one with their first part. Those that nothing connects are solved apart, so that
+    the work grows with the cube of a group, not of the mechanism.
+    """
+    # Only who asks what can move waits for SciPy.
+    from scipy.sparse import coo_array  # noqa: PLC0415
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+    firsts = np.array([parts[0] for parts in mechanism.bodies.values()], dtype=int)
+    body_of = np.repeat(np.arange(len(firsts)), [len(p) for p in mechanism.bodies.values()])
     joints = constraint_rows(mechanism, state.q, state.places)
-    rows = np.zeros((len(joints), 3 * len(firsts)))
-    for body, parts in enumerate(mechanism.bodies.values()):
-        for part in parts:
-            arm = state.q[part, :2] - state.q[firsts[body], :2]
-            carried = np.array([[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]], [0.0, 0.0, 1.0]])
-            for side in (0, 1):
-                own = joints.parts[:, side] == part
-                rows[own, 3 * body : 3 * body + 3] += joints.slopes[own, side] @ carried
-    return rows
+    carried = np.tile(np.eye(3), (len(body_of), 1, 1))
+    arms = state.q[:, :2] - state.q[firsts[body_of], :2]
+    carried[:, 0, 2], carried[:, 1, 2] = -arms[:, 1], arms[:, 0]
+    moving = joints.parts != GROUND
+    slopes = np.where(moving[:, :, None], joints.slopes, 0.0)[:, :, None] @ carried[joints.parts]
+    ends = np.where(moving, body_of[joints.parts], body_of[joints.parts[:, ::-1]])
+    links = coo_array((np.ones(len(ends)), ends.T), shape=(len(firsts), len(firsts)))
+    count, group_of = connected_components(links, directed=False)
+    by_group = np.argsort(group_of, kind="stable")
+    for bodies in np.split(by_group, np.cumsum(np.bincount(group_of, minlength=count))[:-1]):
+        own = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
+        rows = np.zeros((len(own), len(bodies), 3))
+        for side in (0, 1):
+            np.add.at(rows, (np.arange(len(own)), np.searchsorted(bodies, ends[own, side])),
+                      slopes[own, side, 0])  # fmt: skip
+        yield bodies, _null_space(rows.reshape(len(own), 3 * len(bodies)))
 
 
-def null_space(rows: FloatArray) -> FloatArray:
+def _null_space(rows: FloatArray) -> FloatArray:
     """Motions (coordinates, freedoms) that all rows allow, perpendicular and of length 1."""
     _, sizes, directions = np.linalg.svd(rows)
     rank = int((sizes > DEPENDENT * sizes.max(initial=0.0)).sum())

@@ -30,7 +30,7 @@ _DIMENSIONS = {
 def drives(look: Lookup) -> Iterator[Mistake]:
     """Refuse joints and points in drives that are none, and a motion prescribed twice.
 
-    Torques at one joint add up, also where a drive prescribes its motion: that drive takes the rest.
+    Torques at one joint add up, also where a drive prescribes its motion: that gives the rest.
     """
     prescribed: dict[str, str] = {}
     for name, drive in valid(look.parts.drives):
