@@ -18,8 +18,7 @@ from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, interrupts
 from exudyn_flexlink.cli.ending import ended_by_signals
-from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
-from exudyn_flexlink.storage.leftovers import Owned, remove_leftovers
+from exudyn_flexlink.storage import StorageError, load, staged_folder
 
 ROOT = Path(__file__).parents[1]
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
@@ -236,97 +235,6 @@ def test_a_terminal_that_is_closed_costs_nothing(piped, tmp_path):
     assert names() == ["o"]
 
 
-# --- killed: what it leaves behind --------------------------------------------------------------
-
-HOLDS = """
-import sys, time
-from pathlib import Path
-from exudyn_flexlink.storage import staged_folder
-with staged_folder(Path(sys.argv[1])) as folder:
-    (folder / 'half').write_text('half')
-    print(folder.name, flush=True)
-    time.sleep(600)
-"""
-
-
-def holding(place: str) -> "subprocess.Popen[str]":
-    """A process that writes a run into a place, and is not soon done."""
-    return subprocess.Popen(
-        [sys.executable, "-c", HOLDS, place],
-        stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-
-
-@posix
-def test_only_what_a_killed_process_left_is_removed():
-    with holding("runs/a") as killed, holding("runs/b") as alive:
-        left, own = killed.stdout.readline().strip(), alive.stdout.readline().strip()
-        killed.kill()
-        killed.wait()
-        assert names("runs") == sorted([left, own])
-        with staged_folder(Path("runs/c")) as folder:
-            storage.save(results.pendulum(), folder)
-            assert names("runs") == sorted([own, folder.name])
-        assert names("runs") == sorted([own, "c"])
-        with staged_files(Path("runs")):
-            pass
-        assert names(f"runs/{own}") == ["half"]
-        alive.kill()
-    with staged_files(Path("runs")):
-        pass
-    assert names("runs") == ["c"]
-
-
-@posix
-def test_folders_that_are_not_this_hosts_leftovers_stay():
-    own = Owned(Path())
-    digits = own.path.name[-12:]
-    host = own.path.name[: -len(digits)]
-    others = [f".flexlink-elsewhere-{digits}", f"{host}mine", f"{own.path.name}-old0", "runs"]
-    for name in others:
-        Path(name).mkdir()
-    Path("target").mkdir()
-    Path(f"{host}{'0' * 12}").symlink_to("target")
-    Path(f"{host}{'1' * 12}").write_text("a file", encoding="utf-8")
-    before = names()
-    remove_leftovers(Path())
-    assert names() == before
-    own.release()
-    remove_leftovers(Path())
-    assert set(before) - set(names()) == {own.path.name}
-
-
-@posix
-def test_a_folder_taken_for_a_leftover_as_it_is_made_is_made_again(monkeypatch):
-    import fcntl  # noqa: PLC0415
-
-    lock, taken = fcntl.flock, []
-
-    def late(descriptor, how):
-        if not taken:  # before it is locked
-            taken.extend(names())
-            Path(taken[0]).rmdir()
-        lock(descriptor, how)
-
-    monkeypatch.setattr(fcntl, "flock", late)
-    own = Owned(Path())
-    assert taken != names() == [own.path.name]
-    own.release()
-
-
-@posix
-def test_where_folders_can_not_be_locked_leftovers_stay(monkeypatch):
-    import fcntl  # noqa: PLC0415
-
-    def refused(*_):
-        raise OSError(37, "No locks available")
-
-    monkeypatch.setattr(fcntl, "flock", refused)
-    own = Owned(Path())
-    remove_leftovers(Path())
-    assert names() == [own.path.name]
-
-
 # --- a place that is lost while the run goes on -------------------------------------------------
 
 
@@ -348,18 +256,18 @@ def test_a_run_whose_place_can_not_be_replaced_any_more_is_kept_beside_it():
 
 
 def test_a_run_that_may_not_replace_another_users_is_kept_beside_it(monkeypatch, capsys):
-    """Where a folder is sticky, only the owner may rename its files: known when it is tried."""
+    """Where a folder is sticky, only the owner may replace its files: known when it is tried."""
     results.put(results.pendulum(), "o")
     whole = replace(rigid_link(samples=99), warnings=())
     monkeypatch.setattr(engines, "simulate", lambda *_, **__: whole)
-    rename = os.rename
+    move = os.replace
 
     def refuse(source, target):
-        if Path(source) == Path("o/summary.json").resolve():
+        if Path(target) == Path("o/result.nc").resolve():
             raise PermissionError(1, "Operation not permitted")
-        return rename(source, target)
+        return move(source, target)
 
-    monkeypatch.setattr(os, "rename", refuse)
+    monkeypatch.setattr(os, "replace", refuse)
     assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o"]) == 2
     place = Path("o").resolve()
     assert capsys.readouterr().err == (

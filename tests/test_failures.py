@@ -319,21 +319,3 @@ def test_two_runs_into_one_folder_at_once_the_last_stays():
         assert load(Path("o")).scene.title == rigid_link().scene.title
     assert load(Path("o")).scene.title == "pendulum"
     assert files(".") == ["o"]
-
-
-def test_a_folder_that_is_put_there_in_the_very_moment(monkeypatch):
-    """The other run's folder appears when it was just seen that there is none."""
-    results.put(results.pendulum(), "other")
-    rename, put = os.rename, []
-
-    def late(source, target):
-        if Path(target).name == "o" and not put:
-            put.append(True)
-            rename("other", "o")
-        return rename(source, target)
-
-    monkeypatch.setattr(os, "rename", late)
-    with staged_folder(Path("o")) as folder:
-        storage.save(rigid_link(), folder)
-    assert load(Path("o")).scene.title == rigid_link().scene.title
-    assert files(".") == ["o"]

@@ -1,5 +1,6 @@
 """The file of a run's arrays, as a stranger opens it: names, units, dimensions, inf."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import get_args
@@ -40,6 +41,8 @@ def test_the_file_is_the_dataset_of_python(made, tmp_path):
     result = MADE[made]()
     save(result, tmp_path)
     seen, own = opened(tmp_path), own_result(result).to_xarray()
+    assert len(seen.attrs.pop("sha256")) == 64
+    assert json.loads(seen.attrs.pop("run"))["engine"] == result.engine
     assert seen.attrs.pop("dimensions_of_length_0", "[]") == (
         '["sleeves.sleeve.touches"]' if made == "nothing touches"
         else '["extremes.strike.penetration_m"]' if made == "rigid link" else "[]"

@@ -1,9 +1,9 @@
-"""A run that takes the place of another is there whole or not at all, whatever comes in between."""
+"""A run that takes the place of another and is killed: the folder holds the one or the other."""
 
 import os
+import shutil
 import signal
 from pathlib import Path
-from threading import Thread
 
 import pytest
 import results
@@ -13,109 +13,114 @@ from results import rigid_link
 from exudyn_flexlink import storage
 from exudyn_flexlink.storage import KeptBesideError, load, own_files, staged_folder
 
+NEW = {"manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
+PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
+
 
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-class KilledError(BaseException):
-    """Nothing that follows is done."""
+def replaced_but_killed(calls):
+    """Replace the run in 'o' in a process that is killed as it makes the file system's next call.
 
+    Returns whether it was killed: it may need fewer calls.
+    """
+    child = os.fork()
+    if child == 0:
+        made = []
 
-RENAMES = 10  # of the folder, of 5 old files, of 4 new ones
+        def counted(function):
+            def call(*arguments, **more):
+                if len(made) == calls:
+                    os.kill(os.getpid(), signal.SIGKILL)
+                made.append(function)
+                return function(*arguments, **more)
 
+            return call
 
-@pytest.mark.parametrize("move", range(RENAMES))
-def test_what_a_killed_process_began_is_finished_by_whoever_opens_the_folder(move, monkeypatch):
-    results.put(rigid_link(samples=201), "o")
-    mine("o/data/measured.csv")
-    before = tree("o")
-    rename, made = os.rename, []
-
-    def killed(source, target):
-        if len(made) >= move:
-            raise KilledError
-        made.append(target)
-        rename(source, target)
-
-    def write(patch):
         with staged_folder(Path("o")) as folder:
             storage.save(results.pendulum(), folder)
-            patch.setattr(os, "rename", killed)
-
-    with monkeypatch.context() as patch, pytest.raises(KilledError):
-        write(patch)
-    title = load(Path("o")).scene.title
-    if move == 0:
-        assert title == rigid_link(samples=2).scene.title
-        assert {k: v for k, v in tree("o").items() if not k.startswith(".")} == before
-    else:
-        assert title == "pendulum"
-        assert set(tree("o")) == {
-            "data/measured.csv", "manifest.json", "result.nc", "summary.json",
-            "trajectory_rod.end.csv",
-        }  # fmt: skip
-    results.put(rigid_link(samples=201), "o")
-    assert set(tree("o")) == set(before)
+            os.replace, shutil.copyfile = counted(os.replace), counted(shutil.copyfile)
+            Path.unlink, Path.rmdir = counted(Path.unlink), counted(Path.rmdir)
+        os._exit(0)
+    return os.waitpid(child, 0)[1] == signal.SIGKILL
 
 
-@pytest.mark.parametrize("move", range(RENAMES))
-def test_a_move_that_fails_undoes_the_others(move, monkeypatch):
-    results.put(rigid_link(samples=201), "o")
+@posix
+def test_a_process_that_is_killed_leaves_the_old_run_or_the_new_one():
+    """Killed before each of its calls in turn; tables of the one never stand beside the other."""
+    results.put(rigid_link(samples=51), "old")
+    mine("old/data/measured.csv", "old/notes.txt")
+    old, titles = tree("old"), []
+    for calls in range(100):
+        shutil.copytree("old", "o")
+        killed = replaced_but_killed(calls)
+        run = load(Path("o"))
+        titles.append(run.scene.title)
+        assert run.outcome.completed
+        there = {name: content for name, content in tree("o").items() if ".flexlink" not in name}
+        if run.scene.title == "pendulum":
+            assert not set(there) & set(PRINTED[1:])
+            assert there.get("summary.json") != old["summary.json"]
+        else:
+            assert all(there[name] == old[name] for name in PRINTED if name in there)
+            assert "trajectory_rod.end.csv" not in there
+        assert there["data/measured.csv"] == there["notes.txt"] == b"mine"
+        results.put(results.pendulum(), "o")  # the next run is not blocked
+        assert set(tree("o")) == NEW | {"data/measured.csv", "notes.txt"}
+        shutil.rmtree("o")
+        if not killed:
+            break
+    assert 10 < calls < 99
+    assert set(titles) == {"pendulum", rigid_link(samples=2).scene.title}
+
+
+def test_a_move_that_fails_leaves_one_of_both_and_keeps_the_new_one_beside(monkeypatch):
+    results.put(rigid_link(samples=51), "o")
     mine("o/data/measured.csv")
-    before = tree("o")
-    rename, made = os.rename, []
+    replace = os.replace
 
     def refused(source, target):
-        made.append(target)
-        if len(made) == move + 1:
+        if Path(target).parent.name == "o" and Path(target).name != "manifest.json":
             raise PermissionError(1, "Operation not permitted")
-        rename(source, target)
+        replace(source, target)
 
     def write():
         with staged_folder(Path("o")) as folder:
             storage.save(results.pendulum(), folder)
-            monkeypatch.setattr(os, "rename", refused)
+            monkeypatch.setattr(os, "replace", refused)
 
     with pytest.raises(KeptBesideError, match="What was computed is in"):
         write()
-    assert tree("o") == before
+    assert load(Path("o")).scene.title == rigid_link(samples=2).scene.title
     assert load(Path("o-2")).scene.title == "pendulum"
+    monkeypatch.undo()
 
 
 def test_ctrl_c_while_a_run_is_put_in_its_place_is_told_and_costs_nothing(
     ends, monkeypatch, capsys
 ):
     assert simulate() == 0
-    rename = os.rename
+    replace = os.replace
 
     def pressed(source, target):
         signal.raise_signal(signal.SIGINT)
-        rename(source, target)
+        replace(source, target)
 
-    monkeypatch.setattr(os, "rename", pressed)
+    monkeypatch.setattr(os, "replace", pressed)
     assert simulate() == 130
     assert capsys.readouterr().err == "interrupted: the run is whole, in o/\n"
     assert load(Path("o")).outcome.completed
 
 
-@posix
-def test_many_runs_that_end_at_once_leave_one_whole():
-    many = [results.pendulum(), rigid_link(samples=51)] * 4
-
-    def write(result):
-        for _ in range(5):
-            results.put(result, "o")
-
+def test_runs_that_end_in_one_folder_one_after_the_other_leave_the_last():
     mine("o/data/measured.csv")
     with staged_folder(Path("o"), force=True) as folder:
         storage.save(results.pendulum(), folder)
-    threads = [Thread(target=write, args=(result,)) for result in many]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert load(Path("o")).outcome.completed
-    assert set(tree("o")) == set(own_files(Path("o"))) | {"data/measured.csv"}
+    for result in [rigid_link(samples=51), results.pendulum()] * 3:
+        results.put(result, "o")
+        assert load(Path("o")).scene.title == result.scene.title
+        assert set(tree("o")) == set(own_files(Path("o"))) | {"data/measured.csv"}
     assert sorted(path.name for path in Path().iterdir()) == ["o"]

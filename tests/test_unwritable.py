@@ -133,7 +133,6 @@ def forbidden(monkeypatch):
         (["accuracy", SMOOTH, "--out=locked/o"], "locked/o"),
         (["plot", "locked/run"], "locked/run"),
         (["plot", "locked/run", "--out=locked/figures"], "locked/figures"),
-        (["schema", "--out=locked/schema.json"], "locked"),
     ],
 )
 def test_no_permission_is_told_before_anything_runs(arguments, place, forbidden, capsys):
@@ -159,7 +158,7 @@ def test_a_run_that_may_not_be_read(monkeypatch, capsys):
     def refuse(self):
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr("exudyn_flexlink.storage.reading.read_netcdf", refuse)
     assert main(["plot", "o"]) == 2
     said = capsys.readouterr().err
-    assert said == f"can't read {Path('o') / 'summary.json'}: Permission denied\n"
+    assert said == f"can't read {Path('o') / 'result.nc'}: Permission denied\n"

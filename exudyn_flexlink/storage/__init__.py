@@ -1,9 +1,9 @@
-"""A run on disk: a folder with everything in it, written whole or not at all.
+"""A run on disk: a folder with everything in it.
 
 ``manifest.json`` names the files that a run wrote: a later one replaces these, and no others.
-``result.nc`` holds the arrays as netCDF, with names, dimensions and units, ``summary.json``
-everything else, readable; CSV files hold what a reader plots first. `load` gives the Result back
-exactly.
+``result.nc`` is the run: the arrays as netCDF, with names, dimensions and units, and all else as
+text. `load` gives the Result back exactly. ``summary.json`` and CSV files are printed from it, for
+readers.
 """
 
 from exudyn_flexlink.storage.accuracy import save_accuracy

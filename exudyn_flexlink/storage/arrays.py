@@ -32,10 +32,11 @@ class Array:
 
 @dataclass(frozen=True)
 class Read:
-    """What a file holds: arrays, without their attributes, and the `lengths` of dimensions."""
+    """What a file holds: arrays without their attributes, `lengths` of dimensions, its own ones."""
 
     arrays: Mapping[str, Array]
     lengths: Mapping[str, int]
+    attributes: Mapping[str, str]
 
 
 def arrays_of(result: Result) -> dict[str, Array]:

@@ -6,7 +6,7 @@ import errno
 from pathlib import Path
 
 PROGRAM = "exudyn-flexlink"
-FORMAT = 8
+FORMAT = 9
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 STABILITY, SWEEP = "stability.json", "sweep.json"

@@ -1,8 +1,9 @@
-"""Which files of a folder a run wrote: its manifest names them, each with its SHA-256.
+"""Which files of a folder a result wrote: its manifest names them, each with its SHA-256.
 
 A file is the program's own if the manifest of its folder names it and it still has the content that
 was written. Everything else is the user's, also a file of ours that was changed since. Each folder
-has a manifest of its own, which names the folders in it that belong to the same result.
+has a manifest of its own, which names the folders in it that belong to the same result. While a
+result takes the place of an earlier one, the manifest names the files of both.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import json
 import os
 import stat
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from exudyn_flexlink.storage.errors import (
     SWEEP,
 )
 
-PREFIX = ".flexlink-"  # of folders that are there only while something is written
+PREFIX = ".flexlink-"  # of what is there only while something is written
 CHUNK = 1 << 20  # bytes read at once
 KINDS = {
     SUMMARY: "run",
@@ -40,18 +41,34 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Manifest:
-    """What stands in a folder, and the SHA-256 of every file in it by its name."""
+    """What stands in a folder, and the SHA-256 of every file in it by its name.
+
+    `earlier` is likewise, of the result whose place this one takes; it is empty once that is done.
+    """
 
     what: str
     title: str
     completed: bool
-    files: Mapping[str, str]
+    files: Mapping[str, str] = field(default_factory=dict)
     folders: tuple[str, ...] = ()
+    earlier: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def told(self) -> str:
         """What stands in the folder, in words."""
         return f"{self.what} of '{self.title}'" if self.title else self.what
+
+    def write(self, folder: Path) -> None:
+        """Write it into a folder, in one move.
+
+        Raises:
+            OSError: it can't be written.
+
+        """
+        text = json.dumps({"program": PROGRAM, **vars(self)}, indent=2, ensure_ascii=False)
+        beside = folder / f"{PREFIX}{MANIFEST}"
+        beside.write_text(text + "\n", encoding="utf-8")
+        os.replace(beside, folder / MANIFEST)
 
 
 def read_manifest(folder: Path) -> Manifest | None:
@@ -59,48 +76,39 @@ def read_manifest(folder: Path) -> Manifest | None:
     try:
         data = _json(folder / MANIFEST)
         files, folders = dict(data["files"]), tuple(data["folders"])
-        if data["program"] != PROGRAM or not all(map(_plain, (*files, *folders))):
+        earlier = dict(data.get("earlier", {}))
+        if data["program"] != PROGRAM or not all(map(_plain, (*files, *earlier, *folders))):
             return None
-        return Manifest(
-            str(data["what"]), str(data["title"]), data["completed"] is True, files, folders
-        )
+        what, title = str(data["what"]), str(data["title"])
+        return Manifest(what, title, data["completed"] is True, files, folders, earlier)
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
-def seal(folder: Path, earlier: Manifest | None = None) -> Manifest:
-    """Write a manifest into a folder, and into those in it: of all files that are there.
+def manifest_of(folder: Path) -> Manifest:
+    """Return the manifest of a folder that holds nothing but a result, as it is now.
 
-    What stands in the folder is told by the summary in it. Files are added to an `earlier`
-    manifest, if one is given.
+    What stands in the folder is told by the document in it.
 
     Raises:
-        OSError: a file can't be read or written.
+        OSError: a file can't be read.
 
     """
     entries = sorted(folder.iterdir())
-    folders = [entry for entry in entries if entry.is_dir()]
-    for entry in folders:
-        seal(entry)
-    files = {e.name: digest(e) for e in entries if is_regular(e) and e.name != MANIFEST}
-    before = earlier or Manifest(*_content(folder), {})
-    manifest = replace(
-        before,
-        files={**before.files, **files},
-        folders=tuple(dict.fromkeys((*before.folders, *(entry.name for entry in folders)))),
-    )
-    text = json.dumps({"program": PROGRAM, **vars(manifest)}, indent=2, ensure_ascii=False)
-    (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
-    return manifest
+    files = {entry.name: digest(entry) for entry in entries if is_regular(entry)}
+    folders = tuple(entry.name for entry in entries if entry.is_dir())
+    return Manifest(*_content(folder), files, folders)
 
 
-def own_files(folder: Path) -> dict[str, str]:
+def own_files(folder: Path) -> dict[str, set[str]]:
     """SHA-256 of all files that the manifests of a folder and of those in it name, by path.
 
-    Paths are relative to `folder`, with "/". Those of a folder inside come before those around it,
-    and a manifest comes after the files it names: as long as any of them is there, it is, too.
+    Paths are relative to `folder`, with "/". A file has two while a result replaces another.
     """
-    return dict(_own(folder, ""))
+    found: dict[str, set[str]] = {}
+    for name, content in _own(folder, ""):
+        found.setdefault(name, set()).add(content)
+    return found
 
 
 def _own(folder: Path, prefix: str) -> Iterator[tuple[str, str]]:
@@ -110,14 +118,14 @@ def _own(folder: Path, prefix: str) -> Iterator[tuple[str, str]]:
     for name in manifest.folders:
         if is_folder(folder / name):
             yield from _own(folder / name, f"{prefix}{name}/")
-    for name, content in manifest.files.items():
+    for name, content in (*manifest.files.items(), *manifest.earlier.items()):
         yield prefix + name, content
     yield prefix + MANIFEST, digest(folder / MANIFEST)
 
 
-def is_own(file: Path, content: str | None) -> bool:
-    """Tell whether a file still is the regular file with the SHA-256 `content`."""
-    return content is not None and is_regular(file) and digest(file) == content
+def is_own(file: Path, contents: set[str] | None) -> bool:
+    """Tell whether a file still is a regular file with one of these SHA-256."""
+    return bool(contents) and is_regular(file) and digest(file) in (contents or ())
 
 
 def is_regular(file: Path) -> bool:
@@ -131,11 +139,6 @@ def is_regular(file: Path) -> bool:
 def is_folder(folder: Path) -> bool:
     """Tell whether there is a folder, and no link to one."""
     return folder.is_dir() and not folder.is_symlink()
-
-
-def digest_of(data: Mapping[str, Any]) -> str:
-    """SHA-256 of plain data, the same before it is written as JSON and after it is read."""
-    return hashlib.sha256(json.dumps(data).encode()).hexdigest()
 
 
 def digest(file: Path) -> str:

@@ -2,11 +2,13 @@
 
 The format is netCDF-3 with 64-bit offsets: SciPy writes it, and nearly everything reads it. What it
 lacks is made up for: names are in UTF-8, as the format demands; truth values are bytes, marked as
-xarray marks them; texts are rows of characters; arrays without any element are only named.
+xarray marks them; texts are rows of characters; arrays without any element are only named. The
+SHA-256 of the file, in which that of 64 zeros stands in its place, tells whether it is as written.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +21,9 @@ from exudyn_flexlink.storage.errors import StorageError
 
 LARGEST = 2**31 - 4  # bytes of one array in a file, as SciPy writes it
 EMPTY = "dimensions_of_length_0"
+CHECKED = "sha256"  # the attribute, which comes first, and
+BLANK = "0" * 64  # what it is until the file is whole
+HEAD = 1 << 20  # bytes of a file in which it stands: names of dimensions come before
 CODES = {"f": "d", "i": "i", "b": "b", "S": "c"}  # of files, by kinds of numpy
 
 
@@ -41,14 +46,31 @@ def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[st
                 f"can't write {file}: '{name}' is larger than 2 GiB; set a larger 'run.sample'"
             )
     with file.open("wb") as stream, netcdf_file(stream, "w", version=2) as written:
-        told = dict(attributes) | ({EMPTY: json.dumps(empty)} if empty else {})
-        _put(written, told)
+        told = {CHECKED: BLANK, **attributes}
+        _put(written, told | ({EMPTY: json.dumps(empty)} if empty else {}))
         for dimension, size in sizes.items():
             if size:
                 written.createDimension(_encoded(dimension), size)
         for name, array in arrays.items():
             if array.values.size:
                 _write(written, name, array)
+    place, _, digest = _check(file)
+    with file.open("r+b") as blank:
+        blank.seek(place)
+        blank.write(digest)
+
+
+def _check(file: Path) -> tuple[int, bytes, bytes]:
+    """Return where the SHA-256 of a file stands in it, what it says, and what it should say."""
+    name = CHECKED.encode().ljust(8, b"\0")  # then come its type and length, of 4 bytes each
+    with file.open("rb") as stream:
+        head = stream.read(HEAD)
+        begin = head.find(name) + len(name) + 8
+        end = begin + len(BLANK)
+        found = hashlib.sha256(head[:begin] + BLANK.encode() + head[end:])
+        while chunk := stream.read(HEAD):
+            found.update(chunk)
+    return begin, head[begin:end], found.hexdigest().encode()
 
 
 def _sizes(arrays: Mapping[str, Array]) -> dict[str, int]:
@@ -95,20 +117,25 @@ def _decoded(name: str) -> str:
 
 
 def read_netcdf(file: Path) -> Read:
-    """Read the arrays of a file that `write_netcdf` wrote, but for those without any element.
+    """Read a file that `write_netcdf` wrote: its attributes, and all arrays with any element.
 
     Raises:
         OSError: the file can't be read.
         MemoryError: it holds more than there is memory.
+        ValueError: it is not as it was written.
 
     """
+    _, told, found = _check(file)
+    if told != found:
+        raise ValueError("it is not what was written")
     from scipy.io import netcdf_file  # noqa: PLC0415 - see write_netcdf
 
     with file.open("rb") as stream, netcdf_file(stream, "r", mmap=False) as read:
         arrays = {_decoded(name): _read(own) for name, own in read.variables.items()}
         lengths = {_decoded(name): size or 0 for name, size in read.dimensions.items()}
-        empty = json.loads(getattr(read, EMPTY, b"[]"))
-        return Read(arrays, lengths | dict.fromkeys(empty, 0))
+        attributes = {name: text.decode("utf-8") for name, text in read._attributes.items()}
+        empty = json.loads(attributes.get(EMPTY, "[]"))
+        return Read(arrays, lengths | dict.fromkeys(empty, 0), attributes)
 
 
 def _read(own: Any) -> Array:

@@ -1,4 +1,4 @@
-"""The files of a run to the Result they were made from."""
+"""The file of a run to the Result it was made from."""
 
 from __future__ import annotations
 
@@ -10,83 +10,87 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.arrays import Read, Records, told_fields
-from exudyn_flexlink.storage.documents import AGAIN, check_readable, read_document
-from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY, SWEEP, StorageError
-from exudyn_flexlink.storage.manifest import digest, digest_of
+from exudyn_flexlink.storage.documents import AGAIN, check_readable
+from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
+from exudyn_flexlink.storage.manifest import is_regular
 from exudyn_flexlink.storage.netcdf import read_netcdf
 from exudyn_flexlink.storage.plain import from_plain
-from exudyn_flexlink.storage.replacing import turn
+from exudyn_flexlink.storage.writing import RUN
 
 
-def load(folder: Path) -> Result:
-    """Read a result back, exactly as it was saved.
+def load(place: Path) -> Result:
+    """Read a result back, exactly as it was saved, from its folder or from ``result.nc`` itself.
 
     Raises:
-        StorageError: the folder holds no run of this program, or a file of it is damaged.
+        StorageError: there is no run of this program, or its file is damaged.
 
     """
-    folder = Path(folder)
-    with turn(folder):
-        return _load(folder)
-
-
-def _load(folder: Path) -> Result:
-    summary, file = _read_summary(folder), folder / SUMMARY
+    place = Path(place)
+    file = place if place.suffix == Path(ARRAYS).suffix else place / ARRAYS
+    read = _read(file)
     try:
-        written = summary.pop("sha256")
-        _require_written(file, digest_of(summary), written[SUMMARY])
-        names = from_plain(dict[str, tuple[str, ...]], summary["names"])
-        told = {name: from_plain(kind, summary[name]) for name, kind in told_fields().items()}
-        records = Records(_read_arrays(folder / ARRAYS, written[ARRAYS]), names)
-        result: Result = records.record(Result, scene=_scene(summary["scene"], file), **told)
-    except (KeyError, TypeError) as error:
-        why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
-        raise StorageError(f"{file} is damaged: {why}; {AGAIN}") from error
+        told = json.loads(read.attributes[RUN])
+        names = from_plain(dict[str, tuple[str, ...]], told["names"])
+        fields = {name: from_plain(kind, told[name]) for name, kind in told_fields().items()}
+        scene = _scene(told["scene"], file)
+        result: Result = Records(read, names).record(Result, scene=scene, **fields)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise _unreadable(file, error) from error
     return result
 
 
-def _require_written(file: Path, found: str, written: str) -> None:
-    """Compare the SHA-256 of what is in a file with that of what was written.
+def _read(file: Path) -> Read:
+    """Read what is in the file of a run.
 
     Raises:
-        StorageError: it was changed since.
+        StorageError: it can't be read, or is damaged.
 
     """
-    if found != written:
-        other = "" if file.name == SUMMARY else f", or not the one that belongs to {SUMMARY}"
-        what = f"it is not what was written{other}"
-        raise StorageError(f"{file} is damaged: {what}; {AGAIN}")
-
-
-def _read_summary(folder: Path) -> dict[str, Any]:
-    """Read the summary of a run, as plain data.
-
-    Raises:
-        StorageError: the folder holds no run, or its summary can't be read.
-
-    """
-    try:
-        return read_document(folder / SUMMARY)
-    except FileNotFoundError:
-        found = f"has no {SUMMARY}" if folder.is_dir() else "is no folder"
-        if (folder / SWEEP).is_file():
-            found = "holds a sweep, no run"
-        raise StorageError(f"{folder} {found}; give the folder of a finished run") from None
-
-
-def _read_arrays(file: Path, written: str) -> Read:
-    """Read the arrays of a run, if they are still those that were `written`, a SHA-256."""
     try:
         check_readable(file)
-        _require_written(file, digest(file), written)
         return read_netcdf(file)
-    except FileNotFoundError:
-        raise StorageError(f"{file} is missing; {AGAIN}") from None
+    except (FileNotFoundError, NotADirectoryError):
+        raise StorageError(_missing(file)) from None
     except MemoryError as error:
         why = str(error) or "not enough memory"
         raise StorageError(f"{file} is too large for this machine: {why}") from error
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
+    except (ValueError, TypeError, KeyError) as error:
+        raise _unreadable(file, error) from error
+
+
+def _missing(file: Path) -> str:
+    """Say what there is in place of a run."""
+    folder = file.parent
+    if not folder.is_dir() or file.name != ARRAYS:
+        return (
+            f"{folder if file.name == ARRAYS else file} is no folder; give that of a finished run"
+        )
+    if (folder / SWEEP).is_file():
+        return f"{folder} holds a sweep, no run; give the folder of a finished run"
+    return f"{folder} has no {ARRAYS}; give the folder of a finished run"
+
+
+def _unreadable(file: Path, error: Exception) -> StorageError:
+    """Say that a file is damaged, or which version of this program wrote it."""
+    if earlier := _earlier(file.parent / SUMMARY):
+        return StorageError(f"{file} was written by {earlier}; {AGAIN}")
+    why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+    return StorageError(f"{file} is damaged: {why}; {AGAIN}")
+
+
+def _earlier(summary: Path) -> str:
+    """Name the version that wrote a summary; empty if that was this one, or can't be told."""
+    if not is_regular(summary):  # a pipe would wait
+        return ""
+    try:
+        told: dict[str, Any] = json.loads(summary.read_bytes().decode("utf-8"))
+        version, there = told["versions"].get(PROGRAM, "?"), told["format"]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return ""
+    same = told.get("program") != PROGRAM or there == FORMAT
+    return "" if same else f"another version, {PROGRAM} {version} with format {there}"
 
 
 def _scene(data: Any, file: Path) -> Scene:

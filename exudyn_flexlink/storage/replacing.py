@@ -1,55 +1,51 @@
-"""New files take the place of those that an earlier run wrote, and of no others.
+"""New files take the place of those that an earlier result wrote, and of no others.
 
-A folder that holds files of the user can't be renamed away: files move one by one. To be whole or
-not at all, as far as a file system allows it, this is done in an order that can be taken up again:
+A folder that holds files of the user can't be renamed away: files are replaced one by one. A
+process may be killed anywhere in between, so that each step leaves what can be told apart:
 
-1. A list of the files that have to go is written into the folder `WORK`.
-2. The new files move to `WORK`/new together, by one rename. From then on they will all be there.
-3. The old files move to `WORK`/old, the new ones to their places; then `WORK` is removed.
+1. The manifest names the files that are there and those that will come.
+2. What was printed from the earlier result goes: tables, figures, summaries.
+3. ``result.nc``, which is the run, takes the place of the earlier one in one move.
+4. What was printed from the new one follows, then the manifest that names nothing else.
 
-If a move fails, all are undone. If the process is killed before step 2 is done, the old result is
-as it was. If it is killed later, list and folders tell which moves are missing, and whoever opens
-the folder next makes them (`turn`), be it to read or to write.
-
-Processes take turns by a lock on the folder. Where folders can't be locked (Windows, some network
-disks), two runs that end in one folder in the same instant may hinder each other: that is an error,
-and the later one is kept beside it. Power cuts are beyond this: what the disk has not yet written
-then is lost.
+Up to step 3 the folder holds the earlier run, then the new one; never tables of the one beside the
+other. The next run finds all files in the manifest, so that nothing keeps it from its place. Runs
+that end in one folder in the same instant are not kept apart: the last stays, or it is told.
 """
 
 from __future__ import annotations
 
-import errno
-import json
 import os
 import shutil
 import stat
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
-from exudyn_flexlink.storage.errors import MANIFEST, StorageError
-from exudyn_flexlink.storage.locking import locked_folder
+from exudyn_flexlink.storage.errors import ARRAYS, MANIFEST, StorageError
 from exudyn_flexlink.storage.manifest import (
+    KINDS,
     PREFIX,
+    Manifest,
     is_folder,
     is_own,
     is_regular,
+    manifest_of,
     own_files,
     read_manifest,
 )
 
-WORK = f"{PREFIX}replacing"
-GOING = "going.json"
-KINDS = ((stat.S_ISLNK, "link"), (stat.S_ISDIR, "folder"), (stat.S_ISFIFO, "pipe"))
+WHOLE = (ARRAYS, *KINDS)  # the first of them that there is stands for the whole result
+FILE_KINDS = ((stat.S_ISLNK, "link"), (stat.S_ISDIR, "folder"), (stat.S_ISFIFO, "pipe"))
 _ADVICE = "it is never replaced: move it away yourself, or choose another folder"
-TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
 
 
 def put(staged: Path, target: Path, *, force: bool, add: bool = False) -> None:
-    """Move a sealed folder, or its files, to `target`; after any error all is as it was.
+    """Move the files of a folder to `target`, which is made if it is missing.
 
-    Files of an earlier run that the new one does not have are removed, unless it is to `add` some.
+    Files of an earlier result that the new one does not have are removed, unless it is to `add`
+    some.
 
     Raises:
         StorageError: a file in the way is not the program's own, or what stands there is complete
@@ -57,57 +53,59 @@ def put(staged: Path, target: Path, *, force: bool, add: bool = False) -> None:
         OSError: the place can't be written.
 
     """
-    if not os.path.lexists(target):
-        try:
-            os.rename(staged, target)
-        except OSError as error:
-            if error.errno not in TAKEN:  # another run was faster
-                raise
-        else:
-            return
-    with turn(target):
-        _check_complete(staged, target, force=force)
-        new = list(_files(staged))
-        check_replaceable(target, new, force=force)
-        going = [name for name in new if os.path.lexists(target / name)]
-        if not add:
-            old = own_files(target).items()
-            going += [n for n, content in old if n not in new and is_own(target / n, content)]
-        _exchange(staged, target, going)
+    new = list(_files(staged))
+    if not add:
+        _check_complete(manifest_of(staged), target, force=force)
+    check_replaceable(target, new, force=force)
+    old = {} if add else own_files(target)
+    # Where runs are in folders inside, no file stands for the whole: it comes when all are there.
+    inside = any("/" in name for name in (*new, *old))
+    whole = None if inside else next((name for name in WHOLE if name in new), None)
+    final = list(_announce(staged, target, add=add))
+    for name, contents in old.items():
+        if name != whole and Path(name).name != MANIFEST and is_own(target / name, contents):
+            (target / name).unlink()
+    for name in sorted(new, key=lambda name: (name != whole, "/" not in name, name)):
+        _move(staged / name, target / name)
+    for folder, manifest in final:
+        manifest.write(folder)
+    _remove_rest(target, {Path(name).parent for name in old} - {Path(name).parent for name in new})
 
 
-@contextmanager
-def turn(folder: Path) -> Iterator[None]:
-    """Wait until no other process moves files in a folder, and keep others waiting.
-
-    What a killed process began to move is finished first.
-
-    Raises:
-        StorageError: it can't be.
-
-    """
-    descriptor: int | None = None
-    with suppress(OSError):  # there is no folder
-        descriptor = locked_folder(folder, wait=True)
-    try:
-        _finish(Path(folder) / WORK, Path(folder))
-        yield
-    finally:
-        if descriptor is not None:
-            os.close(descriptor)
+def _announce(staged: Path, target: Path, *, add: bool) -> Iterator[tuple[Path, Manifest]]:
+    """Let manifests name what will come, too; return those of when all is there, outermost last."""
+    target.mkdir(parents=True, exist_ok=True)
+    now, there = manifest_of(staged), read_manifest(target)
+    for name in now.folders:
+        yield from _announce(staged / name, target / name, add=add)
+    if there is None:
+        replace(now, completed=False).write(target)
+    else:
+        folders = tuple(dict.fromkeys((*there.folders, *now.folders)))
+        if add:
+            now = replace(there, files={**there.files, **now.files}, folders=folders)
+        earlier = {**there.earlier, **there.files}
+        both = there.completed and now.completed
+        Manifest(there.what, there.title, both, now.files, folders, earlier).write(target)
+    yield target, now
 
 
-def _finish(work: Path, folder: Path) -> None:
-    try:
-        if is_folder(work / "new"):
-            _move(work, folder)
-        elif is_folder(work):
-            shutil.rmtree(work)
-    except (OSError, ValueError) as error:
-        raise StorageError(
-            f"{folder} was being replaced when the program was killed, and that can't be finished: "
-            f"{error}; see {work}"
-        ) from None
+def _move(source: Path, place: Path) -> None:
+    """Copy a file beside its place, which may be on another disk, then move it there at once."""
+    beside = place.with_name(f"{PREFIX}{place.name}")
+    shutil.copyfile(source, beside)
+    os.replace(beside, place)
+
+
+def _remove_rest(target: Path, gone: set[Path]) -> None:
+    """Remove what killed processes left half copied, and the folders `gone` from the result."""
+    for rest in target.glob(f"{PREFIX}*"):
+        with suppress(OSError):
+            rest.rmdir() if is_folder(rest) else rest.unlink()
+    for folder in sorted(gone, key=lambda own: -len(own.parts)):
+        with suppress(OSError):
+            (target / folder / MANIFEST).unlink()
+            (target / folder).rmdir()  # unless something of the user is in it
 
 
 def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> None:
@@ -120,7 +118,7 @@ def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> Non
 
     """
     own = own_files(target)
-    for name in names:
+    for name in (*names, MANIFEST):
         place = target / name
         for above in (folder for folder in place.parents if target in folder.parents):
             if os.path.lexists(above) and not is_folder(above):
@@ -151,12 +149,12 @@ def kind_of(place: Path) -> str:
     mode = os.lstat(place).st_mode
     if stat.S_ISREG(mode):
         return "a file"
-    return next((f"a {kind}" for test, kind in KINDS if test(mode)), "a device")
+    return next((f"a {kind}" for test, kind in FILE_KINDS if test(mode)), "a device")
 
 
-def _check_complete(staged: Path, target: Path, *, force: bool) -> None:
-    there, new = read_manifest(target), read_manifest(staged)
-    if there is not None and there.completed and not (force or (new and new.completed)):
+def _check_complete(new: Manifest, target: Path, *, force: bool) -> None:
+    there = read_manifest(target)
+    if there is not None and there.completed and not (force or new.completed):
         raise StorageError(
             f"{target} holds a complete {there.told}; this one is incomplete and does not replace "
             "it, unless that is forced",
@@ -164,68 +162,9 @@ def _check_complete(staged: Path, target: Path, *, force: bool) -> None:
         )
 
 
-def _exchange(staged: Path, target: Path, going: list[str]) -> None:
-    """Move the files `going` out of the target, and those staged into it.
-
-    Raises:
-        StorageError: something is in the way.
-        OSError: the place can't be written.
-
-    """
-    work = target / WORK
-    work.mkdir()
-    try:
-        (work / GOING).write_text(json.dumps(going), encoding="utf-8")
-        os.rename(staged, work / "new")
-        _move(work, target)
-    except (OSError, StorageError):
-        if not any(_files(work / "old")):  # all is undone
-            with suppress(FileNotFoundError):
-                os.rename(work / "new", staged)
-            shutil.rmtree(work, ignore_errors=True)
-        raise
-
-
-def _move(work: Path, target: Path) -> None:
-    """Make the moves that are missing, then remove `work`.
-
-    Raises:
-        StorageError: something is in the way.
-        OSError: a move failed; all are undone.
-
-    """
-    new, old = work / "new", work / "old"
-    listed = json.loads((work / GOING).read_text(encoding="utf-8"))
-    going = [n for n in listed if os.path.lexists(target / n) and not os.path.lexists(old / n)]
-    coming = list(_files(new))
-    for name in coming:
-        if name not in going and os.path.lexists(target / name):
-            raise StorageError(
-                f"{target} was being replaced when the program was killed; {target / name} is in "
-                f"the way of the new one, in {new}: rename it"
-            )
-    moves = [(target / name, old / name) for name in going]
-    moves += [(new / name, target / name) for name in coming]
-    done = []
-    try:
-        for source, place in moves:
-            place.parent.mkdir(parents=True, exist_ok=True)
-            os.rename(source, place)
-            done.append((source, place))
-    except OSError:
-        for source, place in reversed(done):
-            os.rename(place, source)
-        raise
-    for folder in {(target / name).parent for name in listed} - {target}:
-        with suppress(OSError):  # something of the user, or of the new run, is in it
-            folder.rmdir()
-    shutil.rmtree(new, ignore_errors=True)
-    shutil.rmtree(work, ignore_errors=True)
-
-
 def _files(folder: Path) -> Iterator[str]:
     """Paths of all files in a folder, relative to it, with "/"."""
-    for entry in sorted(folder.iterdir()) if folder.is_dir() else ():
+    for entry in sorted(folder.iterdir()):
         if is_folder(entry):
             yield from (f"{entry.name}/{name}" for name in _files(entry))
         else:

@@ -8,17 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from exudyn_flexlink.storage.errors import MANIFEST, StorageError, cannot_write
-from exudyn_flexlink.storage.leftovers import Owned, remove_leftovers
-from exudyn_flexlink.storage.manifest import (
-    PREFIX,
-    is_regular,
-    own_files,
-    read_manifest,
-    seal,
-)
-from exudyn_flexlink.storage.replacing import check_replaceable, kind_of, put, turn
+from exudyn_flexlink.storage.manifest import PREFIX, is_regular, own_files, read_manifest
+from exudyn_flexlink.storage.replacing import check_replaceable, kind_of, put
 
 
 class KeptBesideError(StorageError):
@@ -31,14 +25,13 @@ class KeptBesideError(StorageError):
 
 @contextmanager
 def staged_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
-    """Yield a temporary folder; once all is written there, it, or its files, move to `target`.
+    """Yield a temporary folder; once all is written there, its files move to `target`.
 
     `target` may be new, empty, or hold a result of this program: then the new files replace those
     that its manifest names, and whatever else is in it stays. A result that is not complete
-    replaces no complete one. After any exception or interrupt the temporary folder is removed and
-    `target` is as it was; temporary folders of processes that were killed are removed by the next
-    one. `force` replaces a complete result by an incomplete one, writes into a folder of other
-    files, and replaces files of the user that have the names of new ones.
+    replaces no complete one. After any exception or interrupt `target` is as it was. `force`
+    replaces a complete result by an incomplete one, writes into a folder of other files, and
+    replaces files of the user that have the names of new ones.
 
     Raises:
         KeptBesideError: all is written, but may not, or can't, be moved to `target`.
@@ -46,17 +39,15 @@ def staged_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
 
     """
     target = _resolved(target)
-    _check_target(target, force=force)
-    place = target if os.path.ismount(target) else target.parent  # files can't move between disks
-    with _temporary(place, target) as staged:
+    check_place(target, force=force)
+    with _temporary(target) as staged:
         yield staged
-        seal(staged)
         try:
-            _check_target(target, force=force)  # hours may have passed
+            check_place(target, force=force)  # hours may have passed
             put(staged, target, force=force)
         except (StorageError, OSError) as error:
             why = StorageError(cannot_write(target, error)) if isinstance(error, OSError) else error
-            raise KeptBesideError(why, _kept_beside(staged, place / target.name)) from None
+            raise KeptBesideError(why, _kept_beside(staged, target)) from None
 
 
 @contextmanager
@@ -71,13 +62,11 @@ def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
 
     """
     folder = _resolved(folder)
-    with _temporary(folder, folder) as staged:
+    with _temporary(folder) as staged:
+        _try_to_write(folder)
         yield staged
         if any(staged.iterdir()):
-            seal(staged, read_manifest(folder))
             put(staged, folder, force=force, add=True)
-        else:
-            staged.rmdir()
 
 
 def replace_file(
@@ -103,11 +92,15 @@ def replace_file(
                 "name, or force it",
                 forcible=True,
             )
-    folder = _resolved(file.parent)
-    with _temporary(folder, folder) as staged:
-        (staged / file.name).write_bytes(content)
-        os.replace(staged / file.name, folder / file.name)
-        staged.rmdir()
+    beside = file.with_name(f"{PREFIX}{file.name}")
+    try:
+        beside.write_bytes(content)
+        os.replace(beside, file)
+    except BaseException as error:
+        beside.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise StorageError(cannot_write(file, error)) from error
+        raise
 
 
 def _holds(file: Path, is_own: Callable[[bytes], bool]) -> bool:
@@ -131,65 +124,75 @@ def _resolved(target: Path) -> Path:
 
 
 @contextmanager
-def _temporary(parent: Path, target: Path) -> Iterator[Path]:
-    """Yield a new folder in `parent`; after any exception or interrupt all of it is gone again.
+def _temporary(target: Path) -> Iterator[Path]:
+    """Yield a new folder among the system's temporary ones, for what shall be in `target`.
 
     Raises:
-        StorageError: it can't be written; `target` is what the user knows the place by.
+        StorageError: something can't be written; `target` is what the user knows the place by.
 
     """
-    missing: list[Path] = []
-    owned: Owned | None = None
     try:
-        missing += [folder for folder in (parent, *parent.parents) if not folder.exists()]
-        remove_leftovers(parent)
-        owned = Owned(parent)
-        yield owned.path
-    except BaseException as error:
-        if owned is not None:
-            shutil.rmtree(owned.path, ignore_errors=True)
-        for folder in missing:
-            with suppress(OSError):
-                folder.rmdir()
+        with TemporaryDirectory(prefix="flexlink-", ignore_cleanup_errors=True) as folder:
+            yield Path(folder)
+    except (OSError, StorageError) as error:
         cause = error.__cause__ if isinstance(error, StorageError) else error
         if isinstance(cause, OSError):  # the temporary folder means nothing to the user
             raise StorageError(cannot_write(target, cause)) from cause
         raise
-    finally:
-        if owned is not None:
-            owned.release()
 
 
-def _check_target(target: Path, *, force: bool) -> None:
+def check_place(target: Path, *, force: bool) -> None:
     """Look whether a result may be put into a folder, as far as can be told without it.
 
     Raises:
-        StorageError: it may not.
+        StorageError: it may not, or the folder can't be written.
 
     """
     try:
-        if not target.exists():
-            return
-        if not target.is_dir():
-            raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder")
-        with turn(target):
-            others = any(not entry.name.startswith(PREFIX) for entry in target.iterdir())
-            if others and read_manifest(target) is None and not force:
-                raise StorageError(
-                    f"{target} holds files that are no run of this program, or of an earlier "
-                    f"version: no {MANIFEST} names them; choose another name, or force it: files "
-                    "with the names of new ones are replaced then, and no others",
-                    forcible=True,
-                )
-            check_replaceable(target, [*own_files(target), MANIFEST], force=force)
+        if target.exists():
+            _check_there(target, force=force)
     except PermissionError as error:
         raise StorageError(f"can't read {target}: {error.strerror or error}") from error
     except OSError as error:  # such as a name that is too long
         raise StorageError(cannot_write(target, error)) from error
+    _try_to_write(target)
+
+
+def _check_there(target: Path, *, force: bool) -> None:
+    if not target.is_dir():
+        raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder")
+    others = any(not entry.name.startswith(PREFIX) for entry in target.iterdir())
+    if others and read_manifest(target) is None and not force:
+        raise StorageError(
+            f"{target} holds files that are no run of this program, or of an earlier version: no "
+            f"{MANIFEST} names them; choose another name, or force it: files with the names of "
+            "new ones are replaced then, and no others",
+            forcible=True,
+        )
+    check_replaceable(target, own_files(target), force=force)
+
+
+def _try_to_write(target: Path) -> None:
+    """Make a folder in a place and remove it; a place that is missing is missing afterwards, too.
+
+    Raises:
+        StorageError: that can't be.
+
+    """
+    trial = target / f"{PREFIX}trial"
+    missing = [folder for folder in (trial, *trial.parents) if not folder.exists()]
+    try:
+        trial.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(cannot_write(target, error)) from error
+    finally:
+        for folder in missing:
+            with suppress(OSError):
+                folder.rmdir()
 
 
 def _kept_beside(staged: Path, target: Path) -> Path:
-    """Rename the staged folder to a free name beside that of the target.
+    """Move the staged files to a folder with a free name beside that of the target.
 
     Raises:
         OSError: that can't be done either.
@@ -197,4 +200,9 @@ def _kept_beside(staged: Path, target: Path) -> Path:
     """
     names = (target.with_name(f"{target.name}-{number}") for number in count(2))
     beside = next(place for place in names if not os.path.lexists(place))
-    return staged.rename(beside)
+    try:
+        put(staged, beside, force=False)
+    except OSError:
+        shutil.rmtree(beside, ignore_errors=True)
+        raise
+    return beside

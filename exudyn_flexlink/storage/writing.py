@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -22,21 +23,24 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, named_fields, told_fields
 from exudyn_flexlink.storage.documents import write_document
 from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY, StorageError, cannot_write
-from exudyn_flexlink.storage.manifest import digest, digest_of
 from exudyn_flexlink.storage.netcdf import write_netcdf
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
 from exudyn_flexlink.storage.tables import UNITS, tables_of
 from exudyn_flexlink.sweeps import column_of
 
+RUN = "run"
+"""The attribute of ``result.nc`` with all that is no array, as JSON."""
+
 
 def save(result: Result, folder: Path) -> None:
     """Write a result into `folder`, which is made if it is missing.
 
-    ``result.nc`` (arrays), ``summary.json``, ``trajectory_<point>.csv`` of the watched point, and
-    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<joint>.csv`` of every
-    joint with clearance that touched. The column crank_angle_rad has the name of its joint where
-    that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
+    ``result.nc`` is all of it. The rest is for readers: ``summary.json``,
+    ``trajectory_<point>.csv`` of the watched point, ``lever_<body>.csv`` of every body that a
+    contact strikes, and ``touches_<joint>.csv`` of every joint with clearance that touched. The
+    column crank_angle_rad has the name of its joint where that is no crank, see `crank_column`, and
+    is left out where the scene has no revolute joint.
     Files of the same names are written over; inside a `staged_folder`, all is written whole or not
     at all, and no file of the user is replaced.
 
@@ -49,16 +53,24 @@ def save(result: Result, folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         check_regular(folder, (ARRAYS, SUMMARY, *tables))
-        write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result))
-        summary = plain(_summary(result))
-        sealed = {ARRAYS: digest(folder / ARRAYS), SUMMARY: digest_of(summary)}
+        told = json.dumps(plain(_whole(result)), ensure_ascii=False, allow_nan=False)
+        write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result) | {RUN: told})
     except OSError as error:
         raise StorageError(cannot_write(folder, error)) from error
-    write_document(folder, SUMMARY, summary | {"sha256": sealed}, tables)
+    write_document(folder, SUMMARY, _summary(result), tables)
+
+
+def _whole(result: Result) -> dict[str, Any]:
+    """All of a run that is no array."""
+    return {
+        **{name: getattr(result, name) for name in told_fields()},
+        "names": {name: tuple(getattr(result, name)) for name in named_fields()},
+        "scene": result.scene.to_data(),
+    }
 
 
 def _summary(result: Result) -> dict[str, Any]:
-    """What is told of a run: first what most want to know; what is derived is not read back."""
+    """What is told of a run: first what most want to know."""
     scene, told = result.scene, {name: getattr(result, name) for name in told_fields()}
     return {
         "title": scene.title,
@@ -80,7 +92,6 @@ def _summary(result: Result) -> dict[str, Any]:
         **told,
         "events": result.events,
         "samples": len(result.time),
-        "names": {name: tuple(getattr(result, name)) for name in named_fields()},
         "pairs": {name: sleeve.pairs for name, sleeve in result.sleeves.items()},
         "scene": scene.to_data(),
     }
