@@ -233,6 +233,7 @@ ITEMS = (
     measured("hard_cases", "5 min", "--quick", sample=("--quick", "--only", "tip", "two_contacts")),
     measured("random_scenes", "5 min"),
     measured("random_mechanisms", "10 min"),
+    Item("random_silent", "4 min", (script("random_silent"),), table="tables/silent_kinds.md"),
     measured("many_turns", "10 min"),
 )
 

@@ -1,0 +1,173 @@
+"""Scenes with closed forms: these are what an independent integration gives, and runs keep them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import random_silent
+from random_silent import (
+    BAD,
+    DOUBTED,
+    NEEDLESS,
+    REFUSED,
+    RIGHT,
+    SILENT,
+    TOLD,
+    drawn,
+    judge,
+    verdict_of,
+)
+from results import rigid_link
+from scipy.integrate import solve_ivp
+from silent.closed_forms import SHAPES, Term, radius_at
+from silent.scenes import Case
+
+from exudyn_flexlink.laws import PenaltyLaw
+
+EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+END = 0.7  # s
+SLIP_SPEED = 1e-3  # m/s
+SMALL = (10000, 10010, 20001, 20004, 30000, 30001, 40000, 50001, 60000)
+OF_FORMULAS = {"exp": np.exp, "tanh": np.tanh, "sin": np.sin, "where": lambda c, a, b: a if c else b}
+
+
+def value_of(text: str, **names: float) -> float:
+    """Value of a formula of a model file, by Python."""
+    return float(eval(text, {**OF_FORMULAS, "abs": abs, "max": max, "min": min}, names))
+
+
+def pieces(term: Term) -> list[tuple[float, float]]:
+    """Stretches of a run between the edges of a pulse."""
+    edges = [term.at + side * term.wide for side in (-6, -1, 0, 1, 6)]
+    ends = [0.0, *(edge for edge in edges if 0 < edge < END), END]
+    return list(zip(ends[:-1], ends[1:], strict=True))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_pulses_move_a_mass_as_an_integration_of_their_formulas_says(shape):
+    at = {"level": 0.0, "wave": 0.0, "decay": 0.0, "early": 0.02}.get(shape, 0.31)
+    term, w = Term(shape, at, 0.02, -3.0), 40.0
+    moved = np.zeros(5)  # integral, double integral, and speed of the oscillator with its place
+    for begin, end in pieces(term):
+        middle = (begin + end) / 2
+
+        def rates(t, x, begin=begin, end=end, middle=middle):
+            inside = middle + (t - middle) * (1 - 1e-12)  # the formula may jump at the edges
+            force = value_of(term.text, t=inside)
+            return [force, x[0], x[3], force - w**2 * x[2], 0.0]
+
+        moved = solve_ivp(rates, (begin, end), moved, max_step=0.01, **EXACT).y[:, -1]
+    time = np.array([END])
+    assert term.integral(time, 1)[0] == pytest.approx(moved[0], abs=1e-12)
+    assert term.integral(time, 2)[0] == pytest.approx(moved[1], abs=1e-12)
+    if shape == "gauss":
+        assert term.resonant(time, w)[0] == pytest.approx(moved[2], abs=1e-12)
+
+
+def samples(time: np.ndarray, poses: dict[str, np.ndarray], **points: np.ndarray) -> SimpleNamespace:
+    """What a case asks of a result."""
+    return SimpleNamespace(
+        time=time,
+        part_names=list(poses),
+        poses=np.stack(list(poses.values()), axis=1) if poses else None,
+        scene=SimpleNamespace(outputs=SimpleNamespace(watch=next(iter(points), ""))),
+        path=lambda name: SimpleNamespace(position=points[name]),
+    )
+
+
+@pytest.mark.parametrize("scene", [20000, 20001, 20002, 20003, 20004, 20006, 20009, 20014])
+def test_kinks_move_a_body_as_an_integration_of_their_formula_says(scene):
+    case = drawn(scene, seed=1)[-1]
+    drive, body = case.model["drives"]["drive"], case.model["bodies"]["body"]
+    turns, reach = drive["type"] == "torque", body["points"]["tip"][0]
+    text = drive["value"] if turns else drive["value"][0]
+    text = re.sub(r"(place|angle)\([^)]*\)", "x", text).replace("speed(way)", "v")
+    start = [next(iter(one.values())) for one in case.model["initial"].values()]
+
+    def rates(_, y):
+        return [y[1], value_of(text, x=y[0], v=y[1]) / body["mass"]]
+
+    end = case.model["run"]["duration"]
+    time = np.linspace(0, end, 200)
+    out = solve_ivp(rates, (0, end), start, t_eval=time, **EXACT).y[0]
+    angle, out = (out, 0 * out) if turns else (0 * out, out)
+    tip = np.stack([out + reach * np.cos(angle), reach * np.sin(angle)], axis=1)
+    assert case.off(samples(time, {}, **{"body.tip": tip})) < 1e-9
+    assert case.off(samples(time, {}, **{"body.tip": tip + [1e-6, 0]})) == pytest.approx(1e-6, rel=1e-2)
+
+
+@pytest.mark.parametrize("scene", [30000, 30002, 30005, 30007, 30009])
+def test_wheels_turn_as_an_integration_with_a_force_between_them_says(scene):
+    """Friction acts between both surfaces, at arms in the ratio of the radii."""
+    case = drawn(scene, seed=1)[0]
+    model, (contact,) = case.model, case.model["contacts"].values()
+    wheel, driver = model["bodies"]["wheel"], model["bodies"].get("driver")
+    radius, law = wheel["points"]["rim"][0], PenaltyLaw(**contact_law(contact["law"]))
+    side = -1 if any(one.get("inside") for one in contact.get("circles", [])) else 1
+    rim, under = (driver["points"]["rim"][0], driver["inertia"]) if driver else (1.0, wheel["mass"])
+    under = np.inf if "drives" in model else under
+    apart = rim + side * radius if driver else radius
+    mass = wheel["mass"] + (1e-3 if driver else 0.0)
+
+    def rates(_, x):
+        y, fall, spins = x[0], x[1], x[4:]
+        distance = abs(y)
+        press = float(law.force(side * (apart - distance), -fall)) if side * (apart - distance) > 0 else 0.0
+        arms = (radius, rim) if not driver else np.array([radius, rim]) * distance / apart
+        slip = spins[0] * arms[0] + side * spins[1] * arms[1]
+        rub = -contact["law"]["friction"] * press * np.tanh(slip / SLIP_SPEED)
+        turns = [arms[0] * rub / wheel["inertia"], side * arms[1] * rub / under]
+        return [fall, press / mass - 9.81, *spins, *turns]
+
+    initial, end = model["initial"], model["run"]["duration"]
+    spin = initial["speeds"]["wheel"]
+    other = initial["speeds"].get("driver", initial.get("velocities", {"wheel": [0]})["wheel"][0])
+    if "drives" in model:
+        other = model["drives"]["motor"]["value"]
+    high = next(iter(initial["positions"].values()))[1]
+    time = np.linspace(0, end, 500)
+    x = solve_ivp(rates, (0, end), [high, 0, 0, 0, spin, other], t_eval=time, **EXACT).y
+    poses = {"wheel": np.stack([0 * time if driver else x[3], x[0], x[2]], axis=1)}
+    if driver:
+        poses["driver"] = np.stack([0 * time, 0 * time, x[3]], axis=1)
+    assert case.off(samples(time, poses)) < 1e-9
+
+
+def test_a_spline_around_a_hub_is_met_in_every_direction():
+    angle = np.linspace(-4, 4, 50)
+    around = 2 * np.pi * np.arange(60) / 60
+    points = np.column_stack([0.01 + 0.03 * np.cos(around), 0.03 * np.sin(around)])
+    circle = 0.01 * np.cos(angle) + np.sqrt(0.03**2 - (0.01 * np.sin(angle)) ** 2)
+    assert radius_at(points, angle) == pytest.approx(circle, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("off", "warning", "flawed", "kind"),
+    [
+        (0.5e-6, "", False, RIGHT),
+        (0.5e-6, "off by an error", False, DOUBTED),
+        (3e-6, "", False, SILENT),
+        (3e-6, "samples are far apart", False, SILENT),
+        (3e-6, "off by an error", False, TOLD),
+    ],
+)
+def test_what_a_run_is_off_by_decides(off, warning, flawed, kind, monkeypatch):
+    exact = replace(rigid_link(samples=21), warnings=(warning,) if warning else ())
+    monkeypatch.setattr(random_silent, "simulate", lambda _: exact)
+    case = drawn(10000, seed=1)[0]
+    case.model["accuracy"]["tolerance"] = 1e-6
+    assert judge(replace(case, off=lambda _: off)).kind == kind
+
+
+@pytest.mark.parametrize(("flawed", "kind"), [(True, REFUSED), (False, NEEDLESS)])
+def test_only_what_is_unclear_may_be_refused(flawed, kind):
+    assert judge(Case({}, lambda _: 0.0, flawed=flawed)).kind == kind
+
+
+@pytest.mark.parametrize("scene", SMALL)
+def test_no_scene_is_silently_wrong(scene):
+    assert verdict_of(scene, seed=1).kind not in BAD
