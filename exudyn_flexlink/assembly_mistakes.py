@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import deque
 from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
@@ -24,7 +25,7 @@ from exudyn_flexlink.mechanism import (
     on_the_contact,
     pairs,
 )
-from exudyn_flexlink.scene import LinearSpring, Scene
+from exudyn_flexlink.scene import GROUND, LinearSpring, Scene
 from exudyn_flexlink.source import Mistake
 
 CLOSED = 1e-9  # m or rad: less is not worth a word
@@ -86,16 +87,35 @@ def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
     return ("bodies", body) if body in scene.bodies else ()
 
 
+def _loop_of(scene: Scene, joint: str) -> list[str]:
+    """Names of the joints that connect a joint's two bodies without it, by the shortest way."""
+    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items()}
+    if joint not in bodies:
+        return []
+    first, last = bodies.pop(joint)
+    ways, seen = deque([(first, list[str]())]), {first}
+    while ways:
+        at, names = ways.popleft()
+        if at == last:
+            return [f"'{name}'" for name in names]
+        for name, ends in bodies.items():
+            if at in ends and (other := ends[0] if at == ends[1] else ends[1]) not in seen:
+                seen.add(other)
+                ways.append((other, [*names, name]))
+    return []
+
+
 def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     """A joint that can't close, or what is given that keeps it from closing."""
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
     within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
     message, hint = _OPEN[within if joint is None else joint.type]
-    missing = []
-    if error.gap > CLOSED:
-        missing.append(f"{error.gap:.3g} m")
-    if error.turn > CLOSED:
-        missing.append(f"{degrees(error.turn):.3g} deg")
+    gap = [f"{error.gap:.3g} m"] if error.gap > CLOSED or error.turn <= CLOSED else []
+    missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > CLOSED else [])]
+    if error.near is not None:
+        hint = f"the joints allow [{error.near[0]:.9g}, {error.near[1]:.9g}] next to it"
+    if joint is not None and (others := _loop_of(scene, error.joint)):
+        hint += f"; it closes a loop with {', '.join(others)}: any of them may be misplaced"
     held = scene.initial.angles
     if held and joint is not None and joint.type in ("revolute", "prismatic", "slot"):
         names = ", ".join(f"'{body}'" for body in held)
@@ -157,12 +177,18 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
 def _apart(contact: Contact, depth: float) -> str:
     """What to do about a contact that starts pressed."""
     if isinstance(contact, CircleContact):
-        return "move one of the bodies, or make a radius smaller"
+        return (
+            f"start {depth:.3g} m farther apart, where both just touch: what rests there sinks in "
+            "by itself; or make a radius smaller"
+        )
     what = "line" if isinstance(contact, FaceContact) else "curve"
     other = f"choose the other 'side' of the {what}"
     if depth < ROUNDED:
         return f"what is meant to rest there may start that much above; or {other}"
-    return f"move the body away, or {other}"
+    return (
+        f"start {depth:.3g} m farther out, where both just touch: what rests there sinks in by "
+        f"itself; or {other}"
+    )
 
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:
@@ -248,7 +274,8 @@ def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
                 ("drives", name) if drive else _path_of(scene, name),
                 f"this {what} holds{times} what others hold already",
                 "two joints do the same, two drives move one freedom, or the mechanism starts at "
-                "a dead centre: take one away, or start at another angle",
+                "a dead centre: take one away, or start at another angle; of a body pinned at both "
+                "ends between parts that move alike, let one pin slide along it, in a slot",
             )
         )
     return found

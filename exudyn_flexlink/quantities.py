@@ -11,13 +11,15 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from exudyn_flexlink.source import HintedError
-from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
+from exudyn_flexlink.units import DOTS, RAISED, Dimension, UnknownUnitError, find_unit
 
 LONGEST_TEXT = 60
 LARGEST, SMALLEST = 1e20, 1e-30
 """Limits of what is read, in SI: products of some such numbers (E b h^3 / l) are still numbers."""
-NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
-UNIT = r"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*·/^.+\-() ]*"
+WEIGHTLESS = "what shall hardly weigh anything has a thousandth of what it moves"
+MINUS = "\N{MINUS SIGN}"  # of typeset texts
+NUMBER = rf"[-+{MINUS}]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+UNIT = rf"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*{DOTS}{RAISED}/^.+\-{MINUS} ()]*"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
 _IS_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 
@@ -90,7 +92,7 @@ def _from_text(text: str, dimension: Dimension) -> float:
         if dimension is Dimension.ANGULAR_SPEED and unit.powers == Dimension.FREQUENCY.powers:
             hint = "say which angle a second turns: rad/s, deg/s, turn/s or rpm"
         raise QuantityError(wrong, hint)
-    return float(match[1]) * unit.factor
+    return float(match[1].replace(MINUS, "-")) * unit.factor
 
 
 class Quantity:
@@ -127,7 +129,8 @@ class Quantity:
 
     def _check_limits(self, number: float) -> None:
         if self.above is not None and number <= self.above:
-            raise QuantityError(f"must be greater than {self.above:g}")
+            hint = WEIGHTLESS if self.dimension is Dimension.MASS and number == 0 else ""
+            raise QuantityError(f"must be greater than {self.above:g}", hint)
         if self.above == 0 and number < SMALLEST:
             raise QuantityError(f"must be {SMALLEST:g} or greater in SI units")
         if self.at_least is not None and number < self.at_least:

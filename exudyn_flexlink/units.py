@@ -135,6 +135,19 @@ USUAL = (
 )
 """Units as the documentation lists them, and hints suggest them."""
 
+SPELLINGS = {
+    r"RPM": "rpm",
+    r"revs?|turns|revolutions?": "turn",
+    r"degrees?": "deg",
+    r"radians?": "rad",
+    r"met(re|er)s?": "m",
+    r"seconds?|secs?": "s",
+    r"lbs": "lb",
+}
+"""Units as people write them, where that means one thing."""
+DOTS = "·\N{DOT OPERATOR}\N{MULTIPLICATION SIGN}"  # between factors of a product
+RAISED = "⁻⁰¹²³⁴"  # in exponents
+_SIGNS = str.maketrans(f"{DOTS}µμ\N{MINUS SIGN}{RAISED}", "***uu--01234")
 # Written in one word by every engineer.
 _NEWTON_METRES = re.compile(r"(?<![A-Za-z])([kMmu]?N)(m|cm|mm)(s?)(?![A-Za-z])")
 _TOKEN = re.compile(r"[A-Za-z]+|\^[-+]?[0-9](?![0-9])|[/()]|1(?![0-9])")
@@ -160,8 +173,11 @@ def find_unit(text: str, wanted: Dimension) -> Unit:
         UnknownUnitError: there is no such unit; the message names one wanted that resembles it.
 
     """
-    name = re.sub(r"\s*([/^])\s*", r"\1", text.replace("**", "^").replace("°", "deg"))
-    name = re.sub(r"[\s*·]+", " ", name.replace("µ", "u").replace("μ", "u")).strip()
+    name = re.sub(f"([{RAISED}]+)", r"^\1", text).translate(_SIGNS)
+    name = name.replace("**", "^").replace("°", "deg")
+    for spelling, symbol in SPELLINGS.items():
+        name = re.sub(rf"(?<![A-Za-z])({spelling})(?![A-Za-z])", symbol, name)
+    name = re.sub(r"[\s*]+", " ", re.sub(r"\s*([/^])\s*", r"\1", name)).strip()
     name = _NEWTON_METRES.sub(r"\1 \2 \3", name).replace(" /", "/").strip()
     try:
         return _unit(name)

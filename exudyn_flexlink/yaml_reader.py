@@ -183,7 +183,7 @@ class _Builder:
 
     def _mapping(self, node: Any, path: KeyPath) -> dict[str, Any]:
         result: dict[str, Any] = {}
-        for key_node, value_node in node.value:
+        for key_node, value_node in self._merged(node, path):
             key = self._key(key_node, path)
             if key is None:
                 continue
@@ -196,6 +196,26 @@ class _Builder:
             result[key] = None
             result[key] = self.value(value_node, inner)
         return result
+
+    def _merged(self, node: Any, path: KeyPath) -> list[tuple[Any, Any]]:
+        """Keys and values of a mapping, with those that '<<' takes from others and it has not."""
+        own = [(key, value) for key, value in node.value if not _is_merge(key)]
+        known = {key.value for key, _ in own if isinstance(key, yaml.ScalarNode)}
+        for key, value in node.value:
+            if not _is_merge(key):
+                continue
+            for one in value.value if isinstance(value, yaml.SequenceNode) else [value]:
+                if not isinstance(one, yaml.MappingNode) or id(one) in self.open_nodes:
+                    self._problem(
+                        value, path, "'<<' takes the keys of another section: '<<: *name'"
+                    )
+                    break
+                self.open_nodes.add(id(one))
+                more = [(k, v) for k, v in self._merged(one, path) if k.value not in known]
+                self.open_nodes.discard(id(one))
+                own += more
+                known |= {k.value for k, _ in more}
+        return own
 
     def _key(self, node: Any, path: KeyPath) -> str | None:
         if not isinstance(node, yaml.ScalarNode):
@@ -241,6 +261,11 @@ class _Builder:
         if end.line != start.line:  # underline what its first line holds
             stop = len(self.lines[start.line].rstrip()) if start.line < len(self.lines) else 0
         return Place(start.line + 1, start.column + 1, max(stop, start.column + 1) + 1)
+
+
+def _is_merge(key: Any) -> bool:
+    """Tell whether a key is YAML's '<<', unquoted."""
+    return isinstance(key, yaml.ScalarNode) and key.value == "<<" and key.style is None
 
 
 def _number_or_word(kind: str, text: str) -> bool | int | float | None:

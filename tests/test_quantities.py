@@ -130,7 +130,7 @@ def test_quantities_in_si(text: object, dimension: Dimension, value: float) -> N
         ("5 N/(m", Dimension.STIFFNESS, "unknown unit"),
         ("5 N)", Dimension.FORCE, "unknown unit"),
         ("5 m/", Dimension.LENGTH, "unknown unit"),
-        ("5 degrees", Dimension.ANGLE, "unknown unit 'degrees'; did you mean 'deg'?"),
+        ("5 dega", Dimension.ANGLE, "unknown unit 'dega'; did you mean 'deg'?"),
         ("5 gm^2", Dimension.INERTIA, "unknown unit 'gm^2'; did you mean 'g m^2'?"),
         ("5 Nm", Dimension.FORCE, "expected a force, got '5 Nm'"),
         ("5 nm", Dimension.TORQUE, "expected a torque, got '5 nm'"),

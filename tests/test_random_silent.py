@@ -32,7 +32,12 @@ EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
 END = 0.7  # s
 SLIP_SPEED = 1e-3  # m/s
 SMALL = (10000, 10010, 20001, 20004, 30000, 30001, 40000, 50001, 60000)
-OF_FORMULAS = {"exp": np.exp, "tanh": np.tanh, "sin": np.sin, "where": lambda c, a, b: a if c else b}
+OF_FORMULAS = {
+    "exp": np.exp,
+    "tanh": np.tanh,
+    "sin": np.sin,
+    "where": lambda c, a, b: a if c else b,
+}
 
 
 def value_of(text: str, **names: float) -> float:
@@ -68,7 +73,9 @@ def test_pulses_move_a_mass_as_an_integration_of_their_formulas_says(shape):
         assert term.resonant(time, w)[0] == pytest.approx(moved[2], abs=1e-12)
 
 
-def samples(time: np.ndarray, poses: dict[str, np.ndarray], **points: np.ndarray) -> SimpleNamespace:
+def samples(
+    time: np.ndarray, poses: dict[str, np.ndarray], **points: np.ndarray
+) -> SimpleNamespace:
     """What a case asks of a result."""
     return SimpleNamespace(
         time=time,
@@ -97,7 +104,9 @@ def test_kinks_move_a_body_as_an_integration_of_their_formula_says(scene):
     angle, out = (out, 0 * out) if turns else (0 * out, out)
     tip = np.stack([out + reach * np.cos(angle), reach * np.sin(angle)], axis=1)
     assert case.off(samples(time, {}, **{"body.tip": tip})) < 1e-9
-    assert case.off(samples(time, {}, **{"body.tip": tip + [1e-6, 0]})) == pytest.approx(1e-6, rel=1e-2)
+    assert case.off(samples(time, {}, **{"body.tip": tip + [1e-6, 0]})) == pytest.approx(
+        1e-6, rel=1e-2
+    )
 
 
 @pytest.mark.parametrize("scene", [30000, 30002, 30005, 30007, 30009])
@@ -116,7 +125,11 @@ def test_wheels_turn_as_an_integration_with_a_force_between_them_says(scene):
     def rates(_, x):
         y, fall, spins = x[0], x[1], x[4:]
         distance = abs(y)
-        press = float(law.force(side * (apart - distance), -fall)) if side * (apart - distance) > 0 else 0.0
+        press = (
+            float(law.force(side * (apart - distance), -fall))
+            if side * (apart - distance) > 0
+            else 0.0
+        )
         arms = (radius, rim) if not driver else np.array([radius, rim]) * distance / apart
         slip = spins[0] * arms[0] + side * spins[1] * arms[1]
         rub = -contact["law"]["friction"] * press * np.tanh(slip / SLIP_SPEED)

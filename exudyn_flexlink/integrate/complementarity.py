@@ -38,6 +38,8 @@ def complementary(mobility: FloatArray, free: FloatArray) -> FloatArray:
                 continue
             if left.min(initial=0.0) >= -enough and np.abs(left[own]).max(initial=0.0) <= enough:
                 return np.maximum(push, 0.0)
+    if count == 1:
+        raise ArithmeticError("the contact that closes can't hold what drives it")
     raise ArithmeticError("contacts that close at one instant can't hold what drives them")
 
 

@@ -14,7 +14,6 @@ from exudyn_flexlink.mechanism.closing import (
     closest,
     neighbouring,
     positions,
-    scale_roots,
 )
 from exudyn_flexlink.mechanism.constraints import (
     Constraints,
@@ -25,7 +24,7 @@ from exudyn_flexlink.mechanism.constraints import (
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
 from exudyn_flexlink.mechanism.kinematics import anchor_position, length_along, turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
-from exudyn_flexlink.mechanism.least_motion import LeastMotion
+from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
 from exudyn_flexlink.mechanism.open_speeds import least_speeds
 

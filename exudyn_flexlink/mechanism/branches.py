@@ -61,7 +61,8 @@ def _independent(assembly: Assembly) -> list[tuple[int, int]]:
     # What a drive moves is free here, and then held where it stands.
     without = replace(without_play(assembly.mechanism, set()), speed_motors=())
     found = []
-    for bodies, motions in free_motions(without, assembly.state):
+    for bodies, free in free_motions(without, assembly.state):
+        motions = free
         for axis in (2, 0, 1):
             for k, body in enumerate(bodies.tolist()):
                 left = motions[3 * k + axis]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence, Set
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from exudyn_flexlink.mechanism.laying_out import (
     lay_out,
     slides_named,
 )
-from exudyn_flexlink.mechanism.least_motion import LeastMotion
+from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots, whole_roots
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND
 
@@ -31,6 +32,7 @@ CLOSED = 1e-10  # m or rad: residual of a joint that counts as closed
 ITERATIONS = 60
 AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to tell it from others
 KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
+TYPED = 1e-5  # of a part's reach: so far off may be a place that was typed with few digits
 SHUFFLES = 12  # last starts, from random angles: these close six-bars that the others leave open
 
 
@@ -40,11 +42,20 @@ class CannotAssembleError(ValueError):
     Its `kind` is "position" where they close, but not with this body at the place it is given, and
     "along" where they do not with this joint as far out as it is given.
     `gap` (m) and `turn` (rad) are what is missing in all joints together. A loop opens at the
-    joint that closes it, once the others have put its parts one to another.
+    joint that closes it, once the others have put its parts one to another. `near` (m) is where
+    joints allow a body next to the place that it is given.
     """
 
-    def __init__(self, joint: str, kind: str, gap: float, turn: float) -> None:
+    def __init__(
+        self,
+        joint: str,
+        kind: str,
+        gap: float,
+        turn: float,
+        near: tuple[float, float] | None = None,
+    ) -> None:
         super().__init__(f"joint '{joint}' stays open; {gap:.3g} m and {turn:.3g} rad are missing")
+        self.near = near
         self.joint = joint
         self.kind = kind
         self.gap = gap
@@ -81,9 +92,19 @@ def positions(
                 errors.append(error)
     least = min(errors, key=lambda error: error.gap)
     blamed = _contradicting(mechanism, start)
-    if blamed is not None:
-        raise CannotAssembleError(*blamed, least.gap, least.turn)
-    raise least
+    if blamed is None:
+        raise least
+    near = None
+    if blamed[1] == "position":
+        with suppress(CannotAssembleError):
+            freely = replace(held, places={})
+            found = _close_on_curves(mechanism, lay_out(mechanism, start), freely, straight=True)
+            away = {p: float(np.hypot(*(found[0][p, :2] - at))) for p, at in held.places.items()}
+            if all(far <= TYPED * mechanism.parts[part].reach for part, far in away.items()):
+                return found
+            farthest = max(away, key=lambda part: away[part])
+            near = (float(found[0][farthest, 0]), float(found[0][farthest, 1]))
+    raise CannotAssembleError(*blamed, least.gap, least.turn, near)
 
 
 def _contradicting(mechanism: Mechanism, start: Start) -> tuple[str, str] | None:
@@ -249,7 +270,7 @@ def _close(
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
-        roots = _whole_roots(mechanism, q) if straight else scale_roots(mechanism)
+        roots = whole_roots(mechanism, q) if straight else scale_roots(mechanism)
         motion = LeastMotion(mechanism, joints, roots, -joints.residual, straight)
         step = _shortened(motion.nearest())
         q = q + step
@@ -325,21 +346,3 @@ def _place_in(slot: Slot, lap: int, q: FloatArray) -> float:
     if abs(place - start) < CLOSED:
         return start
     return place if place > start else float(slot.curve.nearest(point, near=end))
-
-
-def scale_roots(mechanism: Mechanism) -> FloatArray:
-    """Metric, see `LeastMotion`, that weighs the reach of each part and a radian alike."""
-    scales = np.array([(1 / part.reach, 1 / part.reach, 1.0) for part in mechanism.parts])
-    return scales[:, :, None] * np.eye(3)
-
-
-def _whole_roots(mechanism: Mechanism, q: FloatArray) -> FloatArray:
-    """As `scale_roots` for bodies that move as one: the first part of each counts for all of it."""
-    roots = np.zeros((len(q), 3, 3))
-    for parts in mechanism.bodies.values():
-        first = parts[0]
-        reaches = np.array([mechanism.parts[i].reach for i in parts])
-        arms = np.hypot(*(q[list(parts), :2] - q[first, :2]).T) / reaches
-        along, turning = np.sqrt(np.sum(reaches**-2.0)), np.sqrt(np.sum(arms**2 + 1.0))
-        roots[first] = np.diag([along, along, turning])
-    return roots

@@ -303,3 +303,21 @@ def _turns(
         if part in ties and (parent in turns or parent == GROUND):
             turns.setdefault(part, ties[part] + (0.0 if parent == GROUND else turns[parent]))
     return turns
+
+
+def scale_roots(mechanism: Mechanism) -> FloatArray:
+    """Metric, see `LeastMotion`, that weighs the reach of each part and a radian alike."""
+    scales = np.array([(1 / part.reach, 1 / part.reach, 1.0) for part in mechanism.parts])
+    return scales[:, :, None] * np.eye(3)
+
+
+def whole_roots(mechanism: Mechanism, q: FloatArray) -> FloatArray:
+    """As `scale_roots` for bodies that move as one: the first part of each counts for all of it."""
+    roots = np.zeros((len(q), 3, 3))
+    for parts in mechanism.bodies.values():
+        first = parts[0]
+        reaches = np.array([mechanism.parts[i].reach for i in parts])
+        arms = np.hypot(*(q[list(parts), :2] - q[first, :2]).T) / reaches
+        along, turning = np.sqrt(np.sum(reaches**-2.0)), np.sqrt(np.sum(arms**2 + 1.0))
+        roots[first] = np.diag([along, along, turning])
+    return roots

@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.closing import scale_roots
 from exudyn_flexlink.mechanism.constraints import Constraints
-from exudyn_flexlink.mechanism.least_motion import LeastMotion
+from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import Anchor
 from exudyn_flexlink.mechanism.spanning import NOTHING, spanning_tree, within_body

@@ -8,7 +8,7 @@ from contextlib import suppress
 from math import isfinite
 from pathlib import Path
 
-from exudyn_flexlink.units import Dimension, Unit, UnknownUnitError, find_unit
+from exudyn_flexlink.units import SPELLINGS, Dimension, Unit, UnknownUnitError, find_unit
 
 Columns = Mapping[str, Sequence[Dimension]]
 """What two columns hold: their names, and what each may measure; nothing: that is not known."""
@@ -21,12 +21,9 @@ _BRACKETED = re.compile(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]$")
 _COMMENTED = re.compile(r"(?!\d)[^\s()\[\]]*\s*(?:in )?(?:[(\[][^()\[\]]*[)\]]|[^\s()\[\]]*)")
 _OF_TIME = "t"  # in the header 'M(t)': no tonne
 _SPELLINGS = {
-    r"(sec|second)s?": "s",
+    **SPELLINGS,
     r"msec": "ms",
-    r"degrees?": "deg",
-    r"revs?|turns|[ur](?= ?/ ?(min|s)\b)": "turn",  # 'U/min' is German, 'r/min' in IEC 60034
-    r"met(re|er)s?": "m",
-    r"lbs": "lb",
+    r"[ur](?= ?/ ?(min|s)\b)": "turn",  # 'U/min' is German, 'r/min' in IEC 60034
 }
 """Units as headers of measured data spell them, in small letters or capitals."""
 

@@ -75,7 +75,7 @@ def read_point_files(document: Document, allow_outside: bool = False) -> PointFi
 def _located(document: Document, file: str, allow_outside: bool) -> Path:
     folder = (document.folder or Path()).resolve()
     try:
-        path = (folder / file).resolve()
+        path = (folder / file.replace("\\", "/")).resolve()  # as Windows writes it
         if not allow_outside and (document.folder is None or not path.is_relative_to(folder)):
             raise BadFileError("the file must be in the model's folder, or below it")
         if path.exists() and not path.is_file():

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from exudyn_flexlink.scene.base import split_point
 from exudyn_flexlink.scene.bodies import RigidBody
 from exudyn_flexlink.scene.contacts import CircleOnCircle, PointOnCurve
+from exudyn_flexlink.scene.forces import TorqueDrive, TorsionalSpring
 from exudyn_flexlink.scene.joints import RevoluteJoint, SlotJoint
 from exudyn_flexlink.scene.lookup import Lookup, Parts, valid
 from exudyn_flexlink.source import Mistake
@@ -46,6 +47,12 @@ def point_masses(look: Lookup) -> Iterator[Mistake]:
                 f"friction in '{found}' turns '{name}', which has no inertia",
                 "give its moment of inertia, m r^2/2 of a disc; or take the friction away",
             )
+        if (what := _turned_alone(look.parts, name, body)) is not None:
+            yield Mistake(
+                ("bodies", name, "inertia"),
+                f"'{what}' turns '{name}' about its own centre, where it has no inertia",
+                "give its moment of inertia, m r^2/2 of a disc",
+            )
         speed = look.parts.initial.speeds.get(name) if look.parts.initial is not None else None
         if speed and stays_a_point(look.parts, name, body):
             yield Mistake(
@@ -53,6 +60,21 @@ def point_masses(look: Lookup) -> Iterator[Mistake]:
                 f"'{name}' is a point mass, which has no angular speed",
                 "give its speed under 'velocities', or the body an 'inertia'",
             )
+
+
+def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
+    """Name of what turns a body about its centre, where only one pin to the ground holds it."""
+    holding = [(own, joint) for own, joint in valid(parts.joints) if name in joint.bodies]
+    if len(holding) != 1 or holding[0][1].bodies != (name,):
+        return None
+    own, joint = holding[0]
+    points = joint.points if isinstance(joint, RevoluteJoint) else ()
+    pinned = [split_point(point)[1] for point in points if split_point(point)[0] == name]
+    if not pinned or body.points.get(pinned[0], body.centre_of_mass) != body.centre_of_mass:
+        return None
+    acting = (*valid(parts.springs), *valid(parts.drives))
+    turns = (TorsionalSpring, TorqueDrive)
+    return next((k for k, part in acting if isinstance(part, turns) and part.joint == own), None)
 
 
 def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:

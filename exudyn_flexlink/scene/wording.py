@@ -105,7 +105,9 @@ def _reworded(path: KeyPath, error: dict[str, Any]) -> Mistake:
     if kind.startswith("union_tag"):
         return _wrong_type(path, error)
     if kind in _WORDS:
-        return Mistake(path, _WORDS[kind](context, got))
+        of_file = path[-1:] == ("points",) and isinstance(error["input"], str)
+        hint = f"those of a file: 'file: {error['input']}' in place of 'points'" if of_file else ""
+        return Mistake(path, _WORDS[kind](context, got), hint)
     return Mistake(path, error["msg"])
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
@@ -127,7 +128,7 @@ class _Worker:
         context = get_context("spawn")  # a fork would share threads and locks of the engines
         self.pipe, theirs = context.Pipe()
         self.ready = False
-        with _without_interrupts():
+        with _without_interrupts(), _without_absent_main():
             self._process = context.Process(target=_serve, args=(theirs, self.sent), daemon=True)
             self._process.start()
         theirs.close()
@@ -200,6 +201,21 @@ def _without_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _without_absent_main() -> Iterator[None]:
+    """Let a process that is started inside not read again what was no file, such as '<stdin>'."""
+    main = sys.modules["__main__"]
+    file = getattr(main, "__file__", None)
+    if file is None or os.path.exists(file):
+        yield
+        return
+    del main.__file__
+    try:
+        yield
+    finally:
+        main.__file__ = file
 
 
 def _serve(pipe: Connection, sent: bytes) -> None:

@@ -101,7 +101,10 @@ def range_of(given: Any) -> Range:
         ends = given if isinstance(given, Sequence) else ()
     if len(ends) != 2:
         raise ValuesError(f"expected two ends, got {in_words(given)}", RANGE_HINT)
-    return _range(str(ends[0]), str(ends[1]), RANGE_HINT)
+    found = _range(str(ends[0]), str(ends[1]), RANGE_HINT)
+    if found.low > found.high:
+        raise ValuesError(f"the range {in_words(given)} runs backwards", "give the lower end first")
+    return found
 
 
 def _listed(values: Sequence[Value]) -> Values:
