@@ -5,6 +5,6 @@ from exudyn_flexlink.expressions.expression import Expression, NoValueError
 from exudyn_flexlink.expressions.parsing import in_words, looks_like_expression, parse_expression
 from exudyn_flexlink.expressions.poles import pole
 from exudyn_flexlink.expressions.ranges import Bounds
-from exudyn_flexlink.expressions.resolving import pulses, resolved
-from exudyn_flexlink.expressions.straying import strays
+from exudyn_flexlink.expressions.resolving import SHORTER, pulses, resolved
+from exudyn_flexlink.expressions.tape import RATES
 from exudyn_flexlink.expressions.tokens import ExpressionError, Sensed

@@ -190,12 +190,6 @@ class Expression:
         """Those of its first derivative by time."""
         return self._addends_of(self._tape.slope(self._result, TIME))
 
-    @cached_property
-    def second_rate_addends(self) -> list[Addend]:
-        """Those of its second derivative by time."""
-        rate = self._tape.slope(self._result, TIME)
-        return self._addends_of(self._tape.slope(rate, TIME))
-
     def _addends_of(self, result: int) -> list[Addend]:
         found, left = [], [result]
         while left:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.expressions.addend import Addend
 from exudyn_flexlink.expressions.ranges import Bounds
-from exudyn_flexlink.expressions.straying import Term
 
 PARTS = 64  # of the time that are looked at first
 MOST_PARTS = 32  # looked at together, the first ones: more poles than these are not needed
@@ -20,12 +20,12 @@ NEAR, FAR = 1e-8, 1e-5  # of the time: how far from the point values are looked 
 GROWS = 10.0  # from far to near: a pole of order 1 grows by a thousand, a logarithm hardly
 
 
-def pole(term: Term, begin: float, end: float) -> float | None:
+def pole(term: Addend, begin: float, end: float) -> float | None:
     """Instant (s), of two between which a term of time grows without bound; None if it does not."""
     edges = np.linspace(begin, end, PARTS + 1)
     low, high = edges[:-1], edges[1:]
     for _ in range(HALVINGS):
-        bounds = term.ranges(Bounds(low, high), [])
+        bounds = term.ranges(Bounds(low, high))
         left = np.flatnonzero(~np.isfinite(bounds).all(axis=0))[:MOST_PARTS]
         if not len(left):
             return None
@@ -38,7 +38,7 @@ def pole(term: Term, begin: float, end: float) -> float | None:
     return None
 
 
-def _grows(term: Term, time: float, begin: float, end: float) -> bool:
+def _grows(term: Addend, time: float, begin: float, end: float) -> bool:
     """Tell whether values grow towards an instant, from one side at least."""
 
     def sizes(part: float) -> FloatArray:

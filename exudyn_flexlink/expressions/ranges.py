@@ -7,7 +7,7 @@ never narrower but for rounding. Bounds are pairs of arrays of one shape, or of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +23,9 @@ class Bounds(NamedTuple):
     high: FloatArray
 
 
-def ranges(plan: Iterable[tuple[int, Operation]], time: Bounds, state: Sequence[Bounds]) -> Bounds:
+def ranges(
+    plan: Iterable[tuple[int, Operation]], time: Bounds, state: Mapping[int, Bounds]
+) -> Bounds:
     """Bounds of the last of numbered operations in order; infinite where it may have no value."""
     found: dict[int, Bounds] = {}
     last = time

@@ -7,13 +7,13 @@ at Chebyshev points, ``2 (w/4)^n max|f^(n)| / n!`` in a part of width w.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import factorial
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions.addend import Addend
+from exudyn_flexlink.expressions.addend import NOTHING, Addend
 from exudyn_flexlink.expressions.ranges import Bounds
 
 ORDER = 8  # n above, near the order of the method that makes the steps
@@ -23,7 +23,7 @@ MOST_PARTS = 100_000  # looked at together: where more are needed, it is told
 HALVINGS = 40  # of the time: then rounding is near
 CLOCK = 4  # units in the last place: how near to a part's ends it may still be of the next one
 SAME = 1e-14  # of the time: zeros so near to each other are one
-SHORTER = 8.0  # by which a part is a pulse's, beside those that steps may be chosen for
+SHORTER = 6.0  # by which a part is a pulse's, beside those that steps may be chosen for
 STEP = 4.0  # of such a part's width: how far a step may go beyond it
 
 
@@ -34,7 +34,7 @@ def zeros(term: Addend, begin: float, end: float) -> FloatArray:
     rate, found = term.derivative(1), []
     for _ in range(HALVINGS):
         within = Bounds(low, high)
-        value, slope = (np.broadcast_arrays(*one.ranges(within, []), low) for one in (term, rate))
+        value, slope = (np.broadcast_arrays(*one.ranges(within), low) for one in (term, rate))
         through = (value[0] <= 0) & (value[1] >= 0)
         monotone = (slope[0] > 0) | (slope[1] < 0)
         crossed = through & monotone
@@ -67,13 +67,18 @@ def _halved(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def resolved(
-    term: Addend, edges: FloatArray, cost: Callable[[FloatArray], FloatArray], allowed: float
+    term: Addend,
+    edges: FloatArray,
+    cost: Callable[[FloatArray], FloatArray | float],
+    allowed: float,
+    state: Callable[[Bounds], Mapping[int, Bounds]] = lambda _: NOTHING,
 ) -> tuple[FloatArray, FloatArray]:
     """Halve parts of a time (s) until polynomials in them tell all of a term, but for `allowed`.
 
     `edges` (n,) s are those of the parts that are halved: the term bends there. `cost` is that of
-    an area hidden in parts that begin so (s). Return all edges, and those (parts, 2) of the parts
-    that would be too many.
+    an area hidden in parts that begin so (s); `state` gives bounds of what is sensed, and of its
+    derivatives, over parts. What bends with the state counts as smooth. Return all edges, and those
+    (parts, 2) of the parts that would be too many.
     """
     low, high = edges[:-1], edges[1:]
     found, curved = [edges], term.derivative(ORDER)
@@ -81,9 +86,12 @@ def resolved(
         near = CLOCK * np.spacing(np.abs(high))
         low, high = low[wide := high - low > 4 * near], high[wide]
         within, width = Bounds(low + near[wide], high - near[wide]), high - low
-        least, most = term.ranges(within, [])
+        sensed = state(within)
+        least, most = term.ranges(within, sensed)
         with np.errstate(all="ignore"):
-            bend = np.abs(np.array(np.broadcast_arrays(*curved.ranges(within, []), low)[:2])).max(0)
+            bend = np.abs(
+                np.array(np.broadcast_arrays(*curved.ranges(within, sensed), low)[:2])
+            ).max(0)
             rest = np.fmin(most - least, REMAINDER * width**ORDER * bend)
             hidden = np.broadcast_to(cost(low) * width * rest, low.shape)
         by_size = np.argsort(hidden)

@@ -21,6 +21,8 @@ Values = float | FloatArray
 
 TIME = -1
 """The variable t; those of the state count from 0."""
+RATES = 1000
+"""So much further on counts the time derivative of a variable of the state."""
 
 
 class Operation(NamedTuple):
@@ -207,6 +209,8 @@ class Tape:
         name, takes, value = self.operations[i]
         if name == "number":
             return self.number(0.0)
+        if name == "variable" and by == TIME and value != TIME:
+            return self.variable(int(value) + RATES)
         if name == "variable":
             return self.number(1.0 if value == by else 0.0)
         inner = [self._slopes[k, by] for k in takes]

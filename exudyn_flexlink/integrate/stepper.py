@@ -65,7 +65,7 @@ class HybridProblem(Protocol):
     def overlooked(self, step: Step, allowed: float) -> float:
         """Part of a step after which a force is not what its stages tell; 1 if nowhere.
 
-        `allowed` is how far (m/s^2) anything's acceleration may be off, on average over the step.
+        `allowed` is how far (m) that may have moved anything by the end of the run.
         """
 
     def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:
@@ -202,7 +202,7 @@ class ImplicitStepper:
             else:
                 factor = self.control.factor(h, step.error)
                 good = self.control.passes(step.error) or self._rounded(step)
-                part = self.problem.overlooked(step, self.knots.allowed) if good else 1.0
+                part = self.problem.overlooked(step, self.control.allowed) if good else 1.0
                 if part < 1:
                     h, first = h * part, False
                 elif good:

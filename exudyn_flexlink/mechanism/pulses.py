@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -49,9 +49,10 @@ def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Asse
                 motors.append(replace(motor, speed=speed))
                 continue
         motors.append(motor)
-    for name, size, mobility in _loads(assembly):
-        if isinstance(size.value, Formula) and not size.senses:
-            terms = size.value.expression.addends
+    for name, size, rows, alone in _loads(assembly):
+        if isinstance(size.value, Formula):
+            terms = [term for term in size.value.expression.addends if term.of_time]
+            mobility = max(alone, *(_moved(assembly, row) for row in rows))
             _, short, left = _parts(size.value, terms, end, (mobility * end, -mobility), allowed)
             knots.append(short)
             told += _told(name, left)
@@ -96,14 +97,15 @@ def _told(name: str, left: FloatArray) -> Iterator[str]:
         )
 
 
-def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, float]]:
-    """Sizes of torques and forces, and how much (m/s^2) a unit of each may accelerate anything.
+def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, list[FloatArray], float]]:
+    """Sizes of torques and forces, their generalised forces by unit, and their mobility alone.
 
-    That is as at the start, where all may be in line with a force, or as its body by itself.
+    That is how much (m/s^2) a unit accelerates its body without joints: at the start all may be in
+    line with a force that moves much later.
     """
     mechanism, q = assembly.mechanism, assembly.state.q
     masses = {
-        body: sum(mechanism.parts[part].mass for part in parts)
+        body: sum(mechanism.parts[part].mass for part in parts) or inf
         for body, parts in mechanism.bodies.items()
     }
     for motor in mechanism.torque_motors:
@@ -113,14 +115,11 @@ def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, float]]:
                 row[part, 2] += sign
                 own = mechanism.parts[part]
                 alone = max(alone, 1.0 / (masses[own.body] * (own.reach or 1.0)))
-        yield motor.name, motor.size, max(_moved(assembly, row.ravel()), alone)
+        yield motor.name, motor.size, [row.ravel()], alone
     for force in mechanism.forces:
-        rows = anchor_jacobian(force.point, q).reshape(2, -1)
-        own = mechanism.parts[force.point.part]
-        alone = 1.0 / masses[own.body]
-        mobility = max(alone, *(_moved(assembly, row) for row in rows))
-        for size in force.sizes:
-            yield force.name, size, mobility
+        rows = list(anchor_jacobian(force.point, q).reshape(2, -1))
+        alone = 1.0 / masses[mechanism.parts[force.point.part].body]
+        yield from ((force.name, size, rows, alone) for size in force.sizes)
 
 
 def _moved(assembly: Assembly, force: FloatArray) -> float:

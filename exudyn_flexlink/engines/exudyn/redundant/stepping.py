@@ -36,6 +36,7 @@ from exudyn_flexlink.result import Event
 ROUNDING_OF_TURNS = 1e-9  # rad: what the search for the end of a run's turns may leave
 STEPS_PER_SAMPLE_IN_CONTACT = 4
 KNOT_TIME = 1e-12  # s: to which the solver's steps add up
+STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
 
 
 class FixedStep:
@@ -277,7 +278,7 @@ class Loop:
         before = self.window.inside(time)
         self.window.go_on(last, ahead)
         if last > 0 and time - last < near:
-            step = min(step, self.chooser.first)
+            step = min(step, self.chooser.first, (ahead - last) / STEPS_TO_KNOT)
             self.chooser.restart_from(step)
             places = np.array([slot.place(slot.u) for slot in self.slots])
             accelerations = self.recorder.coordinates.accelerations
