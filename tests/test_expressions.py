@@ -221,3 +221,18 @@ def test_any_text_is_an_expression_or_a_mistake(text, t):
             assert np.isfinite(found.second_rates(np.array([t]))).all()
     except NoValueError:
         return
+
+
+def test_a_formula_is_held_on_a_side_of_its_kinks():
+    """Beyond a kink it goes on as it was, or as it is written where that has no value."""
+    found = parse_expression("abs(place(way) - 1) + 0*max(0, t)")
+    assert found.kinks == 1
+    places = np.array([0.0, 3.0])
+    np.testing.assert_array_equal(found.values(0 * places, [places]), [1, 2])
+    for side, held in ((0.0, [-1, 2]), (1.0, [1, -2])):
+        np.testing.assert_array_equal(found.values(0 * places, [places, side]), held)
+        np.testing.assert_array_equal(found.switches(0 * places, [places, side]), [places - 1])
+        assert found.slopes(0, [3.0, side]) == [1 - 2 * side]
+    root = parse_expression("sqrt(max(0, place(way) - 1))")
+    np.testing.assert_array_equal(root.values(0 * places, [places, 0.0]), [0, math.sqrt(2)])
+    np.testing.assert_array_equal(root.values(0 * places, [places, 1.0]), [0, 0])

@@ -10,7 +10,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions.ranges import Bounds, ranges
-from exudyn_flexlink.expressions.tape import NONE_HELD, TIME, Operation, Program, Tape
+from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Tape
 
 NOTHING: Mapping[int, Bounds] = MappingProxyType({})
 
@@ -18,9 +18,11 @@ NOTHING: Mapping[int, Bounds] = MappingProxyType({})
 class Addend:
     """One of the terms, numbers left out, whose sum a formula is; it may enter with a minus."""
 
-    def __init__(self, tape: Tape, result: int, held: Mapping[int, Operation] = NONE_HELD) -> None:
+    def __init__(
+        self, tape: Tape, result: int, held: Mapping[int, Operation] | None = None
+    ) -> None:
         self._tape, self._result, self._held = tape, result, held
-        self._value = Program(tape, [result], held)
+        self._value, self._own = Program(tape, [result], held), Program(tape, [result])
 
     @property
     def of_time(self) -> bool:
@@ -44,4 +46,8 @@ class Addend:
 
         A derivative takes derivatives of what is sensed, too: see `tape.RATES`.
         """
-        return ranges(self._value.plan, time, state)
+        found = ranges(self._value.plan, time, state)
+        if (np.isfinite(found.low) & np.isfinite(found.high)).all():
+            return found
+        own = ranges(self._own.plan, time, state)  # see `Expression._found`
+        return Bounds(*(np.where(np.isfinite(x), x, y) for x, y in zip(found, own, strict=True)))

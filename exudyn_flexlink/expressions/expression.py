@@ -54,10 +54,16 @@ class Expression:
         self._tape, self._result = plan.tape, plan.result
         self._switches = tuple(dict.fromkeys(plan.switches))
         # What compares states belongs to max, min or abs: `where` compares times alone.
-        compare = [i for i in self._tape.needed([self._result]) if self._is_of_state(i)]
-        self.kinks = len(compare)
+        compared = [
+            i
+            for i in self._tape.needed([self._result])
+            if self._tape.operations[i].name == "less" and self._tape.variables(i) - {TIME}
+        ]
+        self.kinks = len(compared)
         sides = (Operation("variable", (), len(sensed) + k) for k in range(self.kinks))
-        self._held = dict(zip(compare, sides, strict=True))
+        self._held = dict(zip(compared, sides, strict=True))
+        switches = [self._tape.operations[i].takes[0] for i in compared]
+        self._at_kinks = Program(self._tape, switches, self._held)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Expression) and self.text == other.text
@@ -205,17 +211,8 @@ class Expression:
 
     def switches(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (kinks, n) that are zero at the kinks, by time and state as `values`."""
-        found = self._found(self._of_kinks, time, state)
+        found = self._found(self._at_kinks, time, state)
         return np.array([np.broadcast_to(one, np.shape(time)) for one in found])
-
-    @cached_property
-    def _of_kinks(self) -> Program:
-        switches = [self._tape.operations[i].takes[0] for i in self._held]
-        return Program(self._tape, switches, self._held)
-
-    def _is_of_state(self, i: int) -> bool:
-        compares = self._tape.operations[i].name == "less"
-        return compares and bool(self._tape.variables(i) - {TIME})
 
     @cached_property
     def linear_bends(self) -> list[float]:

@@ -111,7 +111,7 @@ def _pow(a: Bounds, b: Bounds) -> Bounds:
     even = whole & (np.mod(b.low, 2) == 0)
     through = (a.low <= 0) & (a.high >= 0)
     corners = _of_corners(np.power, a, b)
-    positive = a.low > 0
+    positive = (a.low > 0) | ((a.low == 0) & (b.low > 0))
     found = _where(positive | (whole & ~even & (b.low > 0)), corners, _WHOLE)
     of_even = _where(b.low > 0, _even(a, np.abs(b.low)), corners)
     found = _where(even & ~(through & (b.low < 0)), of_even, found)

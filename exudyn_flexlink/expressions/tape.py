@@ -33,9 +33,6 @@ class Operation(NamedTuple):
     value: float = 0.0
 
 
-NONE_HELD: Mapping[int, Operation] = {}
-
-
 def _less(a: Values, b: Values) -> FloatArray:
     return np.where(np.isnan(np.add(a, b)), np.nan, np.less(a, b).astype(float))
 
@@ -87,9 +84,9 @@ class Program:
     """
 
     def __init__(
-        self, tape: Tape, results: Sequence[int], held: Mapping[int, Operation] = NONE_HELD
+        self, tape: Tape, results: Sequence[int], held: Mapping[int, Operation] | None = None
     ) -> None:
-        needed = tape.needed(results)
+        held, needed = held or {}, tape.needed(results)
         self.plan = [(i, held.get(i, tape.operations[i])) for i in needed]
         self._held = [(i, int(one.value)) for i, one in held.items()]
         self._results = tuple(results)
