@@ -107,6 +107,23 @@ def test_play_between_two_stops(
     np.testing.assert_allclose(found.poses[:, 0, 0], right, rtol=0, atol=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("stiffness", "play", "speed", "lasts", "tolerance"),
+    [(34540, 0.0450553, 1.17276, 0.1, 1.3e-5), (21000, 0.012, 1.9, 0.2, 3e-5)],
+)
+def test_play_between_two_stops_in_redundant_coordinates(
+    stiffness: float, play: float, speed: float, lasts: float, tolerance: float
+) -> None:
+    """A step out of free flight, of any length, went over a kink, and so did its neighbour's."""
+    force = f"-{stiffness}*max(0, X - {play}) + {stiffness}*max(0, -{play} - X)"
+    found = block(
+        force, speed, lasts, tolerance, mass=0.797461, more="solver: {formulation: redundant}"
+    )
+    right = between_stops(found.time, play, speed, sqrt(stiffness / 0.797461))
+    np.testing.assert_allclose(found.poses[:, 0, 0], right, rtol=0, atol=tolerance)
+    assert not found.warnings
+
+
 LEFT = {
     "bodies": ", wall: {type: rigid, mass: 1, inertia: 1, points: {a: [0, -1], b: [0, 1]}}",
     "joints": ", fix: {type: weld, points: [ground, wall.a], at: [-0.02, -1]}",

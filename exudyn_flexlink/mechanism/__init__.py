@@ -99,6 +99,13 @@ from exudyn_flexlink.mechanism.schedule import (
     formulation,
     turn_goal,
 )
-from exudyn_flexlink.mechanism.sensing import force_at, motor_place, motor_speed, size_at, sizes_at
+from exudyn_flexlink.mechanism.sensing import (
+    force_at,
+    motor_place,
+    motor_speed,
+    sensed,
+    size_at,
+    sizes_at,
+)
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to

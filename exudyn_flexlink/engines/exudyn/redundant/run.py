@@ -15,6 +15,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
+from exudyn_flexlink.engines.exudyn.redundant.kinks import Kinks
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
@@ -74,7 +75,8 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
     meter = ProgressMeter(progress, end)
-    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, knots, window, meter)
+    kinks = Kinks(assembly.mechanism, window)
+    loop = Loop(chooser, slots, contacts, kinks, events, recorder, end, goal, knots, window, meter)
     return Prepared(scene, assembly, system, loop)
 
 

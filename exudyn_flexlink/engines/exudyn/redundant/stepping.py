@@ -24,6 +24,7 @@ from exudyn_flexlink.engines.diagnostics.walls import (
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
+from exudyn_flexlink.engines.exudyn.redundant.kinks import Kinks
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
@@ -145,6 +146,7 @@ class Loop:
     chooser: StepChooser
     slots: list[SlotItems]
     contacts: Contacts
+    kinks: Kinks
     events: list[Event]  # of the slots
     recorder: Recorder
     end: float
@@ -256,6 +258,10 @@ class Loop:
                 self.stop_reason = f"the point of slot '{slot.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
         step = self._contacts(now, step)
+        step, passed = self.kinks.after_step(now, step)
+        if passed:
+            step = min(step, self.chooser.first)
+            self.chooser.restart_from(step)
         if self.goal is not None:
             left, rate = self.goal.left(now.q_list), self.goal.rate(now.q_list, now.v_list)
             bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
