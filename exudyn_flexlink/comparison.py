@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -42,13 +43,18 @@ from exudyn_flexlink.observables import (
     struck_bodies,
     watched_point,
 )
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Result, later
+from exudyn_flexlink.scene import Scene
 
 _TOLD = {
     "tolerance": "tolerance {:.3g} m",
     "step": "step {:.3g} s",
     "elements": "beam of {:.0f} elements",
 }
+
+
+_OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
+_AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that
 
 
 @dataclass(frozen=True)
@@ -242,12 +248,17 @@ def compare(
         for other in (second, again):
             if other is not None:
                 _check_one_scene(first, other)
+        ahead = second.scene.initial.clock - first.scene.initial.clock
+        second, again = later(second, ahead), again and later(again, ahead)
         names = first.engine, second.engine
         if names[0] == names[1]:
             names = f"{names[0]} 1", f"{names[1]} 2"
     point, other_point = watched_point(first.scene), watched_point(second.scene)
     if point != other_point:
         raise ValueError(f"the scenes' watched points are {point} and {other_point}")
+    if min(first.time[-1], second.time[-1]) < max(first.time[0], second.time[0]):
+        spans = [f"{run.time[0]:.6g} to {run.time[-1]:.6g} s" for run in (first, second)]
+        raise ValueError(f"the runs have no time in common: {' and '.join(spans)}")
     time, points = common_times(first, second), common_points(first, second)
     contacts = [name for name in first.scene.contacts if name in second.scene.contacts]
     found = Comparison(
@@ -279,6 +290,29 @@ def _check_one_scene(first: Result, second: Result) -> None:
         one, other = of(first.scene), of(second.scene)
         if one != other:
             raise ValueError(f"the runs are not of one scene: their {what} are {one} and {other}")
+    ours, theirs = (_meant(run.scene) for run in (first, second))
+    for path in sorted(ours.keys() | theirs.keys()):
+        pair = ours.get(path), theirs.get(path)
+        left_open = path.endswith(_AT_REST) and None in pair
+        if pair[0] != pair[1] and not left_open:
+            told = f"{path} is {pair[0]} and {pair[1]}"
+            raise ValueError(f"the runs are not of one scene: {told}; give 'names' to compare both")
+
+
+def _meant(scene: Scene) -> dict[str, Any]:
+    """What a scene is, by path: without how it is solved, how long, and from what state."""
+    data, found = scene.to_data(), dict[str, Any]()
+
+    def walk(value: Any, path: str) -> None:
+        if isinstance(value, dict):
+            for key, inner in value.items():
+                walk(inner, f"{path}.{key}")
+        else:
+            found[path] = value
+
+    for section in _OF_A_SCENE:
+        walk(data.get(section), section)
+    return found
 
 
 def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) -> Seen:

@@ -43,9 +43,12 @@ def continued(result: Result, at: float | None = None) -> Scene:
     assembled stay at rest there.
 
     Raises:
-        CannotContinueError: something presses at that instant.
+        CannotContinueError: something presses at that instant, or it is not in the run.
 
     """
+    last = float(result.time[-1])
+    if at is not None and not 0 <= at <= last:
+        raise CannotContinueError(f"the run goes from 0 to {last:.9g} s; {at:.9g} s is not in it")
     k = len(result.time) - 1 if at is None else result.sample_at(at)
     time = float(result.time[k])
     _require_free(result, time)

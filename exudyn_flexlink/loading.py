@@ -41,6 +41,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
+from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
@@ -48,7 +49,7 @@ SHORTEST_RUN = 1e-9  # s: ten thousand times what the numerical methods tell apa
 
 
 def load_scene(
-    path: str | Path, settings: Iterable[str] = (), allow_outside: bool = False
+    path: str | Path, settings: Iterable[Setting] = (), allow_outside: bool = False
 ) -> Scene:
     """Read a model file and check it whole.
 
@@ -86,7 +87,7 @@ class ImpossibleLengthError(ValueError):
 
 
 def scene_of(
-    document: Document, settings: Iterable[str] = (), allow_outside: bool = False
+    document: Document, settings: Iterable[Setting] = (), allow_outside: bool = False
 ) -> Scene:
     """Check a document that is already read; see `load_scene`."""
     checked = check_document(apply_settings(document, settings), allow_outside)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -235,6 +235,15 @@ class Result:
     outcome: Outcome
     error: MeasuredError | None = None
 
+    def __post_init__(self) -> None:
+        """Let nobody change what a run gave: it would be saved as the run."""
+        _lock(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Lock the arrays again, which NumPy makes writable where it reads a pickle."""
+        self.__dict__.update(state)
+        _lock(self)
+
     def sample_at(self, time: float) -> int:
         """Index of the sample next to an instant (s)."""
         return int(np.abs(self.time - time).argmin())
@@ -255,6 +264,35 @@ class Result:
             for event in _events_of(interval, name)
         ]
         return tuple(sorted([*self.laps, *told], key=lambda event: event.time))
+
+
+def later(result: Result, by: float) -> Result:
+    """Return a run with its instants `by` (s) later: by the clock of one that it goes on from."""
+    if by == 0:
+        return result
+
+    def moved(touches: Intervals) -> Intervals:
+        return replace(touches, begin=touches.begin + by, end=touches.end + by)
+
+    kinds = ("contacts", "bearings", "sleeves")
+    histories: dict[str, Any] = {
+        kind: {k: replace(x, touches=moved(x.touches)) for k, x in getattr(result, kind).items()}
+        for kind in kinds
+    }
+    extremes = {k: replace(x, time=x.time + by) for k, x in result.extremes.items()}
+    laps = tuple(replace(lap, time=lap.time + by) for lap in result.laps)
+    return replace(result, time=result.time + by, extremes=extremes, laps=laps, **histories)
+
+
+def _lock(record: Any) -> None:
+    """Make the arrays of a dataclass read-only, of those in it, and of its mappings."""
+    for name in record.__dataclass_fields__:
+        value = getattr(record, name)
+        for own in value.values() if isinstance(value, Mapping) else (value,):
+            if isinstance(own, np.ndarray):
+                own.setflags(write=False)
+            elif is_dataclass(own) and not isinstance(own, type):
+                _lock(own)
 
 
 def laps_begun(laps: Iterable[Event]) -> list[float]:

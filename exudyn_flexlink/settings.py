@@ -9,14 +9,17 @@ from typing import Any
 from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError, did_you_mean, dotted
 from exudyn_flexlink.yaml_reader import read_yaml
 
+Setting = str | tuple[str, Any]
 ExclusiveKeys = Sequence[tuple[KeyPath, tuple[str, ...]]]
 """Paths ("*" stands for any step) with the keys beside them that they exclude."""
 
 
 def with_settings(
-    document: Document, settings: Iterable[str], exclusive: ExclusiveKeys = ()
+    document: Document, settings: Iterable[Setting], exclusive: ExclusiveKeys = ()
 ) -> Document:
     """Return a copy of a document in which texts such as 'run.turns=2' replace values, or add keys.
+
+    A setting may be a path and its value instead: plain data, which is taken as it is.
 
     'null' takes a key away that is there; of one that is not, the scene says whether it may be.
 
@@ -41,8 +44,12 @@ def _setting_error(document: Document, path: KeyPath, text: str, mistake: Mistak
     return SceneError(replace(document, settings={**document.settings, path: text}), [mistake])
 
 
-def _parse_setting(document: Document, text: str) -> tuple[KeyPath, Any, str]:
+def _parse_setting(document: Document, given: Setting) -> tuple[KeyPath, Any, str]:
     """Split 'run.turns=2' into its path, its value and the text itself."""
+    if not isinstance(given, str):
+        name, plain = given
+        return tuple(step.strip() for step in name.split(".")), plain, f"{name}={plain}"
+    text = given
     name, equals, value = text.partition("=")
     if not equals or not all(step.strip() for step in name.split(".")):
         mistake = Mistake((), "expected path=value", "for example --set run.turns=2")

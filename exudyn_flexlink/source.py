@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.shipped import model_file
 from exudyn_flexlink.yaml_reader import KeyPath, Place, Problem, read_yaml, split_lines
 
@@ -70,7 +71,7 @@ class Document:
         return None
 
 
-class HintedError(ValueError):
+class HintedError(Sendable, ValueError):
     """What is wrong with a value, before anybody knows its place; `hint` says what to write."""
 
     def __init__(self, message: str, hint: str = "") -> None:
@@ -79,7 +80,7 @@ class HintedError(ValueError):
         self.hint = hint
 
 
-class SceneError(Exception):
+class SceneError(Sendable, Exception):
     """Every mistake found in one document, in the order of its lines."""
 
     def __init__(self, document: Document, mistakes: Iterable[Mistake]) -> None:

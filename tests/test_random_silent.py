@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -26,11 +27,8 @@ from scipy.integrate import solve_ivp
 from silent.closed_forms import SHAPES, Term, radius_at
 from silent.scenes import Case
 
-from exudyn_flexlink.laws import PenaltyLaw
-
 EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
 END = 0.7  # s
-SLIP_SPEED = 1e-3  # m/s
 SMALL = (10000, 10010, 20001, 20004, 30000, 30001, 40000, 50001, 60000)
 OF_FORMULAS = {
     "exp": np.exp,
@@ -49,7 +47,7 @@ def pieces(term: Term) -> list[tuple[float, float]]:
     """Stretches of a run between the edges of a pulse."""
     edges = [term.at + side * term.wide for side in (-6, -1, 0, 1, 6)]
     ends = [0.0, *(edge for edge in edges if 0 < edge < END), END]
-    return list(zip(ends[:-1], ends[1:], strict=True))
+    return list(pairwise(ends))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -107,47 +105,6 @@ def test_kinks_move_a_body_as_an_integration_of_their_formula_says(scene):
     assert case.off(samples(time, {}, **{"body.tip": tip + [1e-6, 0]})) == pytest.approx(
         1e-6, rel=1e-2
     )
-
-
-@pytest.mark.parametrize("scene", [30000, 30002, 30005, 30007, 30009])
-def test_wheels_turn_as_an_integration_with_a_force_between_them_says(scene):
-    """Friction acts between both surfaces, at arms in the ratio of the radii."""
-    case = drawn(scene, seed=1)[0]
-    model, (contact,) = case.model, case.model["contacts"].values()
-    wheel, driver = model["bodies"]["wheel"], model["bodies"].get("driver")
-    radius, law = wheel["points"]["rim"][0], PenaltyLaw(**contact_law(contact["law"]))
-    side = -1 if any(one.get("inside") for one in contact.get("circles", [])) else 1
-    rim, under = (driver["points"]["rim"][0], driver["inertia"]) if driver else (1.0, wheel["mass"])
-    under = np.inf if "drives" in model else under
-    apart = rim + side * radius if driver else radius
-    mass = wheel["mass"] + (1e-3 if driver else 0.0)
-
-    def rates(_, x):
-        y, fall, spins = x[0], x[1], x[4:]
-        distance = abs(y)
-        press = (
-            float(law.force(side * (apart - distance), -fall))
-            if side * (apart - distance) > 0
-            else 0.0
-        )
-        arms = (radius, rim) if not driver else np.array([radius, rim]) * distance / apart
-        slip = spins[0] * arms[0] + side * spins[1] * arms[1]
-        rub = -contact["law"]["friction"] * press * np.tanh(slip / SLIP_SPEED)
-        turns = [arms[0] * rub / wheel["inertia"], side * arms[1] * rub / under]
-        return [fall, press / mass - 9.81, *spins, *turns]
-
-    initial, end = model["initial"], model["run"]["duration"]
-    spin = initial["speeds"]["wheel"]
-    other = initial["speeds"].get("driver", initial.get("velocities", {"wheel": [0]})["wheel"][0])
-    if "drives" in model:
-        other = model["drives"]["motor"]["value"]
-    high = next(iter(initial["positions"].values()))[1]
-    time = np.linspace(0, end, 500)
-    x = solve_ivp(rates, (0, end), [high, 0, 0, 0, spin, other], t_eval=time, **EXACT).y
-    poses = {"wheel": np.stack([0 * time if driver else x[3], x[0], x[2]], axis=1)}
-    if driver:
-        poses["driver"] = np.stack([0 * time, 0 * time, x[3]], axis=1)
-    assert case.off(samples(time, poses)) < 1e-9
 
 
 def test_a_spline_around_a_hub_is_met_in_every_direction():

@@ -13,6 +13,7 @@ from exudyn_flexlink import effects, loading
 from exudyn_flexlink.once import hand_on
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
+from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.shipped import known_names, model_file, model_names
 from exudyn_flexlink.source import (
     Document,
@@ -70,7 +71,7 @@ def load_scene(
         TypeError: a setting that no section knows, or a dict that holds what no model can.
 
     """
-    texts = _settings(changes) if isinstance(changes, Mapping) else list(changes)
+    texts: list[Setting] = _settings(changes) if isinstance(changes, Mapping) else list(changes)
     texts += _settings({_path_of(key): value for key, value in settings.items()})
     return own_scene(loading.scene_of(_document(model), texts, allow_outside))
 
@@ -130,15 +131,15 @@ def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
     return load_document(path)
 
 
-def _settings(changes: Mapping[str, Any]) -> list[str]:
-    """Return changes by path as the texts 'path=value' that the command line takes."""
-    return [f"{path}={_text(value)}" for path, value in changes.items()]
+def _settings(changes: Mapping[str, Any]) -> list[Setting]:
+    """Return changes by path as settings: values are plain data, never YAML to be read again."""
+    return [(path, _plain(value)) for path, value in changes.items()]
 
 
-def _text(value: Any) -> str:
+def _plain(value: Any) -> Any:
     if isinstance(value, str):
-        return value
-    return json.dumps(value, ensure_ascii=False, default=loading.plain_data)
+        return str(value)
+    return json.loads(json.dumps(value, default=loading.plain_data))
 
 
 def _path_of(key: str) -> str:

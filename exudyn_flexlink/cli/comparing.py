@@ -37,7 +37,7 @@ UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
-    place = Place(options, "-compare")
+    place = Place(options, "-compare", "comparison")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
     if options.without:

@@ -18,8 +18,12 @@ from exudyn_flexlink.storage import KeptBesideError, own_files, staged_folder
 class Place:
     """The folder a result shall end in, `target`; after writing, the one it did end in."""
 
-    def __init__(self, options: argparse.Namespace, suffix: str = "") -> None:
-        """Take the place that was asked for, or a folder in `runs` named as the run is."""
+    def __init__(self, options: argparse.Namespace, suffix: str = "", what: str = "run") -> None:
+        """Take the place that was asked for, or a folder in `runs` named as the run is.
+
+        `what` is the kind of result, see `storage.manifest`.
+        """
+        self._what = what
         self.target: Path = options.out or Path("runs") / run_name(options, suffix)
         self._force, self._quiet = options.force, options.quiet
         self._replaces: bool | None = None  # an earlier run; known when writing begins
@@ -54,7 +58,7 @@ class Place:
             self._replaces = bool(own_files(self.target))
         with deferrable_interrupts() as ctrl_c:
             try:
-                with staged_folder(self.target, force=self._force) as folder:
+                with staged_folder(self.target, force=self._force, what=self._what) as folder:
                     yield folder
                     ctrl_c.defer()
             except KeptBesideError as error:

@@ -42,7 +42,7 @@ UNTOLD = "interrupted before the exponent was known; nothing was written"
 
 def stability_command(options: argparse.Namespace) -> int:
     """Study a model's motion, write and print how stable it is; returns the exit code."""
-    place = Place(options, "-stability")
+    place = Place(options, "-stability", "stability")
     refuse_idle_integrator(options, options.engine)
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)

@@ -53,7 +53,7 @@ SAFETY = 2.0
 
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
-    place = Place(options, "-accuracy")
+    place = Place(options, "-accuracy", "study")
     scene = read_scene(options)
     require_length("--target", options.target, scene)
     try:

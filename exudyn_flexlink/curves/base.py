@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.curves import feet
 from exudyn_flexlink.curves.arc_length import ArcLength
+from exudyn_flexlink.raising import Sendable
 
 # A place on a curve: typed decimals that mean the same point differ by less than this.
 POSITION_TOLERANCE = 1e-9
@@ -28,7 +29,7 @@ ROUNDING = 1e-9
 OVERLAP = 1e-7
 
 
-class CurveError(ValueError):
+class CurveError(Sendable, ValueError):
     """A curve that cannot be.
 
     ``message`` says what is wrong (pieces, points and laps are counted from 1 there), ``piece`` is

@@ -16,6 +16,7 @@ from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.diagnostics.neighbour import Measured, measured_by, unmeasured
 from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
+from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Run, Scene
 from exudyn_flexlink.versions import THIS, version_of
@@ -35,7 +36,7 @@ ENGINES = {
 AT_FIRST = 1e-6  # s: a run that does nothing but compile
 
 
-class NotRepresentableError(ValueError):
+class NotRepresentableError(Sendable, ValueError):
     """An engine can't represent a part of the scene; `path` names it (``("joints", "pin")``)."""
 
     def __init__(self, path: tuple[str, ...], message: str) -> None:

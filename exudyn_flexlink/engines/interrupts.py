@@ -6,16 +6,19 @@ Ctrl-C raises `KeyboardInterrupt` as everywhere.
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Protocol
 
+from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
 
 
-class LateInterruptError(KeyboardInterrupt):
+class LateInterruptError(Sendable, KeyboardInterrupt):
     """The request came when a run was solved to its end, and only being put together: `result`."""
 
     def __init__(self, result: Result) -> None:
@@ -44,6 +47,32 @@ class Stopping:
 
     interrupts: Callable[[Callable[[], None]], AbstractContextManager[None]]
     deferrable_interrupts: Callable[[], AbstractContextManager[Deferred]]
+
+
+@contextmanager
+def between_steps() -> Iterator[Callable[[], None]]:
+    """Keep signals waiting inside, but where the function given is called.
+
+    A solver of another language swallows what a signal's handler raises while it calls Python. Here
+    the handlers of whoever calls run between two steps, where what they raise is not lost.
+    """
+    handled = set[signal.Signals]()
+    if hasattr(signal, "pthread_sigmask") and threading.current_thread() is threading.main_thread():
+        known = (own for own in signal.valid_signals() if isinstance(own, signal.Signals))
+        handled = {own for own in known if callable(signal.getsignal(own))}
+    if not handled:
+        yield lambda: None
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, handled)
+
+    def let_them_run() -> None:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_BLOCK, handled)
+
+    try:
+        yield let_them_run
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 _given: ContextVar[Stopping | None] = ContextVar("stopping", default=None)

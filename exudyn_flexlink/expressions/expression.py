@@ -14,10 +14,11 @@ from exudyn_flexlink.expressions.addend import Addend
 from exudyn_flexlink.expressions.resolving import zeros
 from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Tape, Values
 from exudyn_flexlink.expressions.tokens import Sensed
+from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.units import Powers
 
 
-class NoValueError(ArithmeticError):
+class NoValueError(Sendable, ArithmeticError):
     """A formula, `text`, has no value at a time (s): a logarithm of a negative number, say.
 
     `what` it lacks may be a derivative.

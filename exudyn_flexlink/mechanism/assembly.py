@@ -27,6 +27,7 @@ from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
 from exudyn_flexlink.mechanism.open_speeds import least_speeds
+from exudyn_flexlink.raising import Sendable
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Assembly:
     surplus: Mapping[str, int]
 
 
-class CannotMoveError(ValueError):
+class CannotMoveError(Sendable, ValueError):
     """A drive, or a speed at the start, contradicts the joints and those before it.
 
     `path` leads to it in the scene.

@@ -27,6 +27,7 @@ from exudyn_flexlink.mechanism.laying_out import (
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots, whole_roots
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND
+from exudyn_flexlink.raising import Sendable
 
 CLOSED = 1e-10  # m or rad: residual of a joint that counts as closed
 ITERATIONS = 60
@@ -36,7 +37,7 @@ TYPED = 1e-5  # of a part's reach: so far off may be a place that was typed with
 SHUFFLES = 12  # last starts, from random angles: these close six-bars that the others leave open
 
 
-class CannotAssembleError(ValueError):
+class CannotAssembleError(Sendable, ValueError):
     """The joints can't all close: `joint` is the one that stays open most.
 
     Its `kind` is "position" where they close, but not with this body at the place it is given, and

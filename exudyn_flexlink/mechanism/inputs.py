@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.curves import closing
+from exudyn_flexlink.mechanism.kinematics import speed_along, turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.schedule import end_of_run
 from exudyn_flexlink.scene import Scene, SplineSpec, Table
 
 MANY_ROWS = 10_000  # of a table: fewer cost no run much time
+JUMP = 1e-6  # of a speed: what rounding and a run's own error leave
 SAME = 1e-6  # of a table's largest value: what a row adds to the line between its neighbours
 
 
@@ -22,6 +24,7 @@ def input_notes(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
         for gap in _repeats(curve):
             told = "closes the curve, and is left out"
             yield f"curves.{name}: the last point, {gap:.3g} m from the first, {told}"
+    yield from _jumps(scene, mechanism)
     begin, end = scene.initial.clock, end_of_run(scene, mechanism)
     for name, drive in scene.drives.items():
         for value in drive.value if isinstance(drive.value, tuple) else (drive.value,):
@@ -31,6 +34,25 @@ def input_notes(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
                     f"drives.{name}: {idle:,} of {rows:,} rows are outside of the run, or on the "
                     "line between their neighbours: fewer rows would give the same in less time"
                 )
+
+
+def _jumps(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
+    """Say which drives set another speed than the run had that a scene goes on from."""
+    if not scene.initial.states:
+        return
+    rows = [row for name in mechanism.bodies for row in scene.initial.states[name]]
+    state = np.array(rows, dtype=float).reshape(-1, 6)
+    for motor in mechanism.speed_motors:
+        if motor.slide is not None:
+            was, unit = float(speed_along(motor.slide, state[:, :3], state[:, 3:])), "m/s"
+        else:
+            was, unit = float(turning(motor.first, motor.second, state[:, 3:])), "rad/s"
+        now = motor.speed.at(0.0)
+        if abs(now - was) > JUMP * max(abs(now), abs(was)):
+            yield (
+                f"drives.{motor.name}: sets {now:.6g} {unit} where the run that this one goes on "
+                f"from had {was:.6g} {unit}: speeds jump as it begins"
+            )
 
 
 def _repeats(curve: Any) -> Iterator[float]:

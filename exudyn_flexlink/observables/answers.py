@@ -133,6 +133,19 @@ def answer_of(scene: Scene, mechanism: Mechanism, contact: Contact, start: Float
     return Turned(other.part, part, hinge)
 
 
+def rest_of(answer: Answer, mechanism: Mechanism) -> float | None:
+    """Angle (rad), or place (m), at which the spring of what a body moves on is at rest, if any."""
+    if isinstance(answer, Turned):
+        ends = answer.carrier, answer.part
+        for spring in mechanism.springs:
+            if spring.rest_angle is not None and {spring.first, spring.second} == set(ends):
+                return spring.rest_angle * (1.0 if spring.second == answer.part else -1.0)
+    if isinstance(answer, Slid):
+        found = (own for own in mechanism.linear_springs if own.slide is answer.slide)
+        return next((answer.sign * own.length for own in found if own.length is not None), None)
+    return None
+
+
 def measures(scene: Scene) -> dict[str, Measure]:
     """By what the motion of every struck body is told."""
     mechanism, found = build_mechanism(scene), {}

@@ -17,20 +17,23 @@ from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
 )
-from exudyn_flexlink.observables.answers import Measure, Turned, answer_of
+from exudyn_flexlink.observables.answers import Measure, Moved, Slid, Turned, answer_of, rest_of
 from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
+
+NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
 
 
 @dataclass(frozen=True)
 class LeverResponse:
     """Motion of a struck body, (N,) each.
 
-    `measure` says what `value` is, from where the body stood at time 0, and in what unit: the angle
-    (rad, counter-clockwise) of a body that turns on another, or the displacement (m) along the
-    joint's axis of one that slides, both relative to the body that carries it; of a free one it is
-    the displacement of its tip. `rate` is that of the value, per s.
+    `measure` says what `value` is, from where the body stood at time 0, or in a run that goes on
+    from another where its spring is at rest, and in what unit: the angle (rad, counter-clockwise)
+    of a body that turns on another, or the displacement (m) along the joint's axis of one that
+    slides, both relative to the body that carries it; of a free one it is the displacement of its
+    tip. `rate` is that of the value, per s.
     `tip_displacement` (m) is that of the end of the struck line farther from the body's hinge, or
     of the struck circle's centre, along the normal at time 0, positive to the free side.
     `extremes` are those of the value, whatever is sampled.
@@ -55,7 +58,17 @@ class LeverResponse:
         )
 
     def value_at(self, time: FloatArray) -> FloatArray:
-        """Value at any instants, between samples too: see `between_samples`."""
+        """Value at instants (s) of the run, between samples too: see `between_samples`.
+
+        Raises:
+            ValueError: one of them is not in the run.
+
+        """
+        begin, end = float(self.time[0]), float(self.time[-1])
+        if not np.all((np.asarray(time) >= begin - NOTHING) & (np.asarray(time) <= end + NOTHING)):
+            raise ValueError(
+                f"the run goes from {begin:.9g} to {end:.9g} s: nothing is known beyond"
+            )
         return between_samples(self.time, self.value, self.rate, time)
 
     def between(self, begin: float, end: float) -> LeverResponse:
@@ -117,19 +130,36 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
     first = struck_by(mechanism, struck_bodies(result.scene)[body])
     answer = answer_of(result.scene, mechanism, first, start)
     value, rate = answer.motion(result.poses, result.rates)
+    zero = float(value[0])
     hinge = answer.hinge if isinstance(answer, Turned) else None
-    tip = anchor_position(_farthest(own.anchors[1], hinge, start), result.poses)
+    if result.scene.initial.states and (rest := rest_of(answer, mechanism)) is not None:
+        start, zero = _set_back(start, answer, part, zero - rest), rest
+    anchor = _farthest(own.anchors[1], hinge, start)
+    tip, at_rest = anchor_position(anchor, result.poses), anchor_position(anchor, start)
     normal = approach(own, start, result.rates[0]).normal
     turns = result.extremes[f"{body}.{answer.measure.name}"]
     return LeverResponse(
         body,
         answer.measure,
         result.time,
-        value - value[0],
+        value - zero,
         rate,
-        (tip - tip[0]) @ normal,
-        Extremes(turns.time, turns.value - value[0]),
+        (tip - at_rest) @ normal,
+        Extremes(turns.time, turns.value - zero),
     )
+
+
+def _set_back(q: FloatArray, answer: Turned | Slid | Moved, part: int, by: float) -> FloatArray:
+    """Poses (parts, 3) with the struck part back by an angle (rad) about its hinge, if it has one.
+
+    What it would be at rest, where a run goes on from one that bent it.
+    """
+    if not isinstance(answer, Turned):
+        return q
+    back, pivot = q.copy(), anchor_position(answer.hinge, q)
+    back[part, 2] -= by
+    back[part, :2] += pivot - anchor_position(answer.hinge, back)
+    return np.asarray(back)
 
 
 def struck_by(mechanism: Mechanism, contact: str) -> Contact:

@@ -79,12 +79,13 @@ def common_times(first: Result, second: Result) -> FloatArray:
     Where a run has no sample there, it is interpolated: see `between_samples`.
     """
     scene = first.scene
+    begin = float(max(first.time[0], second.time[0]))
     end = float(min(first.time[-1], second.time[-1]))
-    if end <= 0:
-        return np.zeros(1)
+    if end <= begin:
+        return np.array([begin])
     mechanism = build_mechanism(scene)
     grid = sample_times(scene, mechanism, end_of_run(scene, mechanism))
-    kept = grid[grid < end * (1 - 1e-9)]
+    kept = grid[(grid >= begin) & (grid < end * (1 - 1e-9))]
     return np.append(kept, end)
 
 

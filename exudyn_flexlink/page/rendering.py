@@ -14,7 +14,7 @@ from exudyn_flexlink.page.figures import data_uri
 from exudyn_flexlink.page.reproducing import MODEL
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import replace_file
+from exudyn_flexlink.storage import StorageError, replace_file
 from exudyn_flexlink.versions import THIS, version_of
 
 PAGE = "report.html"
@@ -58,6 +58,9 @@ def _policy(players: str) -> str:
     return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'{allowed}"
 
 
+ENDINGS = (".html", ".htm")
+
+
 def write_page(result: Result, file: Path, *, force: bool = False) -> None:
     """Write the page of a run; one that stands there is replaced, another file only with `force`.
 
@@ -65,6 +68,9 @@ def write_page(result: Result, file: Path, *, force: bool = False) -> None:
         StorageError: the file may not be replaced, or can't be written.
 
     """
+    if file.suffix.lower() not in ENDINGS:
+        told = "a report is a page of HTML, whose name ends in"
+        raise StorageError(f"can't write {file}: {told} {' or '.join(ENDINGS)}")
     replace_file(file, page_of(result).encode("utf-8"), is_page, force=force)
 
 

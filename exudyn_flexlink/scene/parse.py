@@ -23,7 +23,7 @@ from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.point_files import PointFiles, read_point_files
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
-from exudyn_flexlink.settings import ExclusiveKeys, with_settings
+from exudyn_flexlink.settings import ExclusiveKeys, Setting, with_settings
 from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError
 
 EXCLUSIVE_KEYS: ExclusiveKeys = (
@@ -68,7 +68,7 @@ SECTION_OF = {
 """The section to which each key of accuracy, initial, run and solver belongs."""
 
 
-def apply_settings(document: Document, settings: Iterable[str]) -> Document:
+def apply_settings(document: Document, settings: Iterable[Setting]) -> Document:
     """Return the document with settings such as 'run.turns=2' in place of its values.
 
     Raises:

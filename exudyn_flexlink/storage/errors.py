@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 from pathlib import Path
 
+from exudyn_flexlink.raising import Sendable
+
 PROGRAM = "exudyn-flexlink"
 FORMAT = 9
 SUMMARY, ARRAYS = "summary.json", "result.nc"
@@ -13,7 +15,7 @@ STABILITY, SWEEP = "stability.json", "sweep.json"
 MANIFEST = "manifest.json"
 
 
-class StorageError(Exception):
+class StorageError(Sendable, Exception):
     """A run can't be written or read: a sentence that names the file and says what to do.
 
     `forcible` tells that it can be written all the same, with `force`.

@@ -29,6 +29,7 @@ from exudyn_flexlink.storage.errors import (
 
 PREFIX = ".flexlink-"  # of what is there only while something is written
 CHUNK = 1 << 20  # bytes read at once
+FIGURES = "figures"  # what a folder holds that has no document
 KINDS = {
     SUMMARY: "run",
     COMPARISON: "comparison",
@@ -161,7 +162,7 @@ def _content(folder: Path) -> tuple[str, str, bool]:
         if is_regular(folder / name):
             data = _json(folder / name)
             return what, data["title"], data["completed"]
-    return "figures", "", False
+    return FIGURES, "", False
 
 
 def _json(file: Path) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from pathlib import Path
 
 from exudyn_flexlink.storage.errors import ARRAYS, MANIFEST, StorageError
 from exudyn_flexlink.storage.manifest import (
+    FIGURES,
     KINDS,
     PREFIX,
     Manifest,
@@ -55,7 +56,9 @@ def put(staged: Path, target: Path, *, force: bool, add: bool = False) -> None:
     """
     new = list(_files(staged))
     if not add:
-        _check_complete(manifest_of(staged), target, force=force)
+        now = manifest_of(staged)
+        check_kind(target, now.what)
+        _check_complete(now, target, force=force)
     check_replaceable(target, new, force=force)
     old = {} if add else own_files(target)
     # Where runs are in folders inside, no file stands for the whole: it comes when all are there.
@@ -130,6 +133,21 @@ def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> Non
             raise StorageError(
                 f"{place} {why}; rename it, choose another folder, or force it", forcible=True
             )
+
+
+def check_kind(target: Path, what: str) -> None:
+    """Look whether a folder holds nothing else than what is to be put there.
+
+    Raises:
+        StorageError: it holds a result of another kind, which is never replaced.
+
+    """
+    there = read_manifest(target)
+    if there is not None and there.what not in (what, FIGURES):
+        raise StorageError(
+            f"{target} holds a {there.told}, which a {what} does not replace: choose another "
+            "folder, or remove that one yourself"
+        )
 
 
 def check_regular(folder: Path, names: Iterable[str]) -> None:

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from exudyn_flexlink.storage.errors import MANIFEST, StorageError, cannot_write
 from exudyn_flexlink.storage.manifest import PREFIX, is_regular, own_files, read_manifest
-from exudyn_flexlink.storage.replacing import check_replaceable, kind_of, put
+from exudyn_flexlink.storage.replacing import check_kind, check_replaceable, kind_of, put
 
 
 class KeptBesideError(StorageError):
@@ -24,12 +24,13 @@ class KeptBesideError(StorageError):
 
 
 @contextmanager
-def staged_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
+def staged_folder(target: Path, *, force: bool = False, what: str = "") -> Iterator[Path]:
     """Yield a temporary folder; once all is written there, its files move to `target`.
 
     `target` may be new, empty, or hold a result of this program: then the new files replace those
     that its manifest names, and whatever else is in it stays. A result that is not complete
-    replaces no complete one. After any exception or interrupt `target` is as it was. `force`
+    replaces no complete one, nor one of another kind, which `what` tells before anything is
+    written. After any exception or interrupt `target` is as it was. `force`
     replaces a complete result by an incomplete one, writes into a folder of other files, and
     replaces files of the user that have the names of new ones.
 
@@ -40,6 +41,8 @@ def staged_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
     """
     target = _resolved(target)
     check_place(target, force=force)
+    if what:
+        check_kind(target, what)
     with _temporary(target) as staged:
         yield staged
         try:

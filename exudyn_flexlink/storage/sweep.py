@@ -19,7 +19,7 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.documents import read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
 from exudyn_flexlink.storage.journal import JOURNAL, Journal, keep_out, rows_in, rows_kept
-from exudyn_flexlink.storage.manifest import read_manifest
+from exudyn_flexlink.storage.manifest import KINDS, read_manifest
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.writing import save
@@ -65,7 +65,7 @@ def open_journal(
     _require_free(folder)
     there = None if force else _earlier(folder, sweep, resume=resume)
     if there is None:
-        with staged_folder(folder, force=force) as staged:
+        with staged_folder(folder, force=force, what=KINDS[SWEEP]) as staged:
             _write_plan(staged, sweep, completed=False)
     try:
         stream = (folder / JOURNAL).open("a+b", buffering=0)
@@ -204,7 +204,7 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
         there = read_manifest(folder)
         if there is not None:
             raise StorageError(
-                f"{folder} holds a {there.told}; choose another place, or force it", forcible=True
+                f"{folder} holds a {there.told}; choose another place, or remove that yourself"
             )
         return None
     if plan.get("digest") != sweep.digest:

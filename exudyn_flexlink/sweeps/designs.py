@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import prod
@@ -77,7 +77,9 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
             message = f"expected a mapping of paths to values, got {in_words(point)}"
             mistakes.append(Mistake((*at, i), message))
             continue
-        paths = paths or tuple(point)
+        if not paths:
+            paths = tuple(point)
+            _refuse_twice(paths, (*at, i), mistakes)
         if set(point) != set(paths):
             message = f"gives {', '.join(point)}, the first point {', '.join(paths)}"
             mistakes.append(Mistake((*at, i), message, "all points give the same paths"))
@@ -153,8 +155,19 @@ def _read_all(
     """Return what was read of each path, without those that have mistakes."""
     if not varied:
         mistakes.append(Mistake(at, "nothing is varied", "a path of the model, and its values"))
+    _refuse_twice(varied, at, mistakes)
     found = {path: _read(read, given, (*at, path), mistakes) for path, given in varied.items()}
     return {path: one for path, one in found.items() if one is not None}
+
+
+def _refuse_twice(paths: Iterable[str], at: KeyPath, mistakes: list[Mistake]) -> None:
+    """Refuse paths that differ in blanks alone: one would be varied, and the other told."""
+    seen = set[str]()
+    for path in paths:
+        meant = ".".join(step.strip() for step in path.split("."))
+        if meant in seen:
+            mistakes.append(Mistake((*at, path), f"'{meant}' is varied twice"))
+        seen.add(meant)
 
 
 def _read(read: Read, given: Any, place: KeyPath, mistakes: list[Mistake]) -> Any:

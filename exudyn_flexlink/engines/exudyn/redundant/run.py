@@ -27,7 +27,7 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
     StepChooser,
 )
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
-from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.interrupts import between_steps, interrupts
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.mechanism import (
@@ -124,7 +124,7 @@ def _solve(prepared: Prepared) -> str:
     settings = _settings(prepared, first)
     complaint = ""
     try:
-        with interrupts(loop.interrupt):
+        with interrupts(loop.interrupt), between_steps() as loop.listen:
             system.mbs.SolveDynamic(settings, showHints=False)
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)

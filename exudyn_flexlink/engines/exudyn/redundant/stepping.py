@@ -8,7 +8,7 @@ events (a track's pieces, contacts, the end) and resolve contacts.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, inf, log2
 from typing import Any
@@ -162,6 +162,7 @@ class Loop:
     stop_advice: str = ""
     interrupted: bool = False
     error: BaseException | None = None
+    listen: Callable[[], None] = lambda: None  # lets handlers of signals run, see `interrupts`
     _first: float = 0.0
     _goal_rate: float = 0.0
     _noted: int = 0  # entries of the contacts' log that the recorder knows
@@ -184,6 +185,7 @@ class Loop:
         caller.
         """
         try:
+            self.listen()
             return self._after_step(mbs, time) and not self.interrupted
         except BaseException as error:
             self.error = error

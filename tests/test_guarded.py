@@ -1,0 +1,227 @@
+"""Results can't be changed, taken for another, or lost on their way."""
+
+import importlib
+import inspect
+import multiprocessing
+import pickle
+import pkgutil
+import signal
+import sys
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+import results
+
+import exudyn_flexlink as fl
+from exudyn_flexlink.storage import StorageError, staged_folder
+from exudyn_flexlink.storage.manifest import KINDS
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+
+
+@pytest.fixture(scope="module")
+def run():
+    return fl.simulate(fl.load_scene("no_clearance", turns=1.2, tolerance=1e-6), measure=False)
+
+
+# --- files ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("there", "new"), list(permutations(KINDS, 2)))
+def test_a_result_of_one_kind_never_replaces_one_of_another(there, new, tmp_path):
+    def write(document):
+        with staged_folder(tmp_path / "o", force=True) as folder:
+            (folder / document).write_text('{"title": "t", "completed": true}')
+            (folder / "table.csv").write_text("1")
+
+    write(there)
+    before = {file.name: file.read_bytes() for file in (tmp_path / "o").iterdir()}
+    with pytest.raises(StorageError, match=f"holds a {KINDS[there]} of 't', which a {KINDS[new]}"):
+        write(new)
+    assert {file.name: file.read_bytes() for file in (tmp_path / "o").iterdir()} == before
+    write(there)  # one of its own kind does
+
+
+def test_a_run_over_a_sweep_is_refused_before_it_is_written(tmp_path):
+    scene = fl.load_scene("rigid", turns=0.02)
+    fl.sweep(scene, {"drives.motor.value": [5, 6]}, folder=tmp_path / "o", workers=1)
+    with pytest.raises(StorageError, match="holds a sweep"):
+        fl.simulate(scene, measure=False).save(tmp_path / "o", force=True)
+    assert (tmp_path / "o" / "table.csv").is_file()
+
+
+def test_a_report_is_no_pdf(run, tmp_path):
+    with pytest.raises(StorageError, match=r"name ends in \.html or \.htm"):
+        run.report(tmp_path / "a.pdf")
+    assert not list(tmp_path.iterdir())
+
+
+# --- numbers ----------------------------------------------------------------------------------
+
+
+def test_what_a_run_gave_is_read_only(run, tmp_path):
+    run.save(tmp_path / "o")
+    for result in (run, fl.load(tmp_path / "o"), pickle.loads(pickle.dumps(run))):
+        t = result.time
+        with pytest.raises(ValueError, match="read-only"):
+            t *= 1e3
+        with pytest.raises(ValueError, match="read-only"):
+            result.poses[:] = 0
+        with pytest.raises(ValueError, match="read-only"):
+            result.contacts["strike"].touches.begin[:] = 0
+
+
+def test_nothing_is_told_beyond_a_run(run):
+    lever = run.lever("lever")
+    assert lever.value_at(np.array([run.time[-1]]))[0] == pytest.approx(lever.value[-1])
+    for beyond in (5.0, -0.1, np.nan):
+        with pytest.raises(ValueError, match="the run goes from 0 to"):
+            lever.value_at(np.array([beyond]))
+
+
+@pytest.mark.parametrize("at", [np.inf, np.nan, 99.0, -1.0])
+def test_a_run_goes_on_from_no_instant_outside_of_it(run, at):
+    with pytest.raises(ValueError, match="is not in it"):
+        run.continued(at)
+
+
+def test_a_run_and_what_goes_on_from_it_are_compared_by_one_clock(run):
+    scene = run.continued(0.2).with_({"run.turns": None, "run.duration": 0.05})
+    later = fl.simulate(scene, measure=False)
+    found = fl.compare(run, later)
+    assert found.time[0] == pytest.approx(0.2)
+    assert found.deviation.largest < 1e-6
+    assert fl.compare(later, run).deviation.largest < 1e-6
+
+
+def test_runs_of_two_scenes_are_not_compared_as_one(run):
+    other = fl.simulate(
+        run.scene.with_({"drives.motor.value": 20, "run.turns": 0.1}), measure=False
+    )
+    with pytest.raises(ValueError, match=r"drives\.motor\.value is 10\.0 and 20\.0; give 'names'"):
+        fl.compare(run, other)
+    assert fl.compare(run, other, names=("slow", "fast")).deviation.largest > 0.01
+    finer = fl.simulate(
+        run.scene.with_({"accuracy.tolerance": 1e-8, "run.turns": 0.1}), measure=False
+    )
+    assert fl.compare(run, finer).deviation.largest < 1e-6
+
+
+def test_a_lever_that_starts_bent_counts_from_the_rest_of_its_spring(run):
+    k = int(np.searchsorted(run.time, 0.36))
+    while True:
+        try:
+            scene = run.continued(run.time[k])
+            break
+        except ValueError:
+            k += 1
+    scene = scene.with_({"run.turns": None, "run.duration": 0.05})
+    whole, part = run.lever("lever"), fl.simulate(scene, measure=False).lever("lever")
+    assert abs(whole.value[k]) > 1e-3
+    assert part.value[0] == pytest.approx(whole.value[k], abs=1e-9)
+    assert part.tip_displacement[0] == pytest.approx(whole.tip_displacement[k], abs=1e-9)
+    at = part.time + run.time[k]
+    assert np.abs(part.value - whole.value_at(at)).max() < 1e-4
+
+
+def test_a_drive_that_is_changed_as_a_run_goes_on_is_told():
+    scene = fl.load_scene("smooth", turns=0.1)
+    on = fl.simulate(scene, measure=False).continued()
+    assert not fl.simulate(on, measure=False).warnings
+    changed = fl.simulate(on.with_({"drives.motor.value": 20}), measure=False)
+    assert any("sets 20 rad/s where the run" in told for told in changed.warnings)
+
+
+def test_values_from_python_are_values():
+    scene = fl.load_scene("smooth")
+    for title in ("no # 3", "yes", "null", "{a: 1}", "12", "a: b", " - x"):
+        assert scene.with_({"title": title}).title == title
+    assert scene.with_({"drives.motor.value": "20 rad/s"}).drives["motor"].value == 20
+    assert scene.with_({"gravity": [0, np.float64(-9.81)]}).gravity == (0, -9.81)
+    assert fl.load_scene("smooth", {"title": "# 1"}).title == "# 1"
+
+
+def test_a_path_with_blanks_is_no_other_path():
+    scene, paths = fl.load_scene("smooth"), ("drives.motor.value", "drives.motor.value ")
+    with pytest.raises(fl.SceneError, match=r"'drives\.motor\.value' is varied twice"):
+        fl.sweep(scene, {path: [5, 6] for path in paths})
+
+
+# --- exceptions -------------------------------------------------------------------------------
+
+GIVEN = {
+    "Document": lambda: fl.load_scene("smooth").document,
+    "Iterable[Mistake]": list,
+    "Result": results.pendulum,
+    "StorageError": lambda: StorageError("told", forcible=True),
+    "Path": lambda: Path("o"),
+    "tuple[str, ...]": lambda: ("joints", "pin"),
+    "float": lambda: 1.5,
+    "int | None": lambda: 1,
+    "tuple[float, float] | None": lambda: (1.0, 2.0),
+    "bool": lambda: True,
+}
+
+
+def exceptions():
+    found = set()
+    for module in pkgutil.walk_packages(fl.__path__, "exudyn_flexlink."):
+        if not module.name.endswith("__main__"):
+            members = vars(importlib.import_module(module.name)).values()
+            found |= {
+                own
+                for own in members
+                if inspect.isclass(own)
+                and issubclass(own, BaseException)
+                and own.__module__.startswith("exudyn_flexlink")
+                and not own.__name__.startswith("_")
+            }
+    return sorted(found, key=lambda own: own.__qualname__)
+
+
+@pytest.mark.parametrize("kind", exceptions(), ids=lambda own: own.__name__)
+def test_every_exception_survives_being_sent(kind):
+    positional, named = [], {}
+    for name, own in list(inspect.signature(kind.__init__).parameters.items())[1:]:
+        value = GIVEN.get(str(own.annotation), lambda: "text")()
+        if own.kind is own.KEYWORD_ONLY:
+            named[name] = value
+        elif own.kind is not own.VAR_KEYWORD:
+            positional.append(value)
+    error = kind(*positional, **named)
+    back = pickle.loads(pickle.dumps(error))
+    assert type(back) is kind
+    assert str(back) == str(error)
+    assert vars(back).keys() == vars(error).keys()
+
+
+def test_a_scene_that_an_engine_refuses_does_not_hang_a_pool():
+    scene = fl.load_scene("textbook/slider_crank", tolerance=1e-5)
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        asked = pool.starmap_async(fl.simulate, [(scene, "lagrangian")])
+        with pytest.raises(fl.NotRepresentableError):
+            asked.get(timeout=60)
+
+
+class MineError(Exception):
+    """Of a handler of the user's."""
+
+
+@posix
+@pytest.mark.parametrize("formulation", ["redundant", "minimal"])
+def test_what_a_signals_handler_raises_comes_out(formulation):
+    def handler(*_):
+        raise MineError
+
+    scene = fl.load_scene("no_clearance", tolerance=1e-8, turns=40, formulation=formulation)
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        for after in (0.5, 0.6, 0.7):
+            signal.setitimer(signal.ITIMER_REAL, after)
+            with pytest.raises(MineError):
+                fl.simulate(scene, measure=False)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
