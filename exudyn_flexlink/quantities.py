@@ -12,13 +12,13 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from exudyn_flexlink.source import HintedError
 from exudyn_flexlink.units import DOTS, RAISED, Dimension, UnknownUnitError, find_unit
+from exudyn_flexlink.yaml_reader import MINUS
 
 LONGEST_TEXT = 60
 LARGEST, SMALLEST = 1e20, 1e-30
 """Limits of what is read, in SI: products of some such numbers (E b h^3 / l) are still numbers."""
 WEIGHTLESS = "what shall hardly weigh anything has a thousandth of what it moves"
-MINUS = "\N{MINUS SIGN}"  # of typeset texts
-NUMBER = rf"[-+{MINUS}]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+NUMBER = rf"[-+{MINUS}]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+{MINUS}]?[0-9]+)?"
 UNIT = rf"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*{DOTS}{RAISED}/^.+\-{MINUS} ()]*"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
 _IS_NUMBER = re.compile(rf"\s*{NUMBER}\s*")

@@ -20,14 +20,15 @@ MOST_VALUES = 200_000
 _CORE = "tag:yaml.org,2002:"
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 _LINE_END = re.compile("\r\n|[\r\n\x85\u2028\u2029]")  # what PyYAML counts as one
+MINUS = "\N{MINUS SIGN}"  # of typeset texts, from which numbers are copied
 _SCALARS = {
     "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     "bool": (r"true|True|TRUE|false|False|FALSE", list("tTfF")),
-    "int": (r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", list("-+0123456789")),
+    "int": (rf"[-+{MINUS}]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", list(f"-+{MINUS}0123456789")),
     "float": (
-        r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
+        rf"[-+{MINUS}]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+{MINUS}]?[0-9]+)?"
         r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)",
-        list("-+0123456789."),
+        list(f"-+{MINUS}0123456789."),
     ),
 }
 
@@ -273,6 +274,7 @@ def _number_or_word(kind: str, text: str) -> bool | int | float | None:
         return None
     if kind == "bool":
         return text.lower() == "true"
+    text = text.replace(MINUS, "-")
     if kind == "int":
         base = {"0o": 8, "0x": 16}.get(text[:2], 10)
         return int(text[2:] if base != 10 else text, base)

@@ -236,3 +236,22 @@ def test_a_formula_is_held_on_a_side_of_its_kinks():
     root = parse_expression("sqrt(max(0, place(way) - 1))")
     np.testing.assert_array_equal(root.values(0 * places, [places, 0.0]), [0, math.sqrt(2)])
     np.testing.assert_array_equal(root.values(0 * places, [places, 1.0]), [0, 0])
+
+
+@pytest.mark.parametrize(
+    ("typed", "plain"),
+    [
+        ("30 RPM * sin(t)", "30 rpm * sin(t)"),
+        ("30 rev/min * t/1 s", "30 rpm * t/1 s"),
+        ("30 degrees/s * cos(t)", "30 deg/s * cos(t)"),
+        ("\N{MINUS SIGN}3 \N{MINUS SIGN} 2*t", "-3 - 2*t"),
+        ("2 rad·s⁻¹ * t", "2 rad/s * t"),
+        ("5 kg·m² * t", "5 kg m^2 * t"),
+        ("50 µm * t", "50 um * t"),
+        ("2 seconds * t", "2 s * t"),
+    ],
+)
+def test_units_and_signs_as_people_type_them(typed, plain):
+    one, other = parse_expression(typed), parse_expression(plain)
+    assert one.powers == other.powers
+    assert [one.at(t) for t in (0.3, 1.7)] == pytest.approx([other.at(t) for t in (0.3, 1.7)])

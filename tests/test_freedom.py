@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from math import acos, atan2, degrees, exp, hypot, pi
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
+from exudyn_flexlink.mechanism import moved_by_forces
 from exudyn_flexlink.report import check_text, run_text
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import Document, parse_document
@@ -198,3 +200,42 @@ def test_the_angle_of_a_joint_that_nothing_drives_has_its_name_and_no_laps(tmp_p
     assert strike["angle_of_hinge_rad"] == pytest.approx(-acos(-0.2), abs=1e-5)
     head = (tmp_path / "trajectory_arm.tip.csv").read_text().splitlines()[0]
     assert head.startswith("t_s,angle_of_hinge_rad,")
+
+
+def with_free_bodies(count: int, text: str, **initial: object) -> Scene:
+    """A scene with so many free bodies more, at y = 3 m."""
+    document = parse_document(text, "model.yaml")
+    names = [f"b{i}" for i in range(count)]
+    document.data["bodies"] |= {n: {"type": "rigid", "mass": 1, "inertia": 1} for n in names}
+    for key, value in {"positions": [0, 3], **initial}.items():
+        document.data["initial"][key] = dict.fromkeys(names, value)
+    return scene_of(document)
+
+
+def test_two_thousand_free_bodies_are_checked_in_seconds() -> None:
+    began = time.process_time()
+    found = with_free_bodies(2000, FOUR_BAR, velocities=[1, 2], speeds=3)
+    assembly = assemble_scene(found)
+    assert time.process_time() - began < 15
+    assert assembly.degrees_of_freedom == 6001
+    assert abs(assembly.state.v[3:] - [1, 2, 3]).max() == 0
+    assert len(moved_by_forces(assembly)) == 2003
+    assert time.process_time() - began < 20
+
+
+def test_bodies_that_nothing_connects_are_each_asked_alone() -> None:
+    """A four-bar, a driven wheel and free bodies: what moves, and how else the loop closes."""
+    wheel = "wheel: {type: rigid, mass: 1, inertia: 1}\n  crank:"
+    axle = "joints:\n  axle: {type: revolute, points: [ground, wheel.centre], at: [9, 9]}"
+    text = FOUR_BAR.replace("crank:", wheel, 1).replace("joints:", axle)
+    found = with_free_bodies(100, text + MOTOR.replace("A,", "axle,"))
+    began = time.process_time()
+    assembly = assemble_scene(found)
+    said = check_text(found, assembly).split("other ways, too")[1].splitlines()[1]
+    assert time.process_time() - began < 10
+    names = [f"b{i}" for i in range(100)]
+    assert moved_by_forces(assembly) == ["crank", "coupler", "rocker", *names]
+    # The rocker is mirrored at the diagonal from the crank's tip to its own bearing.
+    diagonal, angle = atan2(-0.1, 0.3), assembly.state.q[3, 2]
+    mirrored = degrees(2 * (diagonal + pi) - angle)
+    assert f"rocker {mirrored - 360:.4g}" in said or f"rocker {mirrored:.4g}" in said

@@ -317,3 +317,11 @@ def test_a_missing_file_of_a_model_that_comes_with_the_program_is_told_by_its_na
     with pytest.raises(SceneError) as caught:
         load_document(tmp_path / "nowhere.yaml")
     assert "hint" not in str(caught.value)
+
+
+def test_a_minus_sign_of_typeset_text_is_a_minus() -> None:
+    data = parse_document("a: [\N{MINUS SIGN}5, \N{MINUS SIGN}.5, 2e\N{MINUS SIGN}3]\n", "m").data
+    assert data == {"a": [-5, -0.5, 2e-3]}
+    assert isinstance(data["a"][0], int)
+    said = parse_document("a: '\N{MINUS SIGN}5'\nb: \N{MINUS SIGN}x\n", "m").data
+    assert said == {"a": "\N{MINUS SIGN}5", "b": "\N{MINUS SIGN}x"}

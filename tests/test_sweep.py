@@ -132,6 +132,13 @@ def test_a_range_after_one_with_a_mistake_is_named_by_its_own_path() -> None:
     assert f"{ANGLE}: expected an angle" in str(error.value)
 
 
+def test_a_minus_sign_of_typeset_text_is_one_in_ranges_and_lists() -> None:
+    for typed in ("\N{MINUS SIGN}20:5 deg:3", "\N{MINUS SIGN}20, \N{MINUS SIGN}7.5, 5 deg"):
+        plain = typed.replace("\N{MINUS SIGN}", "-")
+        one, other = plan_of({ANGLE: typed}), plan_of({ANGLE: plain})
+        assert [p.values for p in one.points] == [p.values for p in other.points]
+
+
 def test_files_that_vary_are_those_beside_the_model() -> None:
     found = table(plan_of({"curves.track.file": ["track_points.csv"]},
                           fl.load_scene("spline_track")), lambda *_: {})  # fmt: skip

@@ -9,13 +9,17 @@ from typing import NamedTuple
 
 from exudyn_flexlink.source import HintedError, did_you_mean
 from exudyn_flexlink.units import (
+    DOTS,
     PREFIXES,
+    RAISED,
+    SPELLINGS,
     SYMBOLS,
     Dimension,
     Powers,
     UnknownUnitError,
     find_unit,
 )
+from exudyn_flexlink.yaml_reader import MINUS
 
 LONGEST = 500  # letters of a formula
 
@@ -50,14 +54,16 @@ class Token(NamedTuple):
 # Words that units are made of: tonnes are none, since `2 t` is a slip for `2*t`.
 _WORDS = {*SYMBOLS, "Nm", "Nmm", "mNm", "kNm"} - {"t"}
 _WORDS |= {prefix + name for name, one in SYMBOLS.items() if one.prefixed for prefix in PREFIXES}
-_WORD = rf"(?:{'|'.join(sorted(_WORDS, key=len, reverse=True))})(?![\w(])(?:\s*\^\s*[0-9])?"
+_SPELT = "|".join([*SPELLINGS, *sorted(_WORDS, key=len, reverse=True)])
+_WORD = rf"(?:{_SPELT})(?:[{RAISED}]+(?![\w(])|(?![\w(])(?:\s*\^\s*[0-9])?)"
 _NUMBER = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _AFTER_NUMBER = re.compile(
-    rf"\s*(?P<unit>(?:1(?=/{_WORD})|{_WORD})(?:[ ·]+{_WORD})*(?:\s*/\s*{_WORD})*)(?!\s*[*]{{2}})"
+    rf"\s*(?P<unit>(?:1(?=/{_WORD})|{_WORD})(?:[ {DOTS}]+{_WORD})*(?:\s*/\s*{_WORD})*)"
+    r"(?!\s*[*]{2})"
 )
 _SENSED = re.compile(r"(angle|speed|place)\s*\(([^()]*)\)")
 _NAME = re.compile(r"[^\W\d]\w*")
-_OPERATOR = re.compile(r"\*\*|<=|>=|[-+*/(),<>]")
+_OPERATOR = re.compile(rf"\*\*|<=|>=|[-+*/(),<>{MINUS}]")
 _SLIPS = {
     "^": "powers are written '**'",
     "=": "conditions compare by < or >, and the value is written alone",
@@ -96,7 +102,7 @@ def _token_at(text: str, at: int) -> tuple[Token, int]:
         return Token("sensed", found[0], sensed=_sensed(found)), found.end()
     for kind, pattern in (("name", _NAME), ("operator", _OPERATOR)):
         if found := pattern.match(text, at):
-            return Token(kind, found[0]), found.end()
+            return Token(kind, found[0].replace(MINUS, "-")), found.end()
     hint = _SLIPS.get(text[at], "")
     raise ExpressionError(f"'{text[at]}' can't stand in an expression", hint)
 

@@ -22,7 +22,6 @@ from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree, within_body
 
-ANGLE = np.array([0.0, 0.0, 1.0])  # slopes of a part's angle by its coordinates
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
 _TIED = ("weld", "slide")  # joints whose last row ties the angles of their parts
@@ -198,15 +197,24 @@ def _left_over(constraints: Constraints, tree: Spanning, right: FloatArray) -> I
     for joint in tree.joints:
         if joint != NOTHING:
             of_tree[constraints.first_rows[joint] : constraints.first_rows[joint + 1]] = True
-    of_tree[_rows_of_angles(constraints)] = True
+    of_tree[_fixing(constraints, 2)] = True
+    of_tree[_fixing_places(constraints, tree)] = True
     return np.flatnonzero(~of_tree & ~np.isnan(right))
 
 
-def _rows_of_angles(constraints: Constraints) -> IndexArray:
-    """Rows of no joint that fix the angle of a part, as `Constraints.with_fixed` makes them."""
-    fixed = (constraints.parts[:, 0] == GROUND) & np.all(constraints.slopes[:, 1] == ANGLE, axis=1)
+def _fixing(constraints: Constraints, axis: int) -> IndexArray:
+    """Rows of no joint that fix a coordinate of a part, as `Constraints.with_fixed` makes them."""
+    alone = np.all(constraints.slopes[:, 1] == np.eye(3)[axis], axis=1)
+    fixed = (constraints.parts[:, 0] == GROUND) & alone
     fixed[: constraints.first_rows[-1]] = False
     return np.flatnonzero(fixed)
+
+
+def _fixing_places(constraints: Constraints, tree: Spanning) -> IndexArray:
+    """Rows that fix x or y of a part that hangs on nothing: in the tree these are its joint."""
+    rows = np.concatenate([_fixing(constraints, axis) for axis in (0, 1)])
+    free = np.array(tree.joints)[constraints.parts[rows, 1]] == NOTHING
+    return np.asarray(rows[free])
 
 
 @dataclass(frozen=True)
@@ -233,8 +241,12 @@ def _hang(
     count = constraints.count
     own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
     ties = _ties(mechanism, constraints, tree, demanded, rigid)
-    told = [row for row in _rows_of_angles(constraints) if not np.isnan(demanded[row])]
+    told = [row for row in _fixing(constraints, 2) if not np.isnan(demanded[row])]
     turns = _turns(tree, ties, {int(constraints.parts[row, 1]): demanded[row] for row in told})
+    for row in _fixing_places(constraints, tree):
+        part, slopes = constraints.parts[row, 1], constraints.slopes[row, 1]
+        if not np.isnan(demanded[row]):
+            own[part, slopes == 1.0], right[part, slopes == 1.0] = slopes, demanded[row]
     for part, joint in enumerate(tree.joints):
         if joint != NOTHING:
             first = int(constraints.first_rows[joint])

@@ -15,7 +15,7 @@ import numpy as np
 from exudyn_flexlink.quantities import NUMBER, UNIT, in_words
 from exudyn_flexlink.source import HintedError
 from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
-from exudyn_flexlink.yaml_reader import read_yaml
+from exudyn_flexlink.yaml_reader import MINUS, read_yaml
 
 FEW = 50  # values that are all checked before anything runs: in about a second
 MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
@@ -170,7 +170,7 @@ def _range(low: str, high: str, hint: str) -> Range:
     units = {(end[2] or "").strip() for end in ends if end} - {""}
     if len(units) > 1:
         raise ValuesError(f"'{low}' and '{high}' have two units", "give both ends in one unit")
-    numbers = [float(end[1]) for end in ends if end]
+    numbers = [float(end[1].replace(MINUS, "-")) for end in ends if end]
     if not all(map(isfinite, numbers)):
         raise ValuesError(f"'{low}:{high}' is no finite range", hint)
     if numbers[0] == numbers[1]:
@@ -216,7 +216,7 @@ def in_si(value: Value) -> Value:
         unit = find_unit(found[2], Dimension.NUMBER)
     except UnknownUnitError:
         return value
-    return float(found[1]) * unit.factor
+    return float(found[1].replace(MINUS, "-")) * unit.factor
 
 
 def unit_of(values: Sequence[Value]) -> str:
