@@ -95,8 +95,9 @@ def test_a_gif_has_its_frames_its_time_and_few_colours(run):
 
 
 def test_two_runs_are_drawn_in_the_colours_of_their_engines(run):
-    late = replace(run, engine="lagrangian", poses=run.poses.copy())
-    late.poses[:, 11, 2] += 0.5  # its lever points elsewhere
+    poses = run.poses.copy()
+    poses[:, 11, 2] += 0.5  # its lever points elsewhere
+    late = replace(run, engine="lagrangian", poses=poses)
     film = film_of(run, late)
     picture = Picture(film, frames_of(film, 10, 0.2), 800)
     shown = picture.frame(0)

@@ -156,8 +156,8 @@ def test_a_comparison_keeps_two_runs(stops_in, horizon, monkeypatch, capsys):
     data = json.loads(Path("o/comparison.json").read_text(encoding="utf-8"))
     assert (data["horizon_limit_m"] is not None) == bool(horizon)
     # It is a comparison: the next one may take its place.
-    with staged_folder(Path("o")):
-        pass
+    with staged_folder(Path("o")) as folder:
+        (folder / "comparison.json").write_text('{"title": "t", "completed": true}')
 
 
 # --- disks that are full, places that can't be written ------------------------------------------

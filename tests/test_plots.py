@@ -424,7 +424,7 @@ def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
 def test_scripts_refuse_what_is_no_run(tmp_path, script):
     done = run_script(script, tmp_path)
     assert done.returncode == 2
-    assert "has no summary.json" in done.stderr
+    assert "has no result.nc" in done.stderr
     assert "Traceback" not in done.stderr
 
 

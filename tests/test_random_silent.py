@@ -102,7 +102,7 @@ def test_kinks_move_a_body_as_an_integration_of_their_formula_says(scene):
     angle, out = (out, 0 * out) if turns else (0 * out, out)
     tip = np.stack([out + reach * np.cos(angle), reach * np.sin(angle)], axis=1)
     assert case.off(samples(time, {}, **{"body.tip": tip})) < 1e-9
-    assert case.off(samples(time, {}, **{"body.tip": tip + [1e-6, 0]})) == pytest.approx(
+    assert case.off(samples(time, {}, **{"body.tip": tip + np.array([1e-6, 0])})) == pytest.approx(
         1e-6, rel=1e-2
     )
 

@@ -34,10 +34,6 @@ def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArra
     Bodies move as one with their first part. Those that nothing connects are solved apart, so that
     the work grows with the cube of a group, not of the mechanism.
     """
-    # Only who asks what can move waits for SciPy.
-    from scipy.sparse import coo_array  # noqa: PLC0415
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
     firsts = np.array([parts[0] for parts in mechanism.bodies.values()], dtype=int)
     body_of = np.repeat(np.arange(len(firsts)), [len(p) for p in mechanism.bodies.values()])
     joints = constraint_rows(mechanism, state.q, state.places)
@@ -47,16 +43,26 @@ def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArra
     moving = joints.parts != GROUND
     slopes = np.where(moving[:, :, None], joints.slopes, 0.0)[:, :, None] @ carried[joints.parts]
     ends = np.where(moving, body_of[joints.parts], body_of[joints.parts[:, ::-1]])
-    links = coo_array((np.ones(len(ends)), ends.T), shape=(len(firsts), len(firsts)))
-    count, group_of = connected_components(links, directed=False)
+    group_of = _connected(len(firsts), ends)
     by_group = np.argsort(group_of, kind="stable")
-    for bodies in np.split(by_group, np.cumsum(np.bincount(group_of, minlength=count))[:-1]):
+    for bodies in np.split(by_group, np.flatnonzero(np.diff(group_of[by_group])) + 1):
         own = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
         rows = np.zeros((len(own), len(bodies), 3))
         for side in (0, 1):
             np.add.at(rows, (np.arange(len(own)), np.searchsorted(bodies, ends[own, side])),
                       slopes[own, side, 0])  # fmt: skip
         yield bodies, _null_space(rows.reshape(len(own), 3 * len(bodies)))
+
+
+def _connected(bodies: int, ends: IndexArray) -> IndexArray:
+    """Give each body the number of its group: that of the first body in it."""
+    # SciPy has this, too, but `check` would wait for its import.
+    groups, before = np.arange(bodies), np.full(bodies, -1)
+    while (groups != before).any():
+        before = groups.copy()
+        np.minimum.at(groups, ends, before[ends].min(axis=1)[:, None])
+        groups = groups[groups]
+    return groups
 
 
 def _null_space(rows: FloatArray) -> FloatArray:

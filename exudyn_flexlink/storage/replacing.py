@@ -144,8 +144,9 @@ def check_kind(target: Path, what: str) -> None:
     """
     there = read_manifest(target)
     if there is not None and there.what not in (what, FIGURES):
+        does_not = f"{what} do not" if what == FIGURES else f"a {what} does not"
         raise StorageError(
-            f"{target} holds a {there.told}, which a {what} does not replace: choose another "
+            f"{target} holds a {there.told}, which {does_not} replace: choose another "
             "folder, or remove that one yourself"
         )
 
