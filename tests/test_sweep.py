@@ -198,8 +198,8 @@ def test_a_run_that_warns_is_doubtful() -> None:
     assert row.numbers
 
 
-@pytest.mark.parametrize("begins", ["5 mm", "0"])
-def test_a_clearance_is_varied_from_0_on(begins: str) -> None:
+@pytest.mark.parametrize("begins", ["5 mm", 0])
+def test_a_clearance_is_varied_from_0_on(begins: str | int) -> None:
     """With a law of the walls, whatever the clearance of the model itself."""
     scene = fl.load_scene("clearance", {"joints.sleeve.clearance": begins})
     plan = plan_of({"joints.sleeve.clearance": "0:5 mm:3"}, scene)
