@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -119,7 +120,8 @@ def document_of_data(data: Mapping[str, Any], name: str) -> Document:
 
     """
     text = json.dumps(data, indent=2, ensure_ascii=False, default=plain_data)
-    return parse_document(text, name, Path.cwd())
+    read = parse_document(text, name, Path.cwd())
+    return replace(read, data=json.loads(text))  # YAML tells places; to it a line may end at \x85
 
 
 def plain_data(value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -46,20 +47,19 @@ def _setting_error(document: Document, path: KeyPath, text: str, mistake: Mistak
 
 def _parse_setting(document: Document, given: Setting) -> tuple[KeyPath, Any, str]:
     """Split 'run.turns=2' into its path, its value and the text itself."""
-    if not isinstance(given, str):
-        name, plain = given
-        return tuple(step.strip() for step in name.split(".")), plain, f"{name}={plain}"
-    text = given
+    text = given if isinstance(given, str) else f"{given[0]}={given[1]}"
     name, equals, value = text.partition("=")
     if not equals or not all(step.strip() for step in name.split(".")):
         mistake = Mistake((), "expected path=value", "for example --set run.turns=2")
         raise _setting_error(document, (), text, mistake)
     path: KeyPath = tuple(step.strip() for step in name.split("."))
+    if not isinstance(given, str):  # then YAML only tells what no model file can hold
+        value = json.dumps(given[1], ensure_ascii=False)
     read = read_yaml(value)
     if read.problems:
         mistake = Mistake(path, read.problems[0].message, read.problems[0].hint)
         raise _setting_error(document, path, text, mistake)
-    return path, read.data, text
+    return path, read.data if isinstance(given, str) else given[1], text
 
 
 def _excluded(path: KeyPath, exclusive: ExclusiveKeys) -> list[str]:

@@ -5,6 +5,7 @@ import inspect
 import multiprocessing
 import pickle
 import pkgutil
+import re
 import signal
 import sys
 from itertools import permutations
@@ -15,6 +16,9 @@ import pytest
 import results
 
 import exudyn_flexlink as fl
+from exudyn_flexlink.api.scenes import own_scene
+from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import StorageError, staged_folder
 from exudyn_flexlink.storage.manifest import KINDS
 
@@ -132,6 +136,74 @@ def test_a_drive_that_is_changed_as_a_run_goes_on_is_told():
     assert not fl.simulate(on, measure=False).warnings
     changed = fl.simulate(on.with_({"drives.motor.value": 20}), measure=False)
     assert any("sets 20 rad/s where the run" in told for told in changed.warnings)
+
+
+RAIL = """
+title: a rod and a slider
+materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
+bodies:
+  rod: {type: rod, length: 0.4, material: steel, section: {width: 20 mm, thickness: 5 mm}}
+  slider: {type: rigid, mass: 1, inertia: 0.1, points: {p: [0, 0]}}
+joints:
+  pivot: {type: revolute, points: [ground, rod.start], at: [0, 0]}
+  rail: {type: prismatic, points: [ground, slider.p], at: [0.5, 0], axis: [1, 0]}
+run: {duration: 1, sample: 0.1}
+accuracy: {tolerance: 1.0e-4}
+"""
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+@pytest.mark.parametrize(
+    ("joint", "kind", "values", "jump"),
+    [
+        ("pivot", "speed", (4, 4.1), "sets 4.1 rad/s where the run .* had 4 rad/s"),
+        ("pivot", "motion", ("0.5*sin(3*t)", "0.4*sin(3*t)"), "sets 0.398998 rad where"),
+        ("pivot", "motion", ("t**2", "t - 0.25"), None),
+        ("pivot", "speed", ("3*t", "1.5*sin(pi*t)"), None),
+        ("rail", "speed", ("0.1*t", "0.2*t"), "sets 0.1 m/s where the run .* had 0.05 m/s"),
+        ("rail", "motion", ("0.1*t", "0.1*t + 0.01"), "sets 0.06 m where the run .* had 0.05 m"),
+    ],
+)
+def test_drives_that_jump_are_told_and_others_are_not(joint, kind, values, jump, formulation):
+    """At 0.5 s, in place or speed; a drive that meets the one before may take its place."""
+    drive = f"drives: {{own: {{type: {kind}, joint: {joint}, value: {values[0]}}}}}"
+    document = parse_document(RAIL + drive, "rail.yaml")
+    scene = own_scene(scene_of(document, [f"solver.formulation={formulation}"]))
+    begun = fl.simulate(scene, measure=False).continued(0.5).with_({"run": {"duration": 0.01}})
+    assert not [told for told in fl.simulate(begun, measure=False).warnings if "jumps" in told]
+    again = fl.simulate(begun.with_({"drives.own.value": values[1]}), measure=False)
+    told = [warning for warning in again.warnings if "it jumps as it begins" in warning]
+    if jump is None:
+        assert not told
+    else:
+        assert re.search(jump, "\n".join(told))
+
+
+@pytest.mark.parametrize("text", ["no # 3", "~", "1e3", " 2 ", "[1, 2]", "'a'", "a\tb", "a\x85b"])
+def test_a_text_from_python_is_that_text(text, tmp_path):
+    """Whatever YAML would make of it: of a dict of sections, in a sweep, and once it was saved."""
+    known = fl.load_scene("textbook/friction_wheels", {"run.duration": 0.01})
+    scene = known.with_({"title": text})
+    assert fl.load_scene(scene.to_data()).title == text
+    given = {"title": [text, "b"]}
+    table = fl.sweep(known, given, workers=1, row=lambda run: {"is": run.scene.title})
+    assert table.columns()["is"] == [text, "b"]
+    assert fl.load(fl.simulate(scene).save(tmp_path / "run")).scene == scene
+
+
+def test_what_no_model_can_hold_is_refused():
+    """Else a run that is saved could not be loaded."""
+    with pytest.raises(fl.SceneError, match="a text with a control character"):
+        fl.load_scene("smooth").with_({"title": "a\x00b"})
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_two_paths_of_a_sweep_to_one_value_are_refused(swapped):
+    """Each point would show both values, and run one of them."""
+    varied = [("run.duration", [0.01, 0.02]), ("run", [{"duration": 0.03}])]
+    found = dict(varied[::-1] if swapped else varied)
+    with pytest.raises(fl.SceneError, match="is varied twice with"):
+        fl.sweep(fl.load_scene("textbook/friction_wheels"), found, workers=1)
 
 
 def test_values_from_python_are_values():

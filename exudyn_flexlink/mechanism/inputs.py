@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.curves import closing
-from exudyn_flexlink.mechanism.kinematics import speed_along, turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.schedule import end_of_run
+from exudyn_flexlink.mechanism.sensing import motor_place, motor_speed
 from exudyn_flexlink.scene import Scene, SplineSpec, Table
 
 MANY_ROWS = 10_000  # of a table: fewer cost no run much time
-JUMP = 1e-6  # of a speed: what rounding and a run's own error leave
+JUMP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
+STILL = 1e-2  # rad/s, m/s or m: what is less may be nothing but for a run's errors
 SAME = 1e-6  # of a table's largest value: what a row adds to the line between its neighbours
 
 
@@ -37,22 +38,22 @@ def input_notes(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
 
 
 def _jumps(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
-    """Say which drives set another speed than the run had that a scene goes on from."""
+    """Say which drives set another place or speed than the run had that a scene goes on from."""
     if not scene.initial.states:
         return
     rows = [row for name in mechanism.bodies for row in scene.initial.states[name]]
-    state = np.array(rows, dtype=float).reshape(-1, 6)
+    q, v = np.split(np.array(rows, dtype=float), 2, axis=1)
     for motor in mechanism.speed_motors:
-        if motor.slide is not None:
-            was, unit = float(speed_along(motor.slide, state[:, :3], state[:, 3:])), "m/s"
-        else:
-            was, unit = float(turning(motor.first, motor.second, state[:, 3:])), "rad/s"
-        now = motor.speed.at(0.0)
-        if abs(now - was) > JUMP * max(abs(now), abs(was)):
-            yield (
-                f"drives.{motor.name}: sets {now:.6g} {unit} where the run that this one goes on "
-                f"from had {was:.6g} {unit}: speeds jump as it begins"
-            )
+        unit, axes = ("m", slice(0, 2)) if motor.slide else ("rad", slice(2, 3))
+        largest = np.abs(v[:, axes]).max(), np.abs(q[:, :2]).max() if motor.slide else 1.0
+        speeds = f"{unit}/s", motor_speed(motor, q, v), motor.speed.at(0.0), largest[0]
+        places = unit, motor_place(motor, q), motor.start, largest[1]
+        for of, was, now, size in (speeds, places):
+            if now is not None and abs(now - was) > JUMP * max(abs(now), size, STILL):
+                yield (
+                    f"drives.{motor.name}: sets {now:.6g} {of} where the run that this one goes on "
+                    f"from had {was:.6g} {of}: it jumps as it begins"
+                )
 
 
 def _repeats(curve: Any) -> Iterator[float]:

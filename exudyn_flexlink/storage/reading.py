@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,7 @@ def _earlier(summary: Path) -> str:
 
 def _scene(data: Any, file: Path) -> Scene:
     try:
-        return parse_scene(parse_document(json.dumps(data, ensure_ascii=False), str(file)))
+        read = parse_document(json.dumps(data, ensure_ascii=False), str(file))
+        return parse_scene(replace(read, data=data))
     except SceneError as error:
         raise StorageError(f"the scene in {file} is damaged:\n{error}") from error

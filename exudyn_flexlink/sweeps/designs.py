@@ -161,13 +161,15 @@ def _read_all(
 
 
 def _refuse_twice(paths: Iterable[str], at: KeyPath, mistakes: list[Mistake]) -> None:
-    """Refuse paths that differ in blanks alone: one would be varied, and the other told."""
-    seen = set[str]()
+    """Refuse a path that is another but for blanks, or in it: one is varied, and both are told."""
+    seen: list[str] = []
     for path in paths:
         meant = ".".join(step.strip() for step in path.split("."))
-        if meant in seen:
-            mistakes.append(Mistake((*at, path), f"'{meant}' is varied twice"))
-        seen.add(meant)
+        inside = (p for p in seen if f"{meant}.".startswith(f"{p}.") or p.startswith(f"{meant}."))
+        if (other := next(inside, None)) is not None:
+            both = "" if other == meant else f" with '{other}'"
+            mistakes.append(Mistake((*at, path), f"'{meant}' is varied twice{both}"))
+        seen.append(meant)
 
 
 def _read(read: Read, given: Any, place: KeyPath, mistakes: list[Mistake]) -> Any:

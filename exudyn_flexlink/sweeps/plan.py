@@ -10,10 +10,11 @@ from functools import cached_property
 
 from exudyn_flexlink.loading import document_of
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
+from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError, dotted
 from exudyn_flexlink.sweeps.designs import Design, Told
 from exudyn_flexlink.sweeps.dimensions import column_of, si_unit
-from exudyn_flexlink.sweeps.values import Value, in_si, setting_text, unit_of
+from exudyn_flexlink.sweeps.values import Value, in_si, setting_of, unit_of
 from exudyn_flexlink.versions import THIS, version_of
 
 DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
@@ -47,7 +48,7 @@ class Point:
 
     number: int
     id: str
-    settings: tuple[str, ...]
+    settings: tuple[Setting, ...]
     values: tuple[Value, ...]
 
 
@@ -102,7 +103,7 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
     if design is None:
         raise SceneError(document, found)
     settings = [
-        tuple(setting_text(path, value) for path, value in zip(design.paths, point, strict=True))
+        tuple(setting_of(path, value) for path, value in zip(design.paths, point, strict=True))
         for point in design.points
     ]
     found += _mistakes(scene, design, settings, allow_outside)
@@ -111,8 +112,8 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
     how = json.dumps([scene.to_data(), engine, measure, retries], sort_keys=True)
     base = hashlib.sha256(how.encode()).hexdigest()
     points = tuple(
-        Point(number, _id(base, texts), texts, tuple(map(in_si, values)))
-        for number, (texts, values) in enumerate(zip(settings, design.points, strict=True), 1)
+        Point(number, _id(base, own), own, tuple(map(in_si, values)))
+        for number, (own, values) in enumerate(zip(settings, design.points, strict=True), 1)
     )
     given = zip(*design.points, strict=True)
     values = zip(*(point.values for point in points), strict=True)
@@ -128,8 +129,8 @@ def versions() -> dict[str, str]:
     return {name: version_of(name) for name in PACKAGES}
 
 
-def _id(base: str, settings: Sequence[str]) -> str:
-    text = "\n".join([base, *sorted(settings)])
+def _id(base: str, settings: Sequence[Setting]) -> str:
+    text = "\n".join([base, *sorted(map(json.dumps, settings))])
     return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
 
 
@@ -140,7 +141,7 @@ def _varied(scene: Scene, path: str, values: Sequence[Value], given: str) -> Var
 
 
 def _mistakes(
-    scene: Scene, design: Design, settings: Sequence[Sequence[str]], allow_outside: bool
+    scene: Scene, design: Design, settings: Sequence[Sequence[Setting]], allow_outside: bool
 ) -> Iterator[Mistake]:
     """Mistakes of values by themselves, at the places where the values are given."""
     document = document_of(scene)
@@ -159,8 +160,8 @@ def _mistakes(
         if told.path in nowhere or told.place in wrong:
             continue
         path: KeyPath = tuple(design.paths[told.path].split("."))
-        texts = [text for i, text in enumerate(settings[told.point]) if i not in nowhere]
-        for mistake in check_document(apply_settings(document, texts), allow_outside).mistakes:
+        own = [setting for i, setting in enumerate(settings[told.point]) if i not in nowhere]
+        for mistake in check_document(apply_settings(document, own), allow_outside).mistakes:
             if _is_of(mistake, path):
                 wrong.add(told.place)
                 yield _moved(mistake, told, len(path))

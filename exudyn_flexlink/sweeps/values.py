@@ -28,6 +28,12 @@ Value = float | str
 """A number, or a text as it stands in a model file, such as '5 mm' or 'beam'."""
 
 
+class Written(str):
+    """A list, a mapping or a truth value, written as JSON."""
+
+    __slots__ = ()
+
+
 class ValuesError(HintedError):
     """A text that gives no values; `hint` says how they are written, `entry` which is meant."""
 
@@ -192,19 +198,21 @@ def value_of(given: Any, entry: int | None = None) -> Value:
             raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
         return float(given)
     if isinstance(given, str) and given.strip():
-        return given.strip()
+        return given
     if isinstance(given, bool | Mapping | Sequence | np.ndarray) and not isinstance(given, str):
         plain = given.tolist() if isinstance(given, np.ndarray) else given
         try:
-            return json.dumps(plain, ensure_ascii=False)
+            return Written(json.dumps(plain, ensure_ascii=False))
         except (TypeError, ValueError):
             pass
     raise ValuesError(f"expected a value, got {in_words(given)}", entry=entry)
 
 
-def setting_text(path: str, value: Value) -> str:
-    """Return the setting 'path=value' that puts a value into the scene."""
-    return f"{path}={number_text(value) if isinstance(value, float) else value}"
+def setting_of(path: str, value: Value) -> tuple[str, Any]:
+    """Return the setting that puts a value into the scene; a text is not read as YAML again."""
+    if isinstance(value, str):
+        return path, json.loads(value) if isinstance(value, Written) else value
+    return path, json.loads(number_text(value))
 
 
 def in_si(value: Value) -> Value:
