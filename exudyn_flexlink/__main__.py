@@ -5,8 +5,6 @@ import sys
 
 # Figures are written and never shown: a backend that a notebook left behind has no say in them.
 os.environ["MPLBACKEND"] = "agg"
-# The Lagrangian's code runs as fast with the compiler's lowest level, and is there a third sooner.
-os.environ.setdefault("NUMBA_OPT", "1")
 
 try:
     from exudyn_flexlink.cli import main

@@ -5,7 +5,7 @@
 
 The other commit is checked out into a temporary folder. Both read the model files of this checkout.
 Every run is a process of its own, A B A B ..., and simulates twice: the second time counts, since
-the first may compile. Errors are the largest distance of any body from a tight run of this
+the first imports. Errors are the largest distance of any body from a tight run of this
 checkout. They are told where the motion is not sensitive.
 """
 

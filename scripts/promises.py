@@ -103,7 +103,7 @@ accuracy: {{tolerance: 1.0e-7}}
 
 @cache
 def warm(model: str, engine: str) -> None:
-    """Run a moment of a model: what has to be imported or compiled costs nothing afterwards."""
+    """Run a moment of a model: what has to be imported costs nothing afterwards."""
     simulate(load_scene(MODELS / model, ["run.turns=0.01"]), engine)
 
 

@@ -153,7 +153,7 @@ def main() -> None:
     print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
     rows = []
     for name, engine in product(options.models, options.engine):
-        # What is compiled and imported at a first run is not to be timed.
+        # What is imported at a first run is not to be timed.
         simulate(model(name, 0.01, 1e-3, options.integrator), engine, measure=False)
         points = []
         for tolerance in options.tolerances:

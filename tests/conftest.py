@@ -16,7 +16,6 @@ from exudyn_flexlink.accuracy import Study
 from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
-os.environ.setdefault("NUMBA_OPT", "1")  # as the program: compiled a third sooner, as fast
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of workers that take all cores between them
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background: tests send Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -45,7 +44,6 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], 
             return fake(scene, engine, progress)
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
-        monkeypatch.setattr("exudyn_flexlink.engines.compiles", lambda *_: "none")
 
     return put
 

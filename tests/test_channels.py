@@ -1,23 +1,18 @@
 """What can touch in a sleeve: numbers, gaps against hand computation, rates against differences."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.engines.lagrangian import walls
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.run import prepare
-from exudyn_flexlink.engines.lagrangian.track_point import cross, place_on
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
-from exudyn_flexlink.mechanism import anchor_position, approach, pair_sides, pairs
+from exudyn_flexlink.mechanism import approach, pair_sides, pairs
 from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parents[1] / "models"
-crossing = compiled(cross)
 
 
 def assembled(*settings, model="clearance.yaml"):
@@ -108,51 +103,45 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
     model, random = run.model, np.random.default_rng(seed)
     q, v = (start.copy() for start in model.start)
     wild = 0.4 if model == "clearance.yaml" else 0.1
-    free = slice(1, len(q))
-    q[free] += random.uniform(-wild, wild, len(q) - 1)
+    q[1:] += random.uniform(-wild, wild, len(q) - 1)
     v[:] = random.uniform(-3, 3, len(q))
-    channel = replace(model.mechanism.channels[0])
+    channel = model.mechanism.channels[0]
 
-    def point_of(q):
-        track = run.system.track
-        if model.layout.play:
-            return place_on(track.numbers, float(q[model.layout.track_coordinate]))
-        return crossing(track.numbers, model.layout.guide.at, float(q[0]), track.u)[1]
+    def frame_of(q, v):
+        """By free coordinates: a drive keeps the guide's angle."""
+        return run.system.frame(np.zeros(1), q[None, model.first :], v[None, model.first :])[0]
 
     def touches(q, v):
-        poses, rates = model.poses(q[None], v[None], np.array([point_of(q)]))
+        poses, rates = model.poses(frame_of(q, v))
         return [approach(contact, poses[0], rates[0]) for contact in pairs(channel)]
 
-    constants = model.machine_constants
-    (states,), (total,) = walls.wall_forces(q[None], v[None], np.array([point_of(q)]), constants)
-    assert states.shape == (len(pairs(channel)), 2)
-    expected, sums, power = np.zeros(len(q)), np.zeros(2), 0.0
-    touching = np.zeros(len(states), dtype=np.int64)
-    poses = model.poses(q[None], v[None], np.array([point_of(q)]))[0][0]
+    v[0] = model.start[1][0]
+    contacts, frame = run.system.contacts, frame_of(q, v)
+    walls = np.arange(contacts.faces, len(contacts.all))
+    expected, pressing, power = np.zeros(len(q)), [], 0.0
+    pushed = contacts.push(frame, walls)
     h = 1e-6
-    for k, (at, contact) in enumerate(zip(touches(q, v), pairs(channel), strict=True)):
-        length = np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
-        press = channel.law.force(-at.gap, -at.gap_rate) if 0 <= at.place <= length else 0.0
+    for k, at in enumerate(touches(q, v)):
+        press = channel.law.force(-at.gap, -at.gap_rate)  # wherever it is along the face
         rub = channel.friction.force(press, at.slip)
-        assert states[k, walls.PRESS] == pytest.approx(float(press), rel=1e-9, abs=1e-9)
-        assert states[k, walls.RUB] == pytest.approx(float(rub), rel=1e-9, abs=1e-9)
-        touching[k] = press > 0
+        if press == 0:
+            continue
+        pressing.append(k)
+        assert pushed.press[0, k] == pytest.approx(float(press), rel=1e-9, abs=1e-9)
+        assert pushed.rub[0, k] == pytest.approx(float(rub), rel=1e-9, abs=1e-9)
         power -= float(press) * at.gap_rate + float(rub) * at.slip
-        along = anchor_position(contact.end, poses) - anchor_position(contact.start, poses)
-        push = press * at.normal + rub * along / length
-        sums += push if contact.point.part in channel.rods else -push
-        for j in range(len(q)):
+        for j in range(model.first, len(q)):
             step = np.zeros(len(q))
             step[j] = h
             ahead, behind = touches(q + step, v)[k], touches(q - step, v)[k]
             expected[j] += float(press) * (ahead.gap - behind.gap) / (2 * h)
             expected[j] += float(rub) * (ahead.place - behind.place) / (2 * h)
-    found = np.zeros(len(q))
-    add_wall_forces = compiled(walls.add_wall_forces)
-    taken = add_wall_forces((q, v, point_of(q)), touching, constants, found)
-    assert taken == pytest.approx(power, rel=1e-9)
-    assert total == pytest.approx(sums, rel=1e-9, abs=1e-9)
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max()))
+    assert pressing
+    acting = contacts.push(frame, walls[pressing])
+    free, found = slice(model.first, None), acting.force[0]
+    assert acting.power.sum() == pytest.approx(power, rel=1e-9)
+    allowed = 1e-6 * max(1.0, np.abs(expected).max())
+    assert found[free] == pytest.approx(expected[free], rel=1e-6, abs=allowed)
 
 
 def test_nodes_are_where_the_rods_are():

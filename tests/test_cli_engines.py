@@ -100,15 +100,6 @@ def engines(
     return fake
 
 
-def test_a_comparison_says_once_how_the_lagrangian_gets_faster(
-    run_of: Callable[[Fake], None], monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    monkeypatch.setattr("exudyn_flexlink.cli.running.find_spec", lambda _: None)
-    run_of(engines())
-    assert main(["compare", NO_CLEARANCE, "--no-plots"]) == 0
-    assert capsys.readouterr().err.count("pip install numba") == 1
-
-
 def test_compare_runs_both_and_writes_what_it_found(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:

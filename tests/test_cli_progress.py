@@ -80,13 +80,6 @@ def test_a_short_or_quiet_run_shows_no_progress(
     assert seen.strip() == "warning: made up"
 
 
-def test_compiling_is_a_phase_of_its_own(tmp_path: Path) -> None:
-    compiles = "engines.compiles = lambda *_: 'once'\n"
-    seen = on_a_terminal("0.05", NO_CLEARANCE, str(tmp_path / "out"), before=compiles)
-    assert seen.index("compiling") < seen.index("simulating")
-    assert "left" in seen[seen.index("simulating") :]
-
-
 def test_a_long_piped_run_tells_its_progress_in_lines(tmp_path: Path) -> None:
     """After 10 s the first, then 5 s apart at least; by a clock that only pauses move on."""
     clock = """
@@ -102,22 +95,6 @@ time.sleep = lambda pause: now.append(now.pop() + pause)
         f"simulating: {done} % after {after} s, about {left} s left" for done, after, left in told
     ]
     quiet = python("-c", prepared(clock), *arguments, "--quiet")
-    assert quiet.stderr == "warning: made up\n"
-
-
-def test_a_piped_run_says_that_it_compiles_until_it_runs(tmp_path: Path) -> None:
-    """What compiles calls nothing in the meantime."""
-    short = "cli.terminal.LONG, cli.terminal.BETWEEN_LINES = 0.1, 0.1\n"
-    compiles = "engines.compiles = lambda *_: 'once'\n"
-    arguments = ["0.5", NO_CLEARANCE, str(tmp_path / "out")]
-    hint, *lines, warning = python("-c", prepared(short + compiles), *arguments).stderr.splitlines()
-    assert hint.startswith("hint: compiles")
-    assert warning == "warning: made up"
-    kinds = [line.split(",")[0].split(":")[0] for line in lines]
-    assert kinds[0] == "compiling"
-    assert kinds == sorted(kinds)  # compiling, then simulating
-    assert {"compiling", "simulating"} == set(kinds)
-    quiet = python("-c", prepared(short + compiles), *arguments, "--quiet")
     assert quiet.stderr == "warning: made up\n"
 
 

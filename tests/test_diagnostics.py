@@ -148,7 +148,6 @@ def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch)
 
 
 def test_a_coarse_lagrangian_tells_and_is_mended_where_that_is_asked_for() -> None:
-    pytest.importorskip("numba")
     scene = load_scene(MODELS / "undamped.yaml", ["accuracy.tolerance=1e-2"])
     told = simulate(scene, "lagrangian")
     assert doubts(told)

@@ -121,8 +121,6 @@ def test_ctrl_c_after_the_solve_gives_the_whole_result(engine, monkeypatch):
 
     monkeypatch.setattr(recorder, "flush", pressed)
     settings = ["run.turns=0.01", "bodies.link.rods=2"]
-    if engine == "lagrangian":  # the explicit method needs no compiling
-        settings.append("solver.integrator=dop853")
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(LateInterruptError) as late, ends_runs():
         engines.simulate(load_scene(SMOOTH, settings), engine)

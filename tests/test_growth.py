@@ -86,7 +86,7 @@ def test_no_matrix_of_all_rods_is_factorised(
 
 
 def calls_of(work: Callable[[], object]) -> int:
-    """Number of calls, in Python and of what is compiled."""
+    """Number of calls, in Python and of what is written in C."""
     count = 0
 
     def seen(frame: object, event: str, argument: object) -> None:

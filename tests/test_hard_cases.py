@@ -70,8 +70,6 @@ def variant_of(case: Case, label: str) -> Variant:
     ],
 )
 def test_it_keeps_to_its_closed_form(name: str, label: str, way: str) -> None:
-    if way == LAGRANGIAN:
-        pytest.importorskip("numba")
     case = BY_NAME[name]
     row = judge(case, variant_of(case, label), way)
     assert row.verdict == RIGHT, row.broken
@@ -91,7 +89,6 @@ def test_it_keeps_to_its_closed_form(name: str, label: str, way: str) -> None:
     ],
 )
 def test_both_engines_agree(name: str, label: str, way: str) -> None:
-    pytest.importorskip("numba")
     case = BY_NAME[name]
     row = judge(case, variant_of(case, label), way)
     assert row.verdict == RIGHT, row.broken

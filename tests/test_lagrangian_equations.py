@@ -12,14 +12,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from exudyn_flexlink.engines.lagrangian import equations, faces
-from exudyn_flexlink.engines.lagrangian.compiled import PREFIX, compiled, fingerprint
-from exudyn_flexlink.engines.lagrangian.dense import eliminate
-from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
-from exudyn_flexlink.engines.lagrangian.mode import state_rate
+from exudyn_flexlink.engines.lagrangian.equations import frame_of, mass_and_force
 from exudyn_flexlink.engines.lagrangian.run import prepare
-from exudyn_flexlink.engines.lagrangian.track_point import cross, place_on
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.mechanism import approach
 
 MODELS = Path(__file__).parent.parent / "models"
 CASES = {
@@ -33,7 +29,6 @@ PLAY = {
     "play, half ends": ("clearance.yaml", "joints.pin.curve=egg", "bodies.link.layout=half_ends"),
 }
 EXTRA = "curves.ring={type: circle, centre: [0, 0], radius: 0.03}"
-crossing = compiled(cross)
 STEP = 1e-3  # rad, of central differences of order 6
 
 
@@ -57,20 +52,22 @@ def track_point(run, theta):
     return piece.point(u)
 
 
-def engine_point(run, q):
-    """The engine's own gamma, gamma', gamma'' at coordinates."""
+def crossing_at(run, theta):
+    """The engine's own P at a guide angle, from where it was last: gamma, gamma', gamma''."""
+    track, centre = run.system.track, complex(*run.model.layout.guide.at)
+    u, places = track.crossed(centre, np.exp(1j * np.array([theta])))
+    track.u = float(u[0])
+    return [np.array([place[0].real, place[0].imag]) for place in places]
+
+
+def frame_at(run, q, v):
+    """The engine's own frame at all coordinates and speeds."""
     track, layout = run.system.track, run.model.layout
     if layout.play:
-        return place_on(track.numbers, q[layout.track_coordinate])
-    return crossing_at(run, q[0])
-
-
-def crossing_at(run, theta):
-    """The engine's own P at a guide angle, from where it was last."""
-    track = run.system.track
-    u, point, ended = crossing(track.numbers, run.model.layout.guide.at, theta, track.home)
-    track.found(u, ended)
-    return point
+        places = track.at(q[None, layout.track_coordinate])
+    else:
+        places = track.crossed(complex(*layout.guide.at), np.exp(1j * q[None, 0]))[1]
+    return frame_of(run.model.numbers, q[None], v[None], places)
 
 
 def derivatives(run, value):
@@ -138,10 +135,10 @@ def test_place_of_p_and_its_derivatives(case):
     run = prepared(case)
     for theta in np.linspace(0.1, 0.4, 7):
         p, p1, p2 = derivatives(run, theta)
-        point = crossing_at(run, theta)
-        assert point[:2] == pytest.approx(p, abs=1e-15)
-        assert point[2:4] == pytest.approx(p1, rel=1e-8, abs=1e-11)
-        assert point[4:] == pytest.approx(p2, rel=1e-8, abs=2e-9)
+        place, first, second = crossing_at(run, theta)
+        assert place == pytest.approx(p, abs=1e-15)
+        assert first == pytest.approx(p1, rel=1e-8, abs=1e-11)
+        assert second == pytest.approx(p2, rel=1e-8, abs=2e-9)
 
 
 @pytest.mark.parametrize("case", [*CASES, *PLAY])
@@ -150,9 +147,9 @@ def test_mass_matrix_and_kinetic_energy(case, seed):
     run = prepared(case)
     q, v, point = random_state(run, seed)
     rows = jacobians(run, q, point)
-    engine = mass_matrix(q, engine_point(run, q), run.model.constants)
+    engine = mass_and_force(run.model.numbers, frame_at(run, q, v))[0][0]
     assert engine == pytest.approx(rows.T @ rows, rel=1e-8, abs=1e-8 * engine.max())
-    assert engine == pytest.approx(engine.T, abs=0)
+    assert engine == pytest.approx(engine.T, abs=1e-15 * engine.max())
     assert 0.5 * v @ engine @ v == pytest.approx(0.5 * np.sum((rows @ v) ** 2), rel=1e-8)
 
 
@@ -167,11 +164,10 @@ def test_quadratic_terms(case, seed):
     rates = [jacobians(run, q + k * h * v, point) @ v for k in (-3, -2, -1, 1, 2, 3)]
     bias = np.array([-1, 9, -45, 45, -9, 1]) / 60 @ np.array(rates) / h
     terms = rows.T @ bias
-    # Where it is compiled, it is part of what calls it: its Python text is asked here.
-    take = getattr(equations.take_quadratic_terms, "py_func", equations.take_quadratic_terms)
-    found = np.zeros(len(q))
-    take((np.cos(q), np.sin(q)), v, engine_point(run, q), run.model.constants, found)
-    found = -found
+    # Springs, dampers and weight alone are left where nothing moves.
+    by = run.model.numbers
+    still, moving = (mass_and_force(by, frame_at(run, q, own))[1][0] for own in (0 * v, v))
+    found = still - moving - v @ by.damping
     summands = np.abs(rows).T @ np.abs(bias)  # they cancel; differences are as exact as these are
     assert (abs(found - terms) < 1e-8 * summands).all()
 
@@ -181,61 +177,37 @@ def test_p_on_the_next_piece_is_another():
     run = prepared("ellipse", "joints.pin.curve=egg")
     track = run.system.track
     for theta in np.linspace(0, 2.2, 50):
-        there = crossing_at(run, theta)
-        track.settle()
+        there = crossing_at(run, theta)[0]
     assert (there[0] / 0.04) ** 2 + (there[1] / 0.03) ** 2 == pytest.approx(1, rel=1e-12)
     track.next_piece(1, 0.0)
     assert track.u == track.curve.pieces[track.piece].start
-    circle = crossing_at(run, theta)
-    assert np.hypot(*circle[:2]) == pytest.approx(0.03, rel=1e-12)
-    assert circle[:2] != pytest.approx(there[:2], abs=1e-6)
+    circle = crossing_at(run, theta)[0]
+    assert np.hypot(*circle) == pytest.approx(0.03, rel=1e-12)
+    assert circle != pytest.approx(there, abs=1e-6)
 
 
 @pytest.mark.parametrize("case", ["ellipse", *PLAY])
-def test_contact_gap_place_gradients_and_acceleration(case):
+def test_contacts_are_those_of_the_mechanism_and_gradients_those_of_differences(case):
+    """Gaps and places of levers' faces and of walls by `mechanism.approach`; then by the engine."""
     run = prepared(case)
     q, v, _ = random_state(run, 5)
-    c = run.model.constants
-
-    def touch(coordinates, column):
-        point = engine_point(run, coordinates)
-        return faces.touches(coordinates, v, point, c)[0][0, column]
-
-    states, gradients, slides = faces.touches(q, v, engine_point(run, q), c)
+    contacts, every = run.system.contacts, np.arange(len(run.model.contacts))
+    frame = frame_at(run, q, v)
+    seen, pushed = contacts.look(frame), contacts.push(frame, every)
+    poses, rates = run.model.poses(frame)
+    for k, contact in enumerate(run.model.contacts):
+        at = approach(contact, poses[0], rates[0])
+        own = [float(column[0, k]) for column in seen]
+        assert own == pytest.approx([at.gap, at.place, at.gap_rate, at.slip], rel=1e-12, abs=1e-13)
     one, six = np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
-    for column, rows in ((0, gradients), (1, slides)):
-        numeric = [
-            one @ [touch(q + k * 1e-4 * row, column) for k in six] / 1e-4 for row in np.eye(len(q))
+    for column, rows in ((0, pushed.rows[0]), (1, pushed.slides[0])):
+        at = [
+            [contacts.look(frame_at(run, q + k * 1e-4 * row, v))[column][0] for k in six]
+            for row in np.eye(len(q))
         ]
-        assert rows[0] == pytest.approx(numeric, rel=1e-8, abs=1e-11)
-        assert states[0, column + 2] == pytest.approx(rows[0] @ v, rel=1e-12)
+        numeric = np.einsum("k,jkc->cj", one, np.array(at)) / 1e-4
+        assert rows == pytest.approx(numeric, rel=1e-7, abs=1e-10)
+        assert rows @ v == pytest.approx(seen[column + 2][0], rel=1e-12, abs=1e-13)
     h = 1e-5
-    rates = [touch(q + k * h * v, 2) for k in six]
-    assert states[0, 4] == pytest.approx(one @ rates / h, rel=1e-7)
-
-
-def test_elimination_solves():
-    random = np.random.default_rng(1)
-    matrix = random.uniform(size=(6, 6))
-    matrix = matrix @ matrix.T + np.eye(6)
-    vector = random.uniform(size=6)
-    expected = np.linalg.solve(matrix, vector)
-    eliminate(matrix, vector)
-    assert vector == pytest.approx(expected, rel=1e-12)
-
-
-def test_compiled_code_is_dropped_when_any_of_its_sources_changes(tmp_path):
-    """`equations` contains `walls`: numba alone would keep running the walls of before."""
-    sources = {"one.py": "x\n@compiled\ny", "two.py": "x\n@compiled\nz", "three.py": "x"}
-    for name, text in sources.items():
-        (tmp_path / name).write_text(text)
-    before = fingerprint(tmp_path)
-    (tmp_path / "three.py").write_text("nothing compiled here")
-    assert fingerprint(tmp_path) == before
-    (tmp_path / "two.py").write_text("x\n@compiled\nanother z")
-    assert fingerprint(tmp_path) != before
-    beside = tmp_path / "beside"
-    beside.write_text("another constant")
-    assert fingerprint(tmp_path, [beside]) != fingerprint(tmp_path)
-    if hasattr(state_rate, "stats") and state_rate.stats.cache_path:
-        assert PREFIX in state_rate.stats.cache_path
+    rates = [contacts.look(frame_at(run, q + k * h * v, v)).gap_rate[0, 0] for k in six]
+    assert contacts.bend(frame, every[:1])[0, 0] == pytest.approx(one @ rates / h, rel=1e-7)

@@ -7,7 +7,6 @@ import pytest
 from test_physics_tools import FLOOR, MODELS, alone, angle, arm_and_ball, scene, speed, velocity
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.loading import load_scene
 
@@ -320,10 +319,10 @@ def test_the_lagrangian_says_so_where_a_lasting_contact_takes_up_an_impact():
         "contacts.strike.law={type: impulse, restitution: 0.5}",
         "contacts.second=" + second + "law: {type: impulse, restitution: 0}}",
     )
-    system = prepare(load_scene(MODELS / "rigid.yaml", settings)).system
-    state = system.start
-    state[1] = 10.0  # rad/s, of the lever: the gap on its upper side closes
-    system.contacts[1].begin(0.0, np.zeros(5), 0.0, 0.0)
-    system.acting[:] = [contact.acting for contact in system.contacts]
-    meet_face(system, 0.0, state, 0)
-    assert system.together == [(0.0, ("strike", "second"))]
+    run = prepare(load_scene(MODELS / "rigid.yaml", settings))
+    problem = run.problem
+    problem.v[-1] = 10.0  # rad/s, of the lever: the gap on its upper side closes
+    problem.begin_contact(0.0, 1, problem.seen, (0.0, 0.0))
+    problem.look_now()
+    problem.impacts.meet(0.0, 0)
+    assert problem.impacts.together == [(0.0, ("strike", "second"))]

@@ -29,7 +29,7 @@ from exudyn_flexlink.scene import Run, Scene
 
 JUDGE = "lagrangian"  # the engine whose tight run everything is held against
 REPEATS = 3
-WARM_UP = 0.01  # of a run: compiles, and gives a first idea of what a run costs
+WARM_UP = 0.01  # of a run: gives a first idea of what a run costs
 AT_ONCE = 1.0  # s: as long as that a run is repeated right away
 DEAR = 10  # a run of more than a tenth of the time left is dear: coarser first, no repetition
 FIRST_SHARE = 3  # of the time left: what a method of unknown cost may take
@@ -85,7 +85,7 @@ class Studying:
     def _warm_up(self) -> None:
         """Run the beginning of the motion by every method: what can't be run is found at once.
 
-        Twice, since the first may compile something, which is no part of the budget.
+        Twice, since the first imports the engine, which is no part of the budget.
         """
         scene = self.runs.scene
         end = end_of_run(scene, build_mechanism(scene))
@@ -94,7 +94,7 @@ class Studying:
         for method in self.runs.methods:
             value = own_value(scene, method) or part / 10
             try:
-                label, begun = f"{method.name}, warming up (may compile)", method.at(short, value)
+                label, begun = f"{method.name}, warming up", method.at(short, value)
                 first = self._solve(begun, method.engine, label, inf)
                 solved = self._solve(begun, method.engine, label, inf)
                 self._deadline += max(first.wall - solved.wall, 0.0)

@@ -166,7 +166,6 @@ def sweep(
         _Own(observe or cast(Observe, OneRun(cast(Any, row or standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
-    engines.compile_once(scene, engine)
     kept = nullcontext() if place is None else storage.open_journal(
         place, plan, resume=resume, force=force, series=series
     )  # fmt: skip

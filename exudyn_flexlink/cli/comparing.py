@@ -11,7 +11,6 @@ from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
     changed,
-    hint_at_numba,
     present,
     read_scene,
     refuse_idle_integrator,
@@ -64,7 +63,6 @@ def _both_engines(options: argparse.Namespace, runs: Runs) -> Comparison:
     """
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
-    hint_at_numba("lagrangian", options)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
     judge = runs.run(_tightened(scene), "lagrangian", "lagrangian")
     exudyn = runs.run(scene, "exudyn", "exudyn")
@@ -104,7 +102,6 @@ def _without_effects(options: argparse.Namespace, runs: Runs) -> Comparison:
     if point != other:
         told = f"can't compare: the point watched is {point}, but {other} without {what}"
         raise argparse.ArgumentTypeError(told)
-    hint_at_numba(engine, options)
     first = runs.run(ideal, engine, f"without {what}")
     second = runs.run(whole, engine, f"with {what}")
     near = retuned(whole, second, FINER)

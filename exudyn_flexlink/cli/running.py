@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli.ctrl_c import ends_runs
@@ -73,28 +72,6 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
     return [name for name in wanted if name not in missing]
 
 
-def hint_at_numba(engine: str, options: argparse.Namespace) -> None:
-    """Say, once a command, what would make its runs faster."""
-    if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
-        complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
-
-
-COMPILING = {
-    "once": "compiles the Lagrangian first, for half a minute or so, once after installing",
-    "every run": "compiles the Lagrangian in memory first, for half a minute or so, and will in "
-    "every run: no folder can be written to keep the code; NUMBA_CACHE_DIR may name one",
-}
-
-
-def compiling(scene: Scene, engine: str, options: argparse.Namespace) -> str:
-    """Say what goes on before the first run, if that takes long; empty if nothing does."""
-    kind = "none" if options.quiet else engines.compiles(scene, engine)
-    if kind == "none":
-        return ""
-    complain(f"hint: {COMPILING[kind]}")
-    return "compiling"
-
-
 def run(
     scene: Scene,
     engine: str,
@@ -112,9 +89,8 @@ def run(
 
     """
     with refusals(scene, engine, options):
-        before = compiling(scene, engine, options)
         try:
-            with progress_bar(options.quiet, what, before) as progress, ends_runs():
+            with progress_bar(options.quiet, what) as progress, ends_runs():
                 result = engines.simulate(scene, engine, progress, measure=False, retries=retries)
         except LateInterruptError as error:
             return error.result, True

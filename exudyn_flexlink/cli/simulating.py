@@ -13,7 +13,7 @@ from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.reporting import reported
-from exudyn_flexlink.cli.running import hint_at_numba, read_scene, refuse_idle_integrator, run
+from exudyn_flexlink.cli.running import read_scene, refuse_idle_integrator, run
 from exudyn_flexlink.cli.terminal import (
     DONE,
     FAILED,
@@ -38,7 +38,6 @@ def simulate_command(options: argparse.Namespace) -> int:
         complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
     # The folder is staged first: one that can't be written is no news for the end of a run.
     with place.written() as folder:
-        hint_at_numba(options.engine, options)
         result, enough = run(scene, options.engine, options, retries=options.retries)
         late = enough and result.outcome.reason != STOPPED
         _announce(result, options)

@@ -11,7 +11,6 @@ from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
-    hint_at_numba,
     read_scene,
     refusals,
     refuse_idle_integrator,
@@ -46,7 +45,6 @@ def stability_command(options: argparse.Namespace) -> int:
     refuse_idle_integrator(options, options.engine)
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
-    hint_at_numba(options.engine, options)
     try:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written() as folder:

@@ -94,9 +94,7 @@ class Solver:
 
     def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
         """Run a scene; see `accuracy.Solve`."""
-        if self._bar is not None and allowed == inf:  # warming up: it may compile
-            self._bar.wait(label)
-        elif self._bar is not None:
+        if self._bar is not None:
             self._bar.say(label)
         watch = Watch(allowed, self._show)
         began = time.process_time()
@@ -110,7 +108,7 @@ class Solver:
         except engines.NotRepresentableError as error:
             raise RefusedError(str(error)) from error
         used = time.process_time() - began
-        if allowed == inf:  # warming up, which may compile something, is not counted
+        if allowed == inf:  # warming up is not counted
             self._ends = time.monotonic() + self._budget
         self._show()
         if result.outcome.reason == STOPPED and not watch.given_up:

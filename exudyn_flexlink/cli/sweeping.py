@@ -15,8 +15,6 @@ from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.naming import run_name
 from exudyn_flexlink.cli.running import (
     changed,
-    compiling,
-    hint_at_numba,
     read_scene,
     refuse_idle_integrator,
 )
@@ -137,7 +135,6 @@ def _swept(
         StorageError: the folder can't be written.
 
     """
-    hint_at_numba(plan.engine, options)
     work = work_of(
         plan,
         partial(
@@ -153,9 +150,7 @@ def _swept(
         if journal.known and not options.quiet:
             rest = "going on with the rest" if len(journal.known) < len(plan) else "none is missing"
             complain(f"{len(journal.known)} of {len(plan)} rows are there; {rest}")
-        before = compiling(plan.scene, plan.engine, options)
-        with progress_bar(options.quiet, _progress(made, len(plan)), before) as bar:
-            engines.compile_once(plan.scene, plan.engine)
+        with progress_bar(options.quiet, _progress(made, len(plan))) as bar:
 
             def keep(row: Row, count: int) -> None:
                 journal.add(row)

@@ -11,7 +11,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Event, Thread
 from typing import Any, TextIO
 
 PACKAGE, PROGRAM = "exudyn_flexlink", "exudyn-flexlink"
@@ -108,20 +107,13 @@ def folded(text: str, width: int) -> str:
 
 
 @contextmanager
-def progress_bar(
-    quiet: bool, what: str = "simulating", before: str = ""
-) -> Iterator[Bar | Lines | None]:
-    """Give a bar where somebody sees it, at a terminal; else lines, of long runs; None if `quiet`.
-
-    `before` says what goes on before any progress is known; empty if nothing does.
-    """
+def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Bar | Lines | None]:
+    """Give a bar where somebody sees it, a terminal; else lines, of long runs; None if `quiet`."""
     if quiet:
         yield None
         return
     bar = Bar(what) if sys.stderr.isatty() else Lines(what)
     try:
-        if before:
-            bar.wait(before)
         yield bar
     finally:
         bar.close()
@@ -135,12 +127,9 @@ class Lines:
         self._began = time.monotonic()
         self._next = self._began + LONG
         self._first: tuple[float, float] | None = None
-        self._waits: Thread | None = None
-        self._moves = Event()
 
     def __call__(self, done: float) -> None:
         """Tell the part that is done, 0 to 1, if it is time to."""
-        self.close()
         now = time.monotonic()
         self._first = self._first or (now, done)
         if now < self._next:
@@ -156,32 +145,12 @@ class Lines:
             return ""
         return f", about {(1 - done) * (now - began) / (done - before):.0f} s left"
 
-    def wait(self, what: str) -> None:
-        """Tell now and then that `what` goes on, nobody knows for how long, until progress is made.
-
-        Nothing is called in the meantime: the lines come from a thread.
-        """
-        self.close()
-        self._moves.clear()
-        self._waits = Thread(target=self._tell_waiting, args=(what,), daemon=True)
-        self._waits.start()
-
-    def _tell_waiting(self, what: str) -> None:
-        began, pause = time.monotonic(), LONG
-        while not self._moves.wait(pause):
-            pause = BETWEEN_LINES
-            complain(f"{what}, for {time.monotonic() - began:.0f} s now")
-
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
         self._what = what
 
     def close(self) -> None:
-        """End the waiting."""
-        if self._waits is not None:
-            self._moves.set()
-            self._waits.join()
-            self._waits = None
+        """Nothing is left to take away."""
 
 
 class Bar:
@@ -192,7 +161,6 @@ class Bar:
         self._began = time.monotonic()
         self._done = 0.0
         self._bar: Any = None
-        self._waiting = False
 
     def __call__(self, done: float) -> None:
         """Show the part that is done, 0 to 1."""
@@ -203,19 +171,7 @@ class Bar:
             self._open(self._what)
         with suppress(OSError):  # the terminal is gone
             (task,) = self._bar.task_ids
-            if self._waiting:  # the time left counts from here
-                self._bar.reset(task, total=1.0)
-                self._waiting = False
             self._bar.update(task, completed=done, description=self._what)
-
-    def wait(self, what: str) -> None:
-        """Show at once that `what` goes on, nobody knows for how long, until progress is made."""
-        self._waiting = True
-        if self._bar is None:
-            self._open(what)
-        with suppress(OSError):
-            (task,) = self._bar.task_ids
-            self._bar.reset(task, total=None, description=what)
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from types import ModuleType
-from typing import Literal
 
 from threadpoolctl import ThreadpoolController
 
@@ -18,22 +16,16 @@ from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Run, Scene
+from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.versions import THIS, version_of
 
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
 
-Compilation = Literal["none", "once", "every run"]
-"""What is still to be compiled: nothing, code that is then kept, or code that is not."""
-
 ENGINES = {
     "exudyn": "exudyn_flexlink.engines.exudyn.run",
     "lagrangian": "exudyn_flexlink.engines.lagrangian.run",
 }
-
-
-AT_FIRST = 1e-6  # s: a run that does nothing but compile
 
 
 class NotRepresentableError(Sendable, ValueError):
@@ -112,33 +104,3 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
     """
     offered = getattr(import_module(ENGINES[engine]), "formulations", None)
     return () if offered is None else tuple(offered(scene))
-
-
-def compiles(scene: Scene, engine: str) -> Compilation:
-    """Tell whether an engine will begin by compiling, for up to half a minute.
-
-    It does so once after it was installed; in every run where it can't keep the code on disk.
-
-    Raises:
-        SceneError: the scene can't be put together (never after `load_scene`).
-
-    """
-    tells = getattr(import_module(ENGINES[engine]), "compiles", None)
-    found: Compilation = "none" if tells is None else tells(scene)
-    return found
-
-
-def compile_once(scene: Scene, engine: str) -> None:
-    """Compile what an engine needs for scenes like this one, if that is still to be done.
-
-    Before several processes begin: each would compile it for itself. Nothing is done for a scene
-    that the engine can't represent.
-
-    Raises:
-        SceneError: the scene can't be put together (never after `load_scene`).
-
-    """
-    with suppress(NotRepresentableError):
-        if compiles(scene, engine) == "once":
-            short = scene.changed(run=Run(duration=AT_FIRST, sample=AT_FIRST))
-            simulate(short, engine, measure=False)

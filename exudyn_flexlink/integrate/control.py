@@ -18,7 +18,7 @@ def growth(ratio: float, safety: float, h: float, last: tuple[float, float]) -> 
     """By how much the next step may be longer (Hairer and Wanner, eq. IV.8.25).
 
     `ratio` is the error of a step of length h (s) over that allowed; `last` are length and ratio of
-    the step before, whose trend goes on; length 0 where there is none. Written for numba, too.
+    the step before, whose trend goes on; length 0 where there is none.
     """
     before, then = last
     grow = safety * ratio ** (-1.0 / ORDER)

@@ -35,9 +35,11 @@ BEYOND = 1.0 / np.finfo(float).eps
 
 
 class FirstOrderProblem(Protocol):
-    """``y' = rate(t, y)``, which changes at events; `state` is where it is."""
+    """``y' = rate(t, y)``, which changes at events."""
 
-    state: FloatArray
+    @property
+    def state(self) -> FloatArray:
+        """Where it is."""
 
     def begin(self) -> None:
         """Take up the state at time 0."""

@@ -91,8 +91,6 @@ def cost_table(result: Result) -> Table:
     rows = [["simulated time", f"{number(result.outcome.time)} s"]]
     if "solve" in result.timings:
         rows.append(["solver time", f"{result.timings['solve']:.2f} s"])
-    if "compile" in result.timings:
-        rows.append(["compiling before", f"{result.timings['compile']:.2f} s"])
     return Table("", [*rows, ["steps", steps]])
 
 

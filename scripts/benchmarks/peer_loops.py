@@ -108,7 +108,7 @@ def measure(
     }
     rungs = {name: [SAMPLE / every for every in EVERY] for name in runs}
     for variant in OURS:
-        run(variant, 1e-3, variant.first)  # load and compile
+        run(variant, 1e-3, variant.first)  # load
         runs[variant.name] = partial(ours, variant, duration)
         rungs[variant.name] = list(ladder(FIRST))
     found = of_each(cheapest(runs, rungs, errors, BUDGET), list(kinds))

@@ -74,7 +74,7 @@ def measure(
     }
     rungs = {name: list[float](EVERY) for name in runs}
     for variant in VARIANTS:
-        run(variant, 1e-3, variant.first)  # load and compile
+        run(variant, 1e-3, variant.first)  # load
         runs[variant.name] = partial(ours, variant, duration)
         rungs[variant.name] = list(ladder(variant.first, mantissas=FINE))  # as fine as EVERY
     return repeated(runs, cheapest(runs, rungs, errors, BUDGET), repeat - 1)

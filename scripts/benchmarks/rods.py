@@ -27,7 +27,7 @@ def measure(
 ) -> dict[str, dict[int, Stepped]]:
     """Cost of a step by variant and number of rods."""
     for variant in VARIANTS:
-        warm_up(variant)  # else compiling counts as a long run
+        warm_up(variant)  # else importing counts as a long run
     # At large n preparing costs as much as the run: one sample of the difference is only noise.
     repeat = max(repeat, 2)
     return {v.name: {n: _one(v, n, repeat, step_wanted) for n in rods} for v in VARIANTS}

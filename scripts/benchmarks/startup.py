@@ -1,4 +1,4 @@
-"""Times until something happens: import, check, load, prepare, and the first compiled run."""
+"""Times until something happens: import, check, load, prepare, and the first run."""
 
 from __future__ import annotations
 
@@ -6,42 +6,38 @@ import os
 import resource
 import subprocess
 import sys
-import tempfile
 from functools import partial
 
 from benchmarks.measuring import Table, timed
 from benchmarks.strike import MODEL, ROOT
 from benchmarks.variants import BEAM, VARIANTS
 from exudyn_flexlink import load_scene, simulate
-from exudyn_flexlink.engines.lagrangian.parallel_compiling import cores
 
 BRIEF = ("run={duration: 0.01, sample: 1 ms}", BEAM)
 NOTHING, CHECK = "Python, doing nothing", "command 'check'"
 FIRST_RUN = (
     "from exudyn_flexlink import load_scene, simulate; "
-    "result = simulate(load_scene({model!r}, {settings!r}), {engine!r}); "
-    "print(result.timings.get('compile', 0.0))"
+    "simulate(load_scene({model!r}, {settings!r}), {engine!r})"
 )
 
 
-def in_new_process(*arguments: str, **environment: str) -> tuple[float, str]:
-    """Processor time (s) of a new Python with these arguments, user and system; what it printed.
+def in_new_process(*arguments: str) -> float:
+    """Processor time (s) of a new Python with these arguments, user and system.
 
     Raises:
         subprocess.CalledProcessError: it failed.
 
     """
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    printed = subprocess.run(
+    subprocess.run(
         [sys.executable, *arguments],
         check=True,
         capture_output=True,
-        text=True,
         cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-    ).stdout
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, printed
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
 def processes(repeat: int) -> list[tuple[str, float]]:
@@ -56,7 +52,7 @@ def processes(repeat: int) -> list[tuple[str, float]]:
     best = dict.fromkeys(commands, float("inf"))
     for _ in range(repeat):
         for name, arguments in commands.items():
-            best[name] = min(best[name], in_new_process(*arguments)[0])
+            best[name] = min(best[name], in_new_process(*arguments))
     return list(best.items())
 
 
@@ -73,21 +69,14 @@ def in_this_process(repeat: int) -> list[tuple[str, float]]:
 
 
 def first_runs(repeat: int) -> list[tuple[str, float]]:
-    """10 ms of motion in a new process, with nothing compiled before and with everything (s)."""
+    """10 ms of motion in a new process (s)."""
     rows = []
     for variant in VARIANTS:
         code = FIRST_RUN.format(
             model=str(MODEL), settings=(*BRIEF, *variant.settings), engine=variant.engine
         )
-        with tempfile.TemporaryDirectory() as folder:
-            run = ("-c", code)
-            cold, waited = in_new_process(*run, NUMBA_CACHE_DIR=folder)
-            warm = min(in_new_process(*run, NUMBA_CACHE_DIR=folder)[0] for _ in range(repeat))
-        if float(waited):
-            rows.append((f"first run of all, compiling, {variant.name}", cold))
-            name = f"compiling, as one waits for it on {cores()} cores, {variant.name}"
-            rows.append((name, float(waited)))
-        rows.append((f"first run in a new process, {variant.name}", warm))
+        cost = min(in_new_process("-c", code) for _ in range(repeat))
+        rows.append((f"first run in a new process, {variant.name}", cost))
     return rows
 
 

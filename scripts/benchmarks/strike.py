@@ -44,7 +44,7 @@ def run(variant: Variant, rung: float, *settings: str, until: float | None = Non
 
 
 def warm_up(variant: Variant) -> None:
-    """Load and compile what the variant needs."""
+    """Load what the variant needs."""
     run(variant, variant.first, until=WARM_UP)
 
 

@@ -1,127 +1,207 @@
-"""A contact's state, apart, pressed or behind, and the event functions at whose zero it changes.
+r"""All that may touch: points of the link and faces of levers, the link and the walls of its guide.
 
-As in the Exudyn engine a contact remembers on which side the point came: one that passed beside the
-face and is behind it is not in contact until it is back on the free side.
+Seen from the axes of the face that it may touch, a point C is at
+
+    z = d* e* (C - O) - z_0,        z_k = d* e* (C_k - O_k) - i delta z
+
+with e the unit vector of the angle of the face's part, O the place there that its axes turn about,
+d the face's direction in them and z_0 where it starts; C_k and O_k are derivatives by the
+coordinate k, and delta is 1 if that is the part's angle. The contact is a gap ``s Im z``, where s
+is the side of the face that is free, and a place ``Re z`` along it. It acts as ``F G + R T``: F
+presses along the gap's gradient G, R is friction along that of the place, T. Either the point
+belongs to the link and the face to guide or lever, which turn about their pivots, or a corner of
+the guide's mouth meets a rod, which turns about its start. Where the link is held on the guide's
+axis from both sides, s is the side on which it is not.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from math import inf
+from typing import NamedTuple
 
-from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
-from exudyn_flexlink.engines.lagrangian.equations import LASTING, NOT_ACTING, PENALTY
-from exudyn_flexlink.engines.lagrangian.event_functions import Side
-from exudyn_flexlink.engines.lagrangian.impact_events import Impact
-from exudyn_flexlink.intervals import Interval
+import numpy as np
+
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.engines.lagrangian.equations import Frame
+from exudyn_flexlink.engines.lagrangian.layout import Pivot
+from exudyn_flexlink.engines.lagrangian.model import Model
+from exudyn_flexlink.engines.pair_events import Seen
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import FaceContact
-from exudyn_flexlink.result import Event
+from exudyn_flexlink.mechanism import Anchor, FaceContact
 
 
-@dataclass
-class Contact:
-    """State of one contact; `touch` is a row of `faces.touches`."""
+class Pushed(NamedTuple):
+    """What acts (k,) of the contacts at instants (m, k): forces, slopes, powers, gradients."""
 
-    face: FaceContact
-    events: list[Event]  # of all contacts: what happened when
-    side: Side = Side.APART
-    peak: float = 0.0  # N: largest force of an impulse law while the contact lasts
-    intervals: list[Interval] = field(default_factory=list)  # those that ended, and impacts
-    _before: tuple[float, float] | None = None  # gap and its rate at the last look
-    _open: Interval | None = None  # with impulse and loss when it began
-
-    def __post_init__(self) -> None:
-        self.length = self.face.length
-        self.rigid = isinstance(self.face.law, Impulse)
-        self.bounces = Bounces(self.face.name, self.face.law.restitution)
+    which: IndexArray
+    press: FloatArray  # N
+    rub: FloatArray  # N: friction
+    power: FloatArray  # W: what the contact takes
+    gap: FloatArray
+    gap_rate: FloatArray
+    slip: FloatArray
+    rows: FloatArray  # (m, k, N): gradients of the gaps
+    slides: FloatArray  # (m, k, N): of the places
+    by_gap: FloatArray  # N/m: how the force rises with depth
+    by_rate: FloatArray  # N s/m: and with its speed
 
     @property
-    def acting(self) -> int:
-        """How the contact acts in the equations."""
-        if self.side is not Side.PRESSED:
-            return NOT_ACTING
-        return LASTING if self.rigid else PENALTY
+    def force(self) -> FloatArray:
+        """Generalised forces (m, N)."""
+        found = self.press[:, None, :] @ self.rows + self.rub[:, None, :] @ self.slides
+        return np.asarray(found[:, 0])
 
-    def event_functions(self, touch: FloatArray, force: float) -> list[float]:
-        """Values at whose fall below zero the state changes."""
-        gap, place = float(touch[0]), float(touch[1])
-        if self.side is Side.APART:
-            return [gap, 1.0, 1.0]
-        if self.side is Side.BEHIND:
-            return [-gap, 1.0, 1.0]
-        return [force if self.rigid else -gap, place, self.length - place]
+    def pick(self, which: int | slice | None) -> Pushed:
+        """Return some of the instants."""
+        return Pushed(self.which, *(own[which] for own in self[1:]))
 
-    def quiet(self, touch: FloatArray, done: float) -> bool:
-        """Tell whether the gap can't have passed zero within the last step, of length `done`.
 
-        The cubic through gaps and rates at both ends strays from them by less than a sixth of the
-        way that the larger speed covers; the margin is sixfold.
+class Contacts:
+    """The contacts of a model; the first `faces` of them are those of levers."""
+
+    def __init__(self, model: Model) -> None:
+        layout, self.all = model.layout, model.contacts
+        self.faces = len(layout.faces)
+        self.rigid = np.array([isinstance(own.law, Impulse) for own in self.all], dtype=bool)
+        self.held = np.array([own.side == 0 for own in self.all], dtype=bool)
+        self.length = np.array([own.length for own in self.all])
+        self._side = np.array([own.side for own in self.all])
+        self._laws = np.array([_law(own) for own in self.all]).reshape(-1, 5)
+        pivots = {own.part: own for own in (layout.guide, *layout.levers)}
+        of_link = [own for own in self.all if own.point.part in layout.rods]
+        corners = [own for own in self.all if own.point.part not in layout.rods]
+        assert self.all == (*of_link, *corners)
+        self._first_corner = len(of_link)
+        turned = [pivots[own.start.part] for own in of_link]
+        starts = [
+            *(_from(own.start, pivot) for own, pivot in zip(of_link, turned, strict=True)),
+            *(complex(own.start.x, own.start.y) for own in corners),
+        ]
+        along = np.array([_direction(own) for own in self.all], dtype=np.complex128)
+        self._back, self._start = along.conj(), along.conj() * np.array(starts)
+        self._angle = np.array([layout.coordinate(own.start.part) for own in self.all], dtype=int)
+        self._origin = np.array([complex(*own.at) for own in turned])
+        # Of those of the link: which point; of corners: from which end of a rod they are seen.
+        points = [model.struck[own.point] for own in of_link]
+        self._point = np.array(
+            [*points, *(layout.rods.index(own.start.part) for own in corners)], dtype=int
+        )
+        self._centre = complex(*layout.guide.at)
+        self._corner = np.array([_from(own.point, layout.guide) for own in corners])
+
+    # --- where they are -----------------------------------------------------------------------
+
+    def look(self, at: Frame) -> Seen:
+        """Return all contacts at instants."""
+        if not self.all:
+            return Seen(*np.zeros((4, len(at.q), 0)))
+        back, arm, z = self._places(at, slice(None))
+        going = at.going[:, self._point]
+        if self._first_corner < len(self.all):
+            own = slice(self._first_corner, None)
+            # A corner is where the guide turns it, seen from the end of a rod.
+            turning = 1j * at.v[:, :1] * at.axes[:, :1] * self._corner
+            going[:, own] = turning - going[:, own]
+        rate = back * going - 1j * at.v[:, self._angle] * arm
+        side = self._sides(z, slice(None))
+        return Seen(side * z.imag, z.real, side * rate.imag, rate.real)
+
+    def _places(
+        self, at: Frame, which: IndexArray | slice
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """What turns into the faces' axes, and there points from the origins, and from starts."""
+        back = self._back[which] * at.axes[:, self._angle[which]].conj()
+        if isinstance(which, slice):
+            which = np.arange(len(self.all))
+        arms = at.points[:, self._point[which]]
+        cut = int(np.searchsorted(which, self._first_corner))
+        arms[:, :cut] -= self._origin[which[:cut]]
+        if cut < len(which):
+            corner = self._corner[which[cut:] - self._first_corner]
+            arms[:, cut:] = self._centre + at.axes[:, :1] * corner - arms[:, cut:]
+        arms *= back
+        return back, arms, arms - self._start[which]
+
+    def _sides(self, z: ComplexArray, which: IndexArray | slice) -> FloatArray:
+        """Sides (m, k) of faces that are free."""
+        side, held = self._side[which], self.held[which]
+        if held.any():
+            side = np.where(held, np.where(z.imag > 0, -1.0, 1.0), side)
+        return np.broadcast_to(side, z.shape)
+
+    def _rows(self, at: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Gaps (m, k) of contacts (k,), increasing; gradients (m, k, N) of gaps and places."""
+        back, arm, z = self._places(at, which)
+        by, k = at.by[:, self._point[which]], np.arange(len(which))
+        cut = int(np.searchsorted(which, self._first_corner))
+        if cut < len(which):
+            corner = self._corner[which[cut:] - self._first_corner]
+            by[:, cut:] *= -1
+            by[:, cut:, 0] += 1j * at.axes[:, :1] * corner
+        by *= back[:, :, None]
+        by[:, k, self._angle[which]] -= 1j * arm
+        side = self._sides(z, which)
+        return side * z.imag, side[:, :, None] * by.imag, by.real
+
+    def bend(self, at: Frame, which: IndexArray) -> FloatArray:
+        """Second derivatives (m, k) of gaps of levers' contacts where no coordinate accelerates."""
+        back, arm, z = self._places(at, which)
+        turning, own = at.v[:, self._angle[which]], self._point[which]
+        bent = back * at.bends[:, own] - 2j * turning * back * at.going[:, own]
+        return np.asarray(self._sides(z, which) * (bent - turning**2 * arm).imag)
+
+    # --- how they push ------------------------------------------------------------------------
+
+    def push(self, at: Frame, which: IndexArray) -> Pushed:
+        """Forces of the contacts `which` (k,), as their laws have it; of rigid ones none.
+
+        Laws go on smoothly where a gap has opened: there a contact ends, within the step.
         """
-        gap, rate = float(touch[0]), float(touch[2])
-        before, self._before = self._before, (gap, rate)
-        if self.side is Side.PRESSED or before is None or before[0] * gap <= 0:
-            return False
-        return min(abs(gap), abs(before[0])) > done * max(abs(rate), abs(before[1]))
+        gap, rows, slides = self._rows(at, which)
+        rate, slip = ((own @ at.v[:, :, None])[..., 0] for own in (rows, slides))
+        elastic, lossy, speed, friction, creep = self._laws[which].T
+        rising = np.tanh(-rate / speed)
+        by_gap = elastic + lossy * rising
+        by_rate = np.maximum(-gap, 0.0) * lossy * (1 - rising * rising) / speed
+        press = -gap * by_gap
+        rub = -friction * press * np.tanh(slip / creep)
+        power = -press * rate - rub * slip
+        return Pushed(which, press, rub, power, gap, rate, slip, rows, slides, by_gap, by_rate)
 
-    def over_face(self, touch: FloatArray) -> bool:
-        """Tell whether the point is beside neither end of the face."""
-        return bool(0 <= touch[1] <= self.length)
+    def slopes_of(self, own: Pushed) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping (N, N) of walls that press, and of friction, at the first instant.
 
-    def begin(self, t: float, touch: FloatArray, impulse: float, loss: float) -> None:
-        """The point begins to press on the face."""
-        self.side, self.peak = Side.PRESSED, 0.0
-        place, speed = float(touch[1]), -float(touch[2])
-        self._open = Interval(
-            t, place=place, approach_speed=speed, impulse=impulse, energy_lost=loss
-        )
-        self._tell(t, "contact begins")
-
-    def end(self, t: float, touch: FloatArray, side: Side, impulse: float, loss: float) -> None:
-        """The point leaves the face: to the free side, or off one of its ends."""
-        self.side = side
-        last = self.lasting(float(touch[1]), impulse, loss)
-        assert last is not None  # only what has begun ends
-        off = side is not Side.APART
-        ended = replace(last, end=t, separation_speed=float(touch[2]), slides_off=off)
-        self.intervals.append(ended)
-        self._open = None
-        self._tell(t, "leaves the face" if off else "contact ends")
-
-    def lasting(self, place: float, impulse: float, loss: float) -> Interval | None:
-        """Return the contact that lasts, up to now; None if there is none.
-
-        The point is at a `place` (m), totals of impulse and loss are those since time 0.
+        What a face does along its gap is left out: its force leaps, see `integrate.contact_share`.
         """
-        if self._open is None:
-            return None
-        return replace(
-            self._open,
-            end_place=place,
-            impulse=impulse - self._open.impulse,
-            energy_lost=loss - self._open.energy_lost,
-            peak_force=self.peak,
-        )
+        friction, creep = self._laws[own.which, 3], self._laws[own.which, 4]
+        rubbing = np.tanh(own.slip[0] / creep)
+        # Pressing walls push along their gaps, and drag along their faces, as faces do, too.
+        wall = np.where(own.which < self.faces, 0.0, 1.0)
+        pressed, slid = own.rows[0].T, own.slides[0].T
+        across = wall * pressed - friction * rubbing * slid
+        drag = friction * np.maximum(own.press[0], 0.0) * (1 - rubbing**2) / creep
+        stiffness = (across * own.by_gap[0]) @ pressed.T
+        return stiffness, (across * own.by_rate[0]) @ pressed.T + (slid * drag) @ slid.T
 
-    def hit(self, t: float, place: float, impact: Impact, motor_work: float) -> None:
-        """The point strikes the face and bounces."""
-        self.intervals.append(
-            Interval(
-                t,
-                t,
-                place,
-                place,
-                impact.approach_speed,
-                impact.separation_speed,
-                impact.impulse,
-                impact.energy_lost,
-                peak_force=inf,
-                motor_work=motor_work,
-            )
-        )
-        self._tell(t, "impact")
+    def law_numbers(self, k: int) -> tuple[float, float, float]:
+        """Elastic and lossy part of the stiffness of a contact (N/m), transition speed (m/s)."""
+        elastic, lossy, speed = self._laws[k, :3].tolist()
+        return elastic, lossy, speed
 
-    def _tell(self, t: float, kind: str) -> None:
-        self._before = None
-        self.events.append(Event(t, kind, self.face.name))
+
+def _from(point: Anchor, pivot: Pivot) -> complex:
+    """A part's point, from its pivot."""
+    return complex(point.x, point.y) - complex(*pivot.pin)
+
+
+def _direction(contact: FaceContact) -> complex:
+    begin, end = (complex(own.x, own.y) for own in (contact.start, contact.end))
+    return (end - begin) / abs(end - begin)
+
+
+def _law(contact: FaceContact) -> tuple[float, float, float, float, float]:
+    """Elastic and lossy part of the stiffness, transition speed, friction, its slip speed."""
+    law, friction = contact.law, contact.friction
+    rub = (friction.coefficient, friction.slip_speed) if friction else (0.0, 1.0)
+    if isinstance(law, Impulse):
+        return (0.0, 0.0, 1.0, *rub)
+    return (law.elastic, law.lossy, law.transition_speed, *rub)

@@ -7,7 +7,6 @@ pinned to the ground. Whatever else a scene has is refused by name.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, hypot
 
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.mechanism import (
@@ -250,16 +249,3 @@ def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) ->
             ("contacts", contact.name, "line"), "must be on a body pinned to the ground"
         )
     return contact
-
-
-def face_angle(contact: FaceContact) -> float:
-    """Angle of the face in its lever's axes, rad."""
-    return atan2(contact.end.y - contact.start.y, contact.end.x - contact.start.x)
-
-
-def face_offsets(contact: FaceContact, pivot: Pivot) -> tuple[float, float]:
-    """Where the face starts from its lever's hinge: across it (to the free side) and along, m."""
-    dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
-    length = hypot(dx, dy)
-    x, y = contact.start.x - pivot.pin[0], contact.start.y - pivot.pin[1]
-    return contact.side * (dx * y - dy * x) / length, (dx * x + dy * y) / length

@@ -1,133 +1,360 @@
-"""The mechanism as the integration sees it: where it is, what happens within a step and at events.
-
-`system` knows the equations and the event functions; what a step did goes to the recorder.
-"""
+"""The mechanism as the integration sees it: where it is, what happens in steps and at events."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import partial
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.instability import Instability
-from exudyn_flexlink.engines.lagrangian.mode import Mode
-from exudyn_flexlink.engines.lagrangian.recording import Recorder
-from exudyn_flexlink.engines.lagrangian.step_control import Buffer
-from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.integrate.events import Event, first_fall
-from exudyn_flexlink.integrate.explicit import Dense
+from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.engines.lagrangian.equations import Frame
+from exudyn_flexlink.engines.lagrangian.impacts import Impacts
+from exudyn_flexlink.engines.lagrangian.model import turning_row
+from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
+from exudyn_flexlink.engines.lagrangian.system import Motion, System
+from exudyn_flexlink.engines.pair_events import (
+    EXACT,
+    NODES,
+    POLYNOMIAL,
+    Seen,
+    calm,
+    changed,
+    first_of,
+    late_by,
+)
+from exudyn_flexlink.integrate.events import Event, fall, zero
+from exudyn_flexlink.integrate.turning import chebyshev_sum
+from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
 
-EventFunctions = Callable[[float, FloatArray], Sequence[float]]
-
-SLOPE = 1e-4  # of a step: over which the rates of event functions are taken
-
-
-class Pair(NamedTuple):
-    """A pair of link and guide, of this number, begins or ceases to touch."""
-
-    pair: int
+IN_CONTACT = 0.15  # of the contact's half period: the first step in it
+AT_REST = 0.1  # of the speed at which a force changes from loading to unloading
+TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
+SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
+ON_FACE = 1e9  # m: a face so long has no ends
+LAST = len(NODES) - 1
+AT_NODES = slice(len(NODES))
 
 
-@dataclass
-class LagrangianProblem:
-    """A system with its recorder, at a time (s) and in a state."""
+class Side(IntEnum):
+    """Where the point of a lever's contact is; behind the face, it passed beside it: it is free."""
 
-    system: System
-    recorder: Recorder
-    instability: Instability
-    time: float = 0.0
-    state: FloatArray = field(default_factory=lambda: np.zeros(0))
+    APART = 0
+    PRESSED = 1
+    BEHIND = 2
+
+
+class Change(NamedTuple):
+    """A contact, of this number, begins or ends."""
+
+    contact: int
+
+
+class PieceEnd(NamedTuple):
+    """P comes to the end of its piece (way 1), or to its start (-1)."""
+
+    way: int
+
+
+class TurnsMade(NamedTuple):
+    """The turns that end the run are made."""
+
+
+class Problem:
+    """A model with its events; `q` and `v` are the free coordinates and speeds now."""
+
+    def __init__(
+        self,
+        system: System,
+        recorder: Recorder,
+        goal: TurnGoal | None,
+        halves: list[float],
+        ends: tuple[float, float],
+    ) -> None:
+        """`halves` (s) are half periods of contacts, `ends` that of the run and of slow motions."""
+        self.system, self.recorder, self.goal = system, recorder, goal
+        self.reached, self.stop_reason, self.stop_advice = False, "", ""
+        self._halves, (self._end, self._least) = np.array(halves), ends
+        q, v = system.model.start
+        self.q, self.v = q[system.model.first :], v[system.model.first :]
+        self.time, self.trouble = 0.0, ""  # what keeps P from being found in a trial step
+        contacts = system.contacts
+        self.sides = np.zeros(contacts.faces, dtype=int)
+        self.impacts = Impacts(self)
+        self._ahead: tuple[Path, Motion, Seen] | None = None  # the last step looked at
+        self._speeding = np.zeros(contacts.faces)
+        self.seen = Seen(*np.zeros((4, len(contacts.all))))
+        self.look_now()
+        self.sides[self.seen.gap[: contacts.faces] < -EXACT] = Side.BEHIND
+        self._settle_walls(0.0)
+
+    # --- where it is --------------------------------------------------------------------------
+
+    def look_now(self) -> None:
+        """See all contacts where it is, and let the next search for P begin there."""
+        at, u = self.system.frame(np.array([self.time]), self.q[None], self.v[None])
+        self.system.track.u = float(u[0])
+        self.all_q = at.q[0]
+        self.seen = self.system.contacts.look(at).pick(0)
 
     @property
     def over(self) -> bool:
         """Whether the run ends here."""
-        return self.system.over
+        return bool(self.stop_reason) or self.reached
 
-    def begin(self) -> None:
-        """Take up the state at time 0."""
-        self.system.begin()
-        self.state = self.system.start
-        self.recorder.after(0.0, self.state, False)
+    @property
+    def left(self) -> float | None:
+        """Angle still to turn, rad; None where time ends the run."""
+        if self.goal is None:
+            return None
+        return 0.0 if self.reached else self._to_turn(self.all_q)
+
+    def stop(self, reason: str, advice: str) -> None:
+        """End the run after the step that is under way, for a reason."""
+        self.stop_reason, self.stop_advice = reason, advice
+
+    def _to_turn(self, q: FloatArray) -> float:
+        assert self.goal is not None
+        row = turning_row(self.system.model.layout, self.goal.first, self.goal.second)
+        return float(self.goal.turned - abs(float(row @ q) - self.goal.start))
+
+    def limit(self) -> float:
+        """Limit of the next step, s: the guide turns a little, and a point comes to rest."""
+        speed = abs(self._guide_speed())
+        limits = [TURN / speed if speed > 0 else inf]
+        contacts = self.system.contacts
+        for k in np.flatnonzero(self.sides == Side.PRESSED).tolist():
+            _, lossy, transition = contacts.law_numbers(k)
+            rate, bend = float(self.seen.gap_rate[k]), float(self._speeding[k])
+            if lossy > 0 and abs(rate) >= transition and rate * bend < 0:
+                limits.append(-rate / bend)
+        return min(limits)
+
+    def _guide_speed(self) -> float:
+        layout = self.system.model.layout
+        return float(self.v[0]) if layout.ramp is None else layout.ramp.value
+
+    # --- within a step ------------------------------------------------------------------------
+
+    def _nodes(self, step: Path) -> tuple[Motion, Seen]:
+        """Motion at a step's nodes and at the samples within it; contacts at the nodes."""
+        if self._ahead is None or self._ahead[0] is not step:
+            times = np.concatenate([step.t + step.h * NODES, self.recorder.due(step)])
+            motion = self.system.motion(times, *step.at(times))
+            self._ahead = step, motion, self.system.contacts.look(motion.frame.pick(AT_NODES))
+        return self._ahead[1:]
+
+    def begin_motion(self) -> Motion:
+        """Motion (1,) where it is."""
+        return self.system.motion(np.array([self.time]), self.q[None], self.v[None])
+
+    def first_within(self, step: Path) -> Event | None:
+        """What happens first within a step."""
+        motion, path = self._nodes(step)
+        found = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
+        if self.goal is not None and self._to_turn(motion.frame.q[LAST]) < 0:
+
+            def left(t: float) -> float:
+                return self._to_turn(self._at(step, t)[0].q[0])
+
+            found.append(Event(fall(left, step.t, step.t + step.h), TurnsMade()))
+        return min(found, key=lambda event: event.time, default=None)
+
+    def _at(self, step: Path, t: float) -> tuple[Frame, FloatArray]:
+        at = np.array([t])
+        return self.system.frame(at, *step.at(at))
+
+    def _end_of_piece(self, step: Path, motion: Motion) -> list[Event]:
+        """Where P comes to an end of its piece, from which it may be back before the step ends."""
+        track, places = self.system.track, motion.place[1 : LAST + 1]
+        start, end = track.present.start - SEAM, track.present.end + SEAM
+        if start <= places.min() and places.max() <= end:
+            return []
+        node = int(np.flatnonzero((places < start) | (places > end))[0])
+        ahead, behind = track.left(float(places[node]))
+        which, way = (0, 1) if ahead < behind else (1, -1)
+
+        def left(t: float) -> float:
+            return track.left(float(self._at(step, t)[1][0]))[which]
+
+        return [Event(fall(left, step.t, step.t + step.h * NODES[1 + node]), PieceEnd(way))]
+
+    def _of_contacts(self, step: Path, motion: Motion, path: Seen) -> list[Event]:
+        contacts = self.system.contacts
+        if not contacts.all:
+            return []
+        path, pressing = self._from_sides(path), self.system.touching
+        found = self._turns(step, path)
+        restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
+        if len(restless):
+            walls = np.flatnonzero(self._changed(step.t))
+            if len(walls):
+                return [Event(step.t, Change(int(walls[0])), bends=True)]
+            path, lengths = self._without_ends(path)
+            first = first_of(restless, path, lengths, pressing, step.h)
+            if first is not None:
+                bends = first[1] >= contacts.faces
+                found.append(Event(step.t + first[0] * step.h, Change(first[1]), bends=bends))
+        if contacts.rigid.any():
+            lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
+            found += [Event(time, Change(k)) for time, k in lifted]
+        return found
+
+    def _from_sides(self, path: Seen) -> Seen:
+        """Contacts seen from where they are: behind a face its gap is that to its back.
+
+        What is held closed is as if behind a face that never opens.
+        """
+        contacts, faces = self.system.contacts, self.system.contacts.faces
+        closed = contacts.held | (contacts.rigid & self.system.touching)
+        if closed.any():
+            path = path.closed(closed)
+        behind = np.flatnonzero(self.sides == Side.BEHIND)
+        if faces and len(behind):
+            way = np.ones(len(closed))
+            way[behind] = -1.0
+            path = path._replace(gap=way * path.gap, gap_rate=way * path.gap_rate)
+        return path
+
+    def _without_ends(self, path: Seen) -> tuple[Seen, FloatArray]:
+        """Levers' contacts that do not press, as if their faces had no ends; and all lengths."""
+        free = np.zeros(len(self.system.touching), dtype=bool)
+        free[: len(self.sides)] = self.sides != Side.PRESSED
+        place, slip = np.where(free, ON_FACE / 2, path.place), np.where(free, 0.0, path.slip)
+        lengths = np.where(free, ON_FACE, self.system.contacts.length)
+        return path._replace(place=place, slip=slip), lengths
+
+    def _turns(self, step: Path, path: Seen) -> list[Event]:
+        """Where the force of a lever's contact leaps, as its point turns."""
+        found = []
+        for k in np.flatnonzero(self.sides == Side.PRESSED).tolist():
+            _, lossy, transition = self.system.contacts.law_numbers(k)
+            before, after = path.gap_rate[0, k], path.gap_rate[-1, k]
+            if lossy == 0 or before * after >= 0 or abs(before) <= AT_REST * transition:
+                continue
+            of_gap = POLYNOMIAL.coefficients(
+                path.gap[None, :, k], step.h * path.gap_rate[None, :, k]
+            )
+            speed = partial(chebyshev_sum, POLYNOMIAL.derivative(of_gap)[0].tolist())
+            found.append(Event(step.t + step.h * zero(speed, 0.0, 1.0), Change(k), leaps=True))
+        return found
+
+    def _changed(self, time: float, there: int | None = None) -> BoolArray:
+        """Walls' pairs that now (s) begin or cease to press, or did so unseen, (c,)."""
+        contacts = self.system.contacts
+        seen = self._from_sides(self.seen)
+        found = changed(seen, contacts.length, self.system.touching, time, there)
+        found[: contacts.faces] = False
+        return found
+
+    def late(self, event: Event, step: Path) -> float:
+        """How long (s) before a step's end a contact's event was; negative: after."""
+        if event.leaps or not isinstance(event.what, Change):
+            return 0.0
+        k, contacts = event.what.contact, self.system.contacts
+        if k < contacts.faces and contacts.rigid[k] and self.sides[k] == Side.PRESSED:
+            return 0.0
+        path, lengths = self._without_ends(self._from_sides(self._nodes(step)[1]))
+        return late_by(path.pick(-1), lengths, k, step.t + step.h)
+
+    # --- from step to step --------------------------------------------------------------------
+
+    def go_on(self, step: Path) -> None:
+        """Go to the end of a step, and record it."""
+        motion, path = self._nodes(step)
+        seen = path.pick(-1)
+        self._speeding = (seen.gap_rate - self.seen.gap_rate)[: len(self.sides)] / step.h
+        self.time = step.t + step.h
+        own, at = self.system.model.first, motion.frame
+        self.all_q, self.seen = at.q[LAST], seen
+        self.q, self.v = at.q[LAST, own:], at.v[LAST, own:]
+        self.recorder.take(step, motion)
+        self.system.track.u = float(motion.place[LAST])
+        contacts = self.system.contacts
+        if contacts.faces:
+            faces = slice(contacts.faces)
+            beside = np.minimum(seen.place, contacts.length - seen.place)[faces] < 0
+            passed = beside & (self.sides != Side.PRESSED)
+            behind = seen.gap[faces][passed] < -EXACT
+            self.sides[passed] = np.where(behind, Side.BEHIND, Side.APART)
+        for channel in self.system.model.mechanism.channels:
+            walls = self.system.touching & (np.arange(len(seen.gap)) >= contacts.faces)
+            if seen.gap[walls].min(initial=0.0) < -deepest_allowed(channel):
+                self.stop(broken_wall(channel), BROKEN_WALL_ADVICE)
 
     def cross(self, event: Event) -> float:
-        """Change the equations; the next step may be as long as the last."""
-        if isinstance(event.what, Pair):
-            self.system.touch(event.time, self.state, event.what.pair)
+        """Change the equations; return how long (s) the next step may be."""
+        self.recorder.work_off()
+        if isinstance(event.what, TurnsMade):
+            self.reached = True
             return inf
-        k, off_an_end = divmod(event.what - 3, 3)
-        contacts = self.system.contacts
-        if 0 <= k < len(contacts) and (off_an_end or contacts[k].rigid):  # its force jumps
-            self.recorder.keep_last(float(np.nextafter(event.time, 0.0)), self.state)
-        self.state = self.system.cross(event.time, np.array(self.state), event.what)
-        self.system.track.settle()
-        self.recorder.after(event.time, self.state, True)
-        return inf
+        if isinstance(event.what, PieceEnd):
+            self.recorder.keep_last()
+            self._next_piece(event.what.way)
+            return inf
+        k = event.what.contact
+        if k >= self.system.contacts.faces:
+            return self._settle_walls(event.time, k)
+        return self._change_face(event.time, k)
 
-    def locate(
-        self, event_functions: EventFunctions, begin: float, end: float, dense: Dense
-    ) -> Event | None:
-        """Locate the first fall of an event function in a step between two instants."""
-        looks: dict[float, Sequence[float]] = {}
-        bit = SLOPE * (end - begin)
+    def _next_piece(self, way: int) -> None:
+        track = self.system.track
+        self.system.forget()
+        before = track.at(np.array([track.u]))[1][0]
+        if not track.next_piece(way, self.time):
+            name = track.slot.name
+            self.stop(f"the point of slot '{name}' reached the curve's end",
+                      "lengthen the curve, or end the run before")  # fmt: skip
+        elif self.system.model.layout.play:
+            after = track.at(np.array([track.u]))[1][0]
+            self.q, self.v = self.q.copy(), self.v.copy()
+            self.q[-1] = track.u
+            self.v[-1] *= abs(before) / abs(after)
 
-        def value(which: int, t: float) -> float:
-            if t not in looks:
-                looks[t] = event_functions(t, dense(t))
-            return looks[t][which]
+    def _settle_walls(self, time: float, there: int | None = None) -> float:
+        """Let all pairs that do so at an event of `there` begin or cease to press."""
+        longest = inf
+        for k in np.flatnonzero(self._changed(time, there)).tolist():
+            begins = not self.system.touching[k]
+            self.system.touching[k] = begins
+            if begins:
+                self.recorder.opened(time, k, self.seen, self.recorder.totals_of(k))
+                longest = min(longest, IN_CONTACT * self._halves[k])
+            else:
+                self.recorder.closed(time, k, self.seen, slides_off=False)
+        return longest
 
-        def rate(which: int, t: float) -> float:
-            return value(which, min(t + bit, end)) - value(which, max(t - bit, begin))
+    def _change_face(self, time: float, k: int) -> float:
+        side, contacts = self.sides[k], self.system.contacts
+        gap, place = float(self.seen.gap[k]), float(self.seen.place[k])
+        inside = min(place, contacts.length[k] - place)
+        if side == Side.BEHIND or (side == Side.APART and inside < 0):
+            self.sides[k] = Side.APART if side == Side.BEHIND else Side.BEHIND
+            return inf
+        off = side == Side.PRESSED and inside < (EXACT if contacts.rigid[k] else -gap)
+        jumps = off or (side == Side.APART and bool(contacts.rigid[k]))
+        self.recorder.keep_last(before=jumps)
+        longest = inf
+        if side == Side.PRESSED:
+            self.end_contact(time, k, off=off)
+        elif contacts.rigid[k]:
+            self.impacts.meet(time, k)
+        else:
+            self.begin_contact(time, k, self.seen, self.recorder.totals_of(k))
+            longest = IN_CONTACT * self._halves[k]
+        self.recorder.keep(self.begin_motion())
+        return float(longest)
 
-        value(0, end)
-        falls = [
-            (first_fall(partial(value, which), partial(rate, which), (begin, end)), which)
-            for which in range(len(looks[end]))
-        ]
-        return min(
-            (Event(time, which) for time, which in falls if time is not None),
-            key=lambda event: event.time,
-            default=None,
-        )
+    def begin_contact(self, time: float, k: int, seen: Seen, totals: tuple[float, float]) -> None:
+        """A lever's contact begins to press, where it is `seen`; `totals` are those so far."""
+        self.sides[k], self.system.touching[k] = Side.PRESSED, True
+        self.recorder.opened(time, k, seen, totals)
 
-    def accept_block(self, steps: Buffer, mode: Mode) -> None:
-        """Go to the end of steps in which nothing happened, and record them."""
-        self.instability.follow(steps.times, steps.states, steps.places)
-        self.time, self.state = float(steps.times[-1]), steps.states[-1].copy()
-        self.system.track.at_rest(float(steps.places[-1]))
-        self.recorder.take(steps, mode)
-
-    # --- of the explicit method ---------------------------------------------------------------
-
-    def rate(self, t: float, y: FloatArray) -> FloatArray:
-        """dy/dt."""
-        return self.system.rate(t, y)
-
-    def longest(self, t: float, y: FloatArray) -> float:  # noqa: ARG002
-        """Limit of the next step, s."""
-        return self.system.longest_step(y)
-
-    def first_event(self, begin: float, end: float, dense: Dense) -> Event | None:
-        """Locate what happens first in a step between two instants."""
-        if self.system.quiet(end - begin, end, dense(end)):
-            return None
-        return self.locate(self.system.event_functions, begin, end, dense)
-
-    def accept(self, end: float, dense: Dense, event: Event | None) -> None:
-        """Go to the end of a step, where something may happen, and record it."""
-        self._follow(end)
-        self.recorder.before(end, dense)
-        self.time, self.state = end, np.array(dense(end))
-        if event is None:
-            self.recorder.after(end, self.state, False)
-
-    def _follow(self, end: float) -> None:
-        """Hand a single step on, which an event may have left no length."""
-        if end <= self.time:
-            return
-        times, place = np.array([self.time, end]), np.array([self.system.track.u])
-        self.instability.follow(times, self.state[None], place)
+    def end_contact(self, time: float, k: int, *, off: bool) -> None:
+        """It ends: the point slid `off` an end of the face, or leaves it."""
+        self.sides[k] = Side.BEHIND if off else Side.APART
+        self.system.touching[k] = False
+        self.recorder.closed(time, k, self.seen, slides_off=off)

@@ -1,299 +1,332 @@
-"""From the loop's steps to even samples, energies and checks.
+"""From steps to samples, touches, energies and checks.
 
-Energies dissipated and supplied, impulses and works of contacts are part of the integrated state:
-their errors are controlled like those of the motion. Samples come from the dense output.
+A step is known at its nodes, its start and its stages, and at the samples within it. Energies
+dissipated and supplied, impulses and works of contacts are integrals over the stages, as accurate
+as the motion. Steps wait until they are many, or until an event changes the equations.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from itertools import groupby
-from typing import NamedTuple
+from dataclasses import replace
+from math import inf
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.lagrangian.equations import PENALTY
-from exudyn_flexlink.engines.lagrangian.event_functions import Side
-from exudyn_flexlink.engines.lagrangian.mode import Mode
-from exudyn_flexlink.engines.lagrangian.sampling import Motions, motions_at, states_within
-from exudyn_flexlink.engines.lagrangian.step_control import Buffer
-from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.engines.lagrangian.touching import Rule
-from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
-from exudyn_flexlink.integrate.collocation import RADAU
-from exudyn_flexlink.integrate.explicit import Dense
-from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
+from exudyn_flexlink.engines.lagrangian.equations import momentum_rate
+from exudyn_flexlink.engines.lagrangian.system import Motion, System, joined
+from exudyn_flexlink.engines.pair_events import NODES as PARTS
+from exudyn_flexlink.engines.pair_events import Seen
+from exudyn_flexlink.integrate.collocation import NODES as POWERS
+from exudyn_flexlink.integrate.collocation import WEIGHTS
+from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
 
-_Motion = tuple[FloatArray, FloatArray, TrackPoint]
-
-BLOCK = 1024
-_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
-GAUSS_NODES = (1 + _PLACES) / 2
-GAUSS = Rule.of(GAUSS_NODES, _WEIGHTS / 2)
+AT_ONCE = 32  # steps that wait: more take memory, and little less time
+BLOCK = 512  # steps that are looked through for extremes together
+NODE = np.arange(len(PARTS))
+# Where the largest force in a step is looked for, on the polynomial through its nodes.
+TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), len(PARTS), increasing=True) @ POWERS
 
 
-@dataclass
-class Samples:
-    """Kept instants."""
+class Path(Protocol):
+    """A step: from `t` over `h` (s), and what it is in between."""
 
-    time: list[float] = field(default_factory=list)
-    motion: list[Motions] = field(default_factory=list)  # of some instants each
-    totals: list[FloatArray] = field(default_factory=list)  # see Recorder._rows
+    @property
+    def t(self) -> float:
+        """Its start, s."""
 
-    def drop_last(self) -> None:
-        """Forget the last instant."""
-        self.time.pop()
-        self.totals.pop()
-        self.motion[-1] = Motions(*(part[:-1] for part in self.motion[-1]))
+    @property
+    def h(self) -> float:
+        """Its length, s."""
+
+    def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Free coordinates and speeds (m, n) at times (m,) within the step."""
 
 
-class _Steps(NamedTuple):
-    """Steps, their motion at the nodes of each, and which contacts press in them."""
+class Kept(NamedTuple):
+    """Instants (m,) that are kept, s."""
 
-    begins: FloatArray  # (m,) s
-    lengths: FloatArray  # (m,) s
-    q: FloatArray  # (m n, N)
-    v: FloatArray  # (m n, N)
-    points: FloatArray  # (m n, 6)
+    t: FloatArray
+    place: FloatArray  # (m,): P's on the whole track
+    poses: FloatArray  # (m, parts, 3)
+    rates: FloatArray
+    accelerations: FloatArray  # (m, N)
+    momentum_rate: ComplexArray  # (m,) of the link, N
+    press: FloatArray  # (m, c): contacts' forces, N
+    motor: FloatArray  # (m,): torque of the speed drive, N m
+    # (m, 2 + 2 c): energies dissipated in dampers and supplied, J; of each contact impulse, N s,
+    # and work done on it, J
+    totals: FloatArray
     pressed: BoolArray  # (m, c)
+
+    def pick(self, which: slice | IndexArray) -> Kept:
+        """Return some of the instants."""
+        return Kept._make(own[which] for own in self)
+
+
+class _Waiting(NamedTuple):
+    t: float
+    h: float
+    motion: Motion  # at the nodes, then at samples
 
 
 class Recorder:
-    """Takes every step; keeps samples at `grid` (s, increasing) and at the instants of events."""
+    """Takes every step; keeps samples at `grid` (s, increasing), at events and in contacts."""
 
-    def __init__(
-        self,
-        system: System,
-        grid: FloatArray,
-        seeker: ExtremeSeeker,
-        explicit: bool,
-    ) -> None:
-        self.system = system
-        self.seeker = seeker
-        self._explicit = explicit
-        layout = system.model.layout
-        self._levers = [layout.coordinate(lever.part) for lever in layout.levers]
-        self.grid = grid
-        self.samples = Samples()
+    def __init__(self, system: System, grid: FloatArray, seeker: ExtremeSeeker) -> None:
+        self.system, self.seeker, self.grid = system, seeker, grid
         self.meter = EnergyMeter(system.model.mechanism)
-        self.energy_residual = 0.0
-        self.largest_kinetic_energy = 0.0
-        self.constraint_error = 0.0
-        self.largest_penetration = 0.0
-        self._next = 0
-        self._events = 0
-        self._checked: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
-        self._waiting = 0
-        self._steps: list[_Steps] = []  # of the block
-        self._start: tuple[float, _Motion | None] = (0.0, None)  # of the next step
+        self.kept: list[Kept] = []
+        self.intervals: dict[int, list[Interval]] = {}
+        self.energy_residual = self.largest_kinetic_energy = self.constraint_error = 0.0
+        self._open: dict[int, Interval] = {}  # with the totals as it began
+        self._reached = np.zeros(2 + 2 * len(system.contacts.all))
+        self._next = 1
+        self._waiting: list[_Waiting] = []
+        self._last: Kept  # where the last step ended, as it was before an event there
+        self._ends: list[Kept] = []  # of the block
+        self._steps: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]] = []
+        self._counted = 0
         self._start_energy: float | None = None
 
-    def before(self, end: float, dense: Dense) -> None:
-        """Keep the samples within a step, and follow the walls through it."""
-        self._follow_walls(end, dense)
-        self._steps.append(self._step(end, dense))
-        while self._next < len(self.grid) and self.grid[self._next] < end:
-            at = float(self.grid[self._next])
-            self._keep(at, dense(at))
+    # --- steps --------------------------------------------------------------------------------
 
-    def after(self, t: float, y: FloatArray, crossed: bool) -> None:
-        """Keep the sample at a step's end if one is due, and check the state."""
-        due = self._next < len(self.grid) and self.grid[self._next] <= t
-        if due or (crossed and len(self.system.events) > self._events):
-            self._keep(t, y)
-        self._events = len(self.system.events)
-        # P is searched as within the steps: right at a dead centre another search ends elsewhere.
-        self._start = t, self.system.coordinates(t, y)
-        now = self.system.motion(t, y)
-        places = np.column_stack([now.point, now.place])
-        self._checked.append((now.q, now.v, places, self._rows(y[None], now.pressed)))
-        self._waiting += 1
-        if self._waiting >= BLOCK:
-            self.flush()
+    def due(self, step: Path) -> FloatArray:
+        """Samples (n,), s, within a step."""
+        return self.grid[self._next : max(self._next, self._until(step))]
 
-    def _follow_walls(self, end: float, dense: Dense) -> None:
-        """Integrate over a step to `end`, by Gauss's rule."""
-        if self.system.walls:
-            begin, length = self._start[0], end - self._start[0]
-            instants = (begin + length * GAUSS_NODES).tolist()
-            motion = [self.system.coordinates(t, dense(t)) for t in instants]
-            q, v, points = (np.array(part) for part in zip(*motion, strict=True))
-            self._take_walls(np.array([length]), GAUSS, (q, v, points))
+    def _until(self, step: Path) -> int:
+        return int(np.searchsorted(self.grid, (step.t + step.h) * (1 + 1e-14), side="right"))
 
-    def _take_walls(
-        self,
-        lengths: FloatArray,
-        rule: Rule,
-        motion: tuple[FloatArray, FloatArray, FloatArray],
-    ) -> None:
-        """Hand steps on to the walls, and stop where the link broke through one."""
-        for walls in self.system.walls:
-            walls.take(lengths, rule, motion)
-            if walls.deepest > deepest_allowed(walls.channel):
-                self.system.stop(broken_wall(walls.channel), BROKEN_WALL_ADVICE)
+    def begin(self, at: Motion) -> None:
+        """Take the state (1,) at time 0."""
+        self.keep(at)
+        self._ends.append(self._last)
 
-    def take(self, steps: Buffer, mode: Mode) -> None:
-        """Keep the samples within steps in which nothing happened, and check their ends."""
-        end = float(steps.times[-1])
-        last = int(np.searchsorted(self.grid, end, side="right"))
-        if last > self._next:
-            self._keep_all(self.grid[self._next : last], steps, mode)
-            self._next = last
-        found, shift = self._nodes_of(steps, mode), self.system.track.shift
-        if self.system.walls:
-            rule = Rule.of(self.seeker.nodes, np.array([0.0, *RADAU.matrix[-1]]))
-            lengths = np.diff(steps.times)
-            self._take_walls(lengths, rule, (found.q, found.v, found.point))
-        ends = slice(len(self.seeker.nodes) - 1, None, len(self.seeker.nodes))
-        q, v, points, u = (part[ends] for part in (found.q, found.v, found.point, found.place))
-        rows = self._rows(steps.states[1:], found.pressed[ends])
-        self._checked.append((q, v, np.column_stack([points, u + shift]), rows))
-        self._waiting += len(rows)
-        self._start = end, None
-        if self._waiting >= BLOCK:
-            self.flush()
+    def take(self, step: Path, motion: Motion) -> None:
+        """Take a step, known at its nodes and then at the samples that are `due` in it."""
+        self._next = max(self._next, self._until(step))
+        self._waiting.append(_Waiting(step.t, step.h, motion))
+        if len(self._waiting) >= AT_ONCE:
+            self.work_off()
 
-    def _step(self, end: float, dense: Dense) -> _Steps:
-        """Motion at the nodes of a step to `end` (s), whose states `dense` gives.
-
-        Of an explicit step, to look inside which costs evaluations of its own, the ends are enough
-        where no lever turns and no contact presses.
-        """
-        begin, first = self._start
-        first = first or self.system.coordinates(begin, dense(begin))
-        last = self.system.coordinates(end, dense(end))
-        pressed, inner, levers = self._pressed(1), list[_Motion](), self._levers
-        turned = np.any(np.sign(first[1][levers]) != np.sign(last[1][levers]))
-        if not self._explicit or turned or pressed.any():
-            parts = self.seeker.nodes[1:-1] * (end - begin)
-            inner = [self.system.coordinates(t, dense(t)) for t in (begin + parts).tolist()]
-        q, v, points = (np.array(part) for part in zip(first, *inner, last, strict=True))
-        return _Steps(np.array([begin]), np.array([end - begin]), q, v, points, pressed)
-
-    def _nodes_of(self, steps: Buffer, mode: Mode) -> Motions:
-        """Motion at the nodes of steps in a row, which is noted, too."""
-        # Their times are the method's own, which it writes over.
-        nodes, begins, starts = self.seeker.nodes, steps.times[:-1].copy(), steps.states[:-1, None]
-        lengths = np.diff(steps.times)
-        states = np.concatenate([starts, starts + steps.changes], axis=1)
-        instants = (begins[:, None] + lengths[:, None] * nodes).ravel()
-        near = np.repeat(steps.places[:-1], len(nodes))
-        found = motions_at(instants, states.reshape(len(instants), -1), near, mode, False)
-        pressed = self._pressed(len(begins))
-        self._steps.append(_Steps(begins, lengths, found.q, found.v, found.point, pressed))
-        return found
-
-    def _pressed(self, steps: int) -> BoolArray:
-        """Contacts whose penalty acts, in so many steps, (steps, contacts)."""
-        acts = [contact.acting == PENALTY for contact in self.system.contacts]
-        return np.tile(np.array(acts, dtype=bool), (steps, 1))
-
-    def _seek(self) -> None:
-        """Look for extremes within the steps of the block."""
-        steps = [step for step in self._steps if step.lengths[0] > 0]
-        self._steps.clear()
-        for _, alike in groupby(steps, key=lambda step: len(step.q) // len(step.begins)):
-            begins, lengths, q, v, points, pressed = map(np.concatenate, zip(*alike, strict=True))
-            poses, rates = self.system.model.poses(q, v, points)
-            shape = (len(begins), len(q) // len(begins), *poses.shape[1:])
-            motion = poses.reshape(shape), rates.reshape(shape)
-            self.seeker.take(begins, lengths, motion, pressed)
-
-    def _keep_all(self, instants: FloatArray, steps: Buffer, mode: Mode) -> None:
-        """Keep the samples at instants within steps in a row."""
-        states = states_within(instants, steps.times, steps.states, steps.changes, RADAU.powers)
-        within = np.searchsorted(steps.times, instants, side="left") - 1
-        near = steps.places[np.clip(within, 0, len(steps.changes) - 1)]
-        found = motions_at(instants, states, near, mode, True)
-        kept, shift = self.samples, self.system.track.shift
-        if kept.time and kept.time[-1] >= instants[0]:
-            kept.drop_last()
-        kept.time += instants.tolist()
-        kept.motion.append(found._replace(place=found.place + shift))
-        kept.totals += list(self._rows(states, found.pressed))
-
-    def _rows(self, states: FloatArray, pressed: FloatArray) -> FloatArray:
-        """Values of states (m, size) between two events, of each contact where it says so, (m, ..).
-
-        Energies dissipated and supplied; of each contact its work, whether it acts, whether it may
-        touch; the energy in the walls, of which `pressed` (m,) is as in `Motions`.
-        """
-        contacts = self.system.contacts
-        at, count = 2 * self.system.free, len(contacts)
-        acts = [contact.side is Side.PRESSED for contact in contacts]
-        free = [contact.side is not Side.BEHIND for contact in contacts]
-        rows = np.zeros((len(states), 3 + 3 * count))
-        rows[:, :2] = states[:, at : at + 2]
-        rows[:, 2 : 2 + count] = states[:, at + 2 + count :]
-        rows[:, 2 + count : 2 + 3 * count] = [*acts, *free]
-        for walls in self.system.walls:
-            rows[:, -1] = walls.stored(pressed)
-        return rows
-
-    def keep_last(self, t: float, y: FloatArray) -> None:
-        """Keep the state in which a run ends before its time, or that before an event."""
-        if not self.samples.time or self.samples.time[-1] < t:
-            self._keep(t, y)
-
-    def _keep(self, t: float, y: FloatArray) -> None:
-        kept = self.samples
-        if kept.time and kept.time[-1] >= t:
-            kept.drop_last()  # several events at one instant: the state after the last
-        now = self.system.motion(t, y)
-        kept.time.append(t)
-        kept.motion.append(now)
-        kept.totals += list(self._rows(y[None], now.pressed))
-        while self._next < len(self.grid) and self.grid[self._next] <= t:
-            self._next += 1
-
-    def flush(self) -> None:
-        """Work off the block: extremes within its steps, and checks of their ends."""
-        self._seek()
-        if not self._checked:
+    def work_off(self) -> None:
+        """Work off the steps that wait: the same contacts press in all of them."""
+        if not self._waiting:
             return
-        q, v, points, rows = (np.concatenate(parts) for parts in zip(*self._checked, strict=True))
-        self._checked.clear()
-        self._waiting = 0
-        poses, rates = self.system.model.poses(q, v, points[:, :6])
-        energies = self.energies(poses, rates, rows)
-        total = energies[:, 0] + energies[:, 1]
-        if self._start_energy is None:
-            self._start_energy = float(total[0])
-        residual = total - self._start_energy + energies[:, 2] - energies[:, 3]
-        errors = joint_residuals(self.system.model.mechanism, poses, points[:, 6:])
-        depth = self._penetrations(poses, rates, rows)
-        walls = max((walls.deepest for walls in self.system.walls), default=0.0)
-        self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
-        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
-        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
-        self.largest_penetration = max(
-            self.largest_penetration, float(depth.max(initial=0.0)), walls
+        t, h, motions = (list(own) for own in zip(*self._waiting, strict=True))
+        self._waiting.clear()
+        whole, begins, lengths = joined(motions), np.array(t), np.array(h)
+        counts = np.array([len(own.t) for own in motions])
+        nodes = (np.cumsum(counts) - counts)[:, None] + NODE
+        known = self._known(whole)
+        rates = self._rates(whole, known)
+        gained = np.cumsum(lengths[:, None] * (WEIGHTS @ rates[nodes[:, 1:]]), axis=0)
+        # Totals at the nodes are those of no use but for the end, where they are exact.
+        steps = np.repeat(np.arange(len(h)), counts)
+        parts = np.divide(whole.t - begins[steps], lengths[steps], where=lengths[steps] > 0,
+                          out=np.zeros(len(steps)))  # fmt: skip
+        within = (_shares(parts)[:, None, :] @ rates[nodes[steps]])[:, 0] * lengths[steps, None]
+        before = np.vstack([np.zeros_like(self._reached), gained])
+        known.totals[:] = self._reached + before[steps] + within
+        known.totals[nodes[:, -1]] = self._reached + gained
+        self._reached = self._reached + gained[-1]
+        self._note_reactions(known.press[nodes])
+        keep = np.ones(len(steps), dtype=bool)
+        keep[nodes] = False
+        if self.system.touching[: self.system.contacts.faces].any():
+            # Even samples miss the peaks of a contact's force.
+            ends = nodes[:, -1]
+            after = np.append(whole.t, inf)
+            keep[ends] = True
+            sampled = counts > len(NODE)
+            last = np.cumsum(counts) - 1
+            keep[ends[sampled & (after[last] >= whole.t[ends])]] = False
+        order = np.flatnonzero(keep)
+        order = order[np.argsort(whole.t[order], kind="stable")]
+        if len(order):
+            self._keep(known.pick(order))
+        own = lengths > 0  # an explicit one may end where it began, at an event
+        self._last = known.pick(nodes[-1, -1:])
+        self._ends.append(known.pick(nodes[:, -1]))
+        poses, rates = known.poses[nodes[own]], known.rates[nodes[own]]
+        self._steps.append((begins[own], lengths[own], poses, rates, known.pressed[nodes[own, 0]]))
+        self._counted += len(h)
+        if self._counted >= BLOCK:
+            self.flush()
+
+    def _note_reactions(self, press: FloatArray) -> None:
+        """Keep the largest forces of contacts that are held closed, in steps (m, nodes, c)."""
+        for k in self.system.held.tolist():
+            largest = max(self._open[k].peak_force, float((TO_LOOKS @ press[:, :, k].T).max()))
+            self._open[k] = replace(self._open[k], peak_force=largest)
+
+    def _keep(self, found: Kept) -> None:
+        """Keep instants, in place of what is kept already at the first of them."""
+        if self.kept and self.kept[-1].t[-1] >= found.t[0]:
+            self._drop_last()
+        self.kept.append(found)
+
+    def _drop_last(self) -> None:
+        last = self.kept.pop()
+        if len(last.t) > 1:
+            self.kept.append(last.pick(slice(-1)))
+
+    def keep_last(self, *, before: bool = False) -> None:
+        """Keep the end of the last step; `before` an event there, by the least time there is."""
+        self.work_off()
+        last = self._last
+        if self.kept[-1].t[-1] < last.t[0]:
+            self.kept.append(last)
+        if before:
+            self._drop_last()
+            t = np.nextafter(last.t, 0.0)
+            if not self.kept or self.kept[-1].t[-1] < t[0]:
+                self.kept.append(last._replace(t=t))
+
+    def keep(self, at: Motion) -> None:
+        """Keep a state (1,) as it is now, after what happened there."""
+        self.work_off()
+        self._last = self._known(at)._replace(totals=self._reached[None])
+        self._keep(self._last)
+
+    def _known(self, at: Motion) -> Kept:
+        """What is known at instants, but for the totals."""
+        model, contacts = self.system.model, self.system.contacts
+        a, held = self.system.accelerations(at)
+        press = np.zeros((len(at.t), len(contacts.all)))
+        if at.pushed is not None:
+            press[:, at.pushed.which] = at.pushed.press
+        press[:, self.system.held] = held
+        motor = self.system.motor_torque(at, a, held)
+        pressed = np.broadcast_to(self.system.touching.copy(), press.shape)
+        place, totals = (
+            at.place + self.system.track.shift,
+            np.zeros((len(at.t), len(self._reached))),
+        )
+        poses, rates = model.poses(at.frame)
+        momentum = momentum_rate(model.numbers, at.frame, a)
+        return Kept(at.t, place, poses, rates, a, momentum, press, motor, totals, pressed)
+
+    def _rates(self, at: Motion, known: Kept) -> FloatArray:
+        """Rates (m, ...) of the totals at instants."""
+        count, v = len(self.system.contacts.all), at.frame.v
+        rates = np.zeros((len(at.t), 2 + 2 * count))
+        rates[:, 0] = ((v @ self.system.model.numbers.damping) * v).sum(axis=1)
+        rates[:, 1] = known.motor * v[:, 0] + (at.motors * v).sum(axis=1)
+        rates[:, 2 : 2 + count] = known.press
+        if at.pushed is not None:
+            rates[:, 2 + count + at.pushed.which] = at.pushed.power
+        return rates
+
+    # --- touches ------------------------------------------------------------------------------
+
+    def opened(self, time: float, k: int, seen: Seen, totals: tuple[float, float]) -> None:
+        """Contact k begins to press, where it is `seen`; it stores nothing as it does."""
+        place, speed = float(seen.place[k]), -float(seen.gap_rate[k])
+        self._open[k] = Interval(
+            time, place=place, approach_speed=speed, impulse=totals[0], energy_lost=totals[1]
         )
 
-    def energies(self, poses: FloatArray, rates: FloatArray, rows: FloatArray) -> FloatArray:
-        """Kinetic, stored, dissipated and supplied energy, (instants, 4)."""
-        kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
-        count = len(self.system.contacts)
-        in_walls = rows[:, -1]
-        lost = rows[:, 0] + rows[:, 2 : 2 + count].sum(axis=1) - in_walls
-        stored = stored + in_walls
-        for k, contact in enumerate(self.system.contacts):
-            law = contact.face.law
-            if isinstance(law, RestitutionPenalty):
-                gap = approach(contact.face, poses, rates).gap
-                elastic = rows[:, 2 + count + k] * law.stored_energy(-gap)
-                stored, lost = stored + elastic, lost - elastic
-        return np.stack([kinetic, stored, lost, rows[:, 1]], axis=1)
+    def closed(self, time: float, k: int, seen: Seen, *, slides_off: bool) -> None:
+        """It ends: it opens, or its point slides off an end of the face."""
+        last = self._until_now(k, float(seen.place[k]))
+        rate = float(seen.gap_rate[k])
+        ended = replace(last, end=time, separation_speed=rate, slides_off=slides_off)
+        self.intervals.setdefault(k, []).append(ended)
+        del self._open[k]
 
-    def _penetrations(self, poses: FloatArray, rates: FloatArray, rows: FloatArray) -> FloatArray:
-        depths = np.zeros((len(poses), len(self.system.contacts)))
-        for k, contact in enumerate(self.system.contacts):
-            at = approach(contact.face, poses, rates)
-            over = (at.place >= 0) & (at.place <= contact.length)
-            open_ = rows[:, 2 + 2 * len(self.system.contacts) + k] > 0
-            depths[:, k] = np.where(over & open_, np.maximum(-at.gap, 0.0), 0.0)
-        return depths
+    def hit(self, k: int, impact: Interval) -> None:
+        """It strikes and bounces, in no time."""
+        self.intervals.setdefault(k, []).append(impact)
+
+    def leap(self, k: int, impulse: float, lost: float, supplied: float) -> None:
+        """Take the impulse (N s) of a contact, what it loses (J), and what a drive does (J)."""
+        self.work_off()
+        count = len(self.system.contacts.all)
+        self._reached = self._reached.copy()
+        self._reached[[1, 2 + k, 2 + count + k]] += supplied, impulse, lost
+
+    def totals_of(self, k: int) -> tuple[float, float]:
+        """Impulse (N s) and energy (J) that a contact has taken so far."""
+        count = len(self.system.contacts.all)
+        return float(self._reached[2 + k]), float(self._reached[2 + count + k])
+
+    def _until_now(self, k: int, place: float) -> Interval:
+        begun, (impulse, lost) = self._open[k], self.totals_of(k)
+        return replace(
+            begun,
+            end_place=place,
+            impulse=impulse - begun.impulse,
+            energy_lost=lost - begun.energy_lost,
+        )
+
+    def touches(self, first: int, count: int, seen: Seen) -> Intervals:
+        """Intervals of the contacts from `first` on; what still presses is `seen` there."""
+        found = []
+        for k in range(first, first + count):
+            lasting = [self._until_now(k, float(seen.place[k]))] if k in self._open else []
+            for own in (*self.intervals.get(k, ()), *lasting):
+                force, depth = self.seeker.peaks(k, own.begin, own.end)
+                peak = inf if own.impact else max(own.peak_force, force)
+                pair = k - first
+                found.append(replace(own, peak_force=peak, penetration=depth, pair=pair))
+        return Intervals.of(found)
+
+    # --- blocks -------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """Work off all that waits: extremes within steps, and checks of their ends."""
+        self.work_off()
+        if self._steps:
+            t, h, poses, rates, pressed = (
+                np.concatenate(x) for x in zip(*self._steps, strict=True)
+            )
+            self.seeker.take(t, h, (poses, rates), pressed)
+        if self._ends:
+            self._check(_together(self._ends))
+        self._steps, self._ends, self._counted = [], [], 0
+
+    def _check(self, ends: Kept) -> None:
+        energies = self.energies(ends)
+        total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
+        if self._start_energy is None:
+            self._start_energy = float(total[0])
+        errors = joint_residuals(self.system.model.mechanism, ends.poses, ends.place[:, None])
+        residual = float(np.abs(total - self._start_energy).max())
+        self.energy_residual = max(self.energy_residual, residual)
+        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
+        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
+
+    def energies(self, at: Kept) -> FloatArray:
+        """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
+        poses, rates = at.poses, at.rates
+        kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
+        contacts = self.system.contacts.all
+        lost = at.totals[:, 0] + at.totals[:, 2 + len(contacts) :].sum(axis=1)
+        for k in np.flatnonzero(at.pressed.any(axis=0)).tolist():
+            law, rows = contacts[k].law, at.pressed[:, k]
+            if not isinstance(law, Impulse):
+                elastic = law.stored_energy(-approach(contacts[k], poses[rows], rates[rows]).gap)
+                stored[rows] += elastic
+                lost[rows] -= elastic
+        return np.stack([kinetic, stored, lost, at.totals[:, 1]], axis=1)
+
+    def all_kept(self) -> Kept:
+        """All that is kept in one; no force pulls."""
+        found = _together(self.kept)
+        return found._replace(press=np.maximum(found.press, 0.0))
+
+
+def _together(parts: list[Kept]) -> Kept:
+    return Kept._make(np.concatenate(own) for own in zip(*parts, strict=True))
+
+
+def _shares(parts: FloatArray) -> FloatArray:
+    """Weights (m, 1 + stages) of an integral up to parts of a step: its start, its stages."""
+    powers = np.arange(1, len(PARTS) + 1)
+    return np.asarray((parts[:, None] ** powers / powers) @ POWERS)

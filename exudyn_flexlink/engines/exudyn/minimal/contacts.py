@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.minimal.shapes import (
     add_force,
     shape_of,
 )
-from exudyn_flexlink.integrate.problem import Press, Pressing
+from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
@@ -214,18 +214,3 @@ def contact_of(layout: TreeLayout, contact: Contact) -> PenaltyContact | RigidCo
     if isinstance(law, Impulse):
         return RigidContact(layout, contact, law)
     return PenaltyContact(layout, contact, law)
-
-
-def press_by(laws: list[RestitutionPenalty]) -> Press:
-    """Forces of contacts and their slopes, by gaps and rates (..., c, 2)."""
-    numbers = [(law.elastic, law.lossy, law.transition_speed) for law in laws]
-    elastic, lossy, vs = np.array(numbers).T
-
-    def press(touching: FloatArray) -> Pressing:
-        gap, rate = touching[..., 0], touching[..., 1]
-        depth, rising = np.maximum(-gap, 0.0), np.tanh(-rate / vs)
-        factor = elastic + lossy * rising
-        bend = lossy / vs * (1 - rising * rising)
-        return Pressing(depth * factor, factor * (depth > 0), depth * bend)
-
-    return press

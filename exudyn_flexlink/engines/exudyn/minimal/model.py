@@ -19,7 +19,6 @@ from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     PenaltyContact,
     contact_of,
-    press_by,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     Coordinates,
@@ -39,6 +38,7 @@ from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
+from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.integrate.window import Window

@@ -20,26 +20,9 @@ import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
+from exudyn_flexlink.engines.pair_events import Seen
 from exudyn_flexlink.mechanism import FaceContact
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-
-class Seen(NamedTuple):
-    """Gaps and places (m) of pairs, and their rates (m/s): (..., pairs) each."""
-
-    gap: FloatArray
-    place: FloatArray
-    gap_rate: FloatArray
-    place_rate: FloatArray
-
-    def pick(self, which: int) -> Seen:
-        """Return them at one of several instants."""
-        return Seen(*[column[which] for column in self])
-
-    def then(self, others: Seen) -> Seen:
-        """Return them at one instant, followed by those at several others."""
-        both = zip(self, others, strict=True)
-        return Seen(*[np.concatenate([one[None], after]) for one, after in both])
 
 
 class Gradients(NamedTuple):

@@ -16,7 +16,8 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
-from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen, WallFaces
+from exudyn_flexlink.engines.exudyn.minimal.wall_faces import WallFaces
+from exudyn_flexlink.engines.pair_events import Seen
 from exudyn_flexlink.mechanism import Channel, deepest_allowed, pairs
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
