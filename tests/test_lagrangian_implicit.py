@@ -229,8 +229,9 @@ def test_events_are_those_of_the_explicit_method() -> None:
             # The largest force is seen at looks within steps, not between them.
             allowed = 2e-3 if key == "peak_force" else 1e-6
             assert value == pytest.approx(theirs.details[key], rel=allowed, abs=1e-11), key
-    # Beside those asked for there are samples at steps in contact: each has its own.
-    _, i, k = np.intersect1d(ours.time.round(9), other.time.round(9), return_indices=True)
+    # Beside those asked for there are samples at steps in contact: each has its own, some by chance
+    # within a nanosecond of one another.
+    _, i, k = np.intersect1d(ours.time.round(12), other.time.round(12), return_indices=True)
     assert len(i) > 300
     assert np.abs(ours.poses[i] - other.poses[k]).max() < 1e-9 / 0.07
     for name in ("kinetic", "stored", "dissipated", "supplied"):

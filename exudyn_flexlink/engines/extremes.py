@@ -59,6 +59,9 @@ class ExtremeSeeker:
         values = np.concatenate([places, speeds], axis=2)
         slopes = np.concatenate([rates * length[:, None, None], changes], axis=2)
         rounding = _rounding(self._watched.sizes(motion[0]), speeds, float(length.min()))
+        # Near a dead centre things are so fast that the rounding of the clock moves them.
+        clock = np.spacing(time[-1]) / length[:, None, None]
+        rounding += (clock * np.abs(slopes)).max(axis=(0, 1))
         self._seeker.take(polynomial, (time, length), values, slopes, rounding)
         if pressed.any():
             for law, members in self._laws.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 from functools import partial
-from math import inf
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -123,8 +123,9 @@ class Problem:
 
     def limit(self) -> float:
         """Limit of the next step, s: the guide turns a little, and a point comes to rest."""
-        speed = abs(self._guide_speed())
-        limits = [TURN / speed if speed > 0 else inf]
+        speed, gain = map(abs, self._guide_speed())
+        faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
+        limits = [2 * TURN / faster if faster > 0 else inf]
         contacts = self.system.contacts
         for k in np.flatnonzero(self.sides == Side.PRESSED).tolist():
             _, lossy, transition = contacts.law_numbers(k)
@@ -133,9 +134,12 @@ class Problem:
                 limits.append(-rate / bend)
         return min(limits)
 
-    def _guide_speed(self) -> float:
-        layout = self.system.model.layout
-        return float(self.v[0]) if layout.ramp is None else layout.ramp.value
+    def _guide_speed(self) -> tuple[float, float]:
+        """Speed of the guide, rad/s, and of a driven one its rate, rad/s^2."""
+        ramp, now = self.system.model.layout.ramp, np.array([self.time])
+        if ramp is None:
+            return float(self.v[0]), 0.0
+        return float(ramp.values(now)[0]), float(ramp.rates(now)[0])
 
     # --- within a step ------------------------------------------------------------------------
 

@@ -196,10 +196,19 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         energy=EnergyHistory(*energies.T),
         extremes=recorder.seeker.extremes(),
         laps=tuple(lap for lap in prepared.laps if lap.time < prepared.solution.end),
-        checks=checks(prepared.stepper, recorder, deepest, 0.0, 0.0),
+        checks=checks(prepared.stepper, recorder, deepest, *_growing(prepared)),
         warnings=tuple(passed_on(prepared.problem.impacts.together, "each in turn")),
         outcome=_outcome(prepared, complaint),
     )  # fmt: skip
+
+
+def _growing(prepared: Prepared) -> tuple[float, float]:
+    """Factors e, and steps that vibrations last over: see `result.Checks`."""
+    problem, stepper = prepared.problem, prepared.stepper
+    if isinstance(problem, ExplicitProblem):
+        return 0.0, 0.0
+    growth = problem.instability.growth
+    return growth.e_folds, growth.ringing(problem.time, stepper.steps)
 
 
 def _contacts(
