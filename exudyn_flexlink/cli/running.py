@@ -73,13 +73,9 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
 
 
 def run(
-    scene: Scene,
-    engine: str,
-    options: argparse.Namespace,
-    what: str = "simulating",
-    retries: int = 0,
+    scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating"
 ) -> tuple[Result, bool]:
-    """Run an engine, and show its progress: `what` is going on; for `retries` see `simulate`.
+    """Run an engine once, and show its progress: `what` is going on.
 
     Also tells whether Ctrl-C came: so late that the run is whole all the same, unless it says that
     it was interrupted.
@@ -91,10 +87,24 @@ def run(
     with refusals(scene, engine, options):
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
-                result = engines.simulate(scene, engine, progress, measure=False, retries=retries)
+                result = engines.simulate(scene, engine, progress)
         except LateInterruptError as error:
             return error.result, True
         return result, result.outcome.reason == INTERRUPTED
+
+
+def measured(
+    result: Result, options: argparse.Namespace, what: str = "again, to measure errors"
+) -> tuple[Result, bool]:
+    """Make the second run, which tells how far the first is off, and show its progress.
+
+    Returns the more accurate of both; also tells whether the user gave up.
+    """
+    try:
+        with progress_bar(options.quiet, what) as progress, ends_runs():
+            return engines.measured(result, progress), False
+    except LateInterruptError as error:
+        return error.result, True
 
 
 @contextmanager

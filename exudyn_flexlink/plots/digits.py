@@ -36,12 +36,11 @@ def told(value: float, error: float | None, *, signed: bool = False, most: int =
 def position_error(result: Result, time: float) -> float | None:
     """How far positions may be off at an instant, m; None where nothing tells.
 
-    The scene's tolerance, or from the horizon on the largest error that a neighbouring run found.
+    The scene's tolerance, or where that is exceeded the largest error that a second run found.
     """
     error = result.error
-    beyond = error is not None and error.exceeds_from is not None and time >= error.exceeds_from
-    if beyond and error is not None and isfinite(error.largest):
-        return error.largest
+    if error.exceeds_from is not None and time >= error.exceeds_from:
+        return error.largest if time < error.known_until else None
     return result.scene.accuracy.tolerance
 
 
