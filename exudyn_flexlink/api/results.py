@@ -263,7 +263,9 @@ def simulate(
         ValueError: there is no such engine.
 
     """
-    return own_result(engines.simulate(given_scene(scene), engine, progress, measure=measure))
+    return own_result(
+        engines.simulate(given_scene(scene), engine, progress, measure=measure, at_once=True)
+    )
 
 
 def load(folder: str | PathLike[str]) -> Result:

@@ -19,6 +19,7 @@ from exudyn_flexlink.cli.running import (
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.comparison import Comparison, compare
+from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.loading import load_scene, require_length
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import comparison_text, excess_text, failure_text
@@ -106,9 +107,12 @@ class Runs:
             KeyboardInterrupt: the user had enough before there was anything of both.
 
         """
-        result, enough = run(scene, engine, self._options, what)
-        if self._options.measure and not enough:
-            result, enough = measured(result, self._options, f"{what}, to measure errors")
+        measure = self._options.measure
+        with Beside(scene, engine) as beside:
+            result, enough = run(scene, engine, self._options, what, beside if measure else None)
+            if measure and not enough:
+                again = f"{what}, to measure errors"
+                result, enough = measured(result, self._options, beside, again)
         self.whole, self._made = not enough, self._made + 1
         if enough and (self._made < NEEDED or len(result.time) < NEEDED):
             raise KeyboardInterrupt

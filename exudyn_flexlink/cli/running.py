@@ -10,6 +10,7 @@ from exudyn_flexlink import engines
 from exudyn_flexlink.cli.ctrl_c import ends_runs
 from exudyn_flexlink.cli.terminal import complain, progress_bar
 from exudyn_flexlink.effects import absent, idealise, with_impact
+from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import INTERRUPTED, Result
@@ -73,9 +74,15 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
 
 
 def run(
-    scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating"
+    scene: Scene,
+    engine: str,
+    options: argparse.Namespace,
+    what: str = "simulating",
+    beside: Beside | None = None,
 ) -> tuple[Result, bool]:
     """Run an engine once, and show its progress: `what` is going on.
+
+    The second run may begin `beside` it.
 
     Also tells whether Ctrl-C came: so late that the run is whole all the same, unless it says that
     it was interrupted.
@@ -87,14 +94,18 @@ def run(
     with refusals(scene, engine, options):
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
-                result = engines.simulate(scene, engine, progress)
+                told = progress if beside is None else beside.watch(progress)
+                result = engines.simulate(scene, engine, told)
         except LateInterruptError as error:
             return error.result, True
         return result, result.outcome.reason == INTERRUPTED
 
 
 def measured(
-    result: Result, options: argparse.Namespace, what: str = "again, to measure errors"
+    result: Result,
+    options: argparse.Namespace,
+    beside: Beside,
+    what: str = "again, to measure errors",
 ) -> tuple[Result, bool]:
     """Make the second run, which tells how far the first is off, and show its progress.
 
@@ -102,7 +113,7 @@ def measured(
     """
     try:
         with progress_bar(options.quiet, what) as progress, ends_runs():
-            return engines.measured(result, progress), False
+            return engines.measured(result, progress, beside), False
     except LateInterruptError as error:
         return error.result, True
 

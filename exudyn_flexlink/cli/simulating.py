@@ -19,10 +19,12 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     complain,
 )
+from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.report import failure_text, idle_settings, run_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
 
 
 def simulate_command(options: argparse.Namespace) -> int:
@@ -32,20 +34,30 @@ def simulate_command(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     if options.impact is not None and not scene.contacts:
         complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
+    with Beside(scene, options.engine) as beside:
+        result, code = _both(scene, options, place, beside)
+    return place.ended(_tell(result, place, options.quiet, code))
+
+
+def _both(
+    scene: Scene, options: argparse.Namespace, place: Place, beside: Beside
+) -> tuple[Result, int]:
+    """Make the run, and the one that measures it, and write them; returns the exit code, too."""
     # The folder is staged first: one that can't be written is no news for the end of a run.
     with place.written() as folder:
-        result, enough = run(scene, options.engine, options)
+        may = beside if options.measure else None
+        result, enough = run(scene, options.engine, options, beside=may)
         late = enough and result.outcome.reason != STOPPED
         _announce(result, options)
         second = options.measure and not late and result.error == NOT_ASKED
         code = _write(result, folder, options, late=late, figures=not second)
     code = place.code(code)
     if second and code == DONE:  # the first is kept, whatever becomes of the second
-        result, late = measured(result, options)
+        result, late = measured(result, options, beside)
         with place.written() as folder:
             code = _write(result, folder, options, late=late)
         code = place.code(code)
-    return place.ended(_tell(result, place, options.quiet, code))
+    return result, code
 
 
 def _write(

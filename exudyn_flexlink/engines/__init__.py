@@ -10,8 +10,9 @@ from types import ModuleType
 
 from threadpoolctl import ThreadpoolController
 
+from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.diagnostics import diagnosed
-from exudyn_flexlink.engines.finer import at, measured_by, unmeasured
+from exudyn_flexlink.engines.finer import at, measured_by, partner, unmeasured
 from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
@@ -45,8 +46,9 @@ def simulate(
     progress: Progress | None = None,
     *,
     measure: bool = False,
+    at_once: bool = False,
 ) -> Result:
-    """Simulate a scene once, or with `measure` twice, see `measured`.
+    """Simulate a scene once, or with `measure` twice, see `measured`; long ones `at_once`.
 
     A run that fails is a Result too: see ``Result.outcome``. So is one that is asked to end while
     it is solved (see `interrupts`). A run whose own numbers are doubtful says so in its warnings.
@@ -62,25 +64,44 @@ def simulate(
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     if not measure:
         return _run(scene, engine, progress)
-    result = _run(scene, engine, progress and (lambda done: progress(FIRST * done)))
-    return measured(result, progress and (lambda done: progress(FIRST + (1 - FIRST) * done)))
+    first = progress and (lambda done: progress(FIRST * done))
+    then = progress and (lambda done: progress(FIRST + (1 - FIRST) * done))
+    if not at_once:
+        return measured(_run(scene, engine, first), then)
+    with Beside(scene, engine) as beside:
+        return measured(_run(scene, engine, beside.watch(first)), then, beside)
 
 
-def measured(result: Result, progress: Progress | None = None) -> Result:
+def measured(
+    result: Result, progress: Progress | None = None, beside: Beside | None = None
+) -> Result:
     """Make a second, finer run, and return the more accurate of both, with its error.
 
     See ``Result.error``. Warnings say from when on that may be more than the tolerance. A run that
-    stopped, or that was made with a given step, is left as it is.
+    stopped, or that was made with a given step, is left as it is. The second one that has begun
+    `beside` it is waited for.
 
     Raises:
         LateInterruptError: the user did not wait; what is known, with a run that is whole, is in
             it.
 
     """
-    order = _loaded(result.engine)[0].order(result.scene)
-    return measured_by(
-        result, order, lambda share: _run(result.scene, result.engine, progress, share)
-    )
+    scene, engine = result.scene, result.engine
+
+    def again(_: float) -> Result:
+        return (beside and beside.made(progress)) or second_run(scene, engine, progress)
+
+    return measured_by(result, _loaded(engine)[0].order(scene), again)
+
+
+def second_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:
+    """Make the second run alone, by which `measured` tells the error of the first.
+
+    Raises:
+        LateInterruptError: the user asked for the end after the solve; the result is in it.
+
+    """
+    return _run(scene, engine, progress, partner(scene, _loaded(engine)[0].order(scene)))
 
 
 def _run(scene: Scene, engine: str, progress: Progress | None, share: float = 1.0) -> Result:

@@ -39,7 +39,7 @@ def horizon_text(comparison: Comparison) -> str:
     told = [seen for seen in comparison.both if not seen.result.error.missing]
     if parted is None:
         to_end = f"Compared instant by instant to t = {end:.5g} s, the end"
-        off = [f"{_of(seen)} within {seen.result.error.largest:.2g} m" for seen in told]
+        off = [f"{seen.name} within {seen.result.error.largest:.2g} m" for seen in told]
         return f"{to_end}: {', '.join(off)}" if off else f"{to_end}; no horizon was looked for"
     first = min(told, key=lambda seen: seen.result.error.known_until)
     if first.result.error.horizon != parted:
