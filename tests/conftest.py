@@ -50,7 +50,7 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Non
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
         if measure is not None:
-            monkeypatch.setattr("exudyn_flexlink.engines.measured", lambda run, _: measure(run))
+            monkeypatch.setattr("exudyn_flexlink.engines.measured", lambda run, *_: measure(run))
 
     return put
 

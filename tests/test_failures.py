@@ -61,7 +61,7 @@ def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
         result = replace(result, error=NOT_ASKED)
         return result if whole else replace(result, outcome=Outcome(False, 0.5, "interrupted"))
 
-    def measured(run, _=None):
+    def measured(run, *_):
         return measured_by(run, 9, lambda _: fake(run.scene, run.engine, None))
 
     monkeypatch.setattr(engines, "simulate", fake)

@@ -386,7 +386,7 @@ def test_simulate_measures_unless_told_not_to(
     monkeypatch.chdir(tmp_path)
     there: list[MeasuredError] = []
 
-    def second(run: Result, _: object) -> Result:
+    def second(run: Result, *_: object) -> Result:
         there.append(load(Path("here")).error)
         return measured_by(run, 9, lambda _: off_by(1e-6))
 

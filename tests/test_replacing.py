@@ -184,7 +184,7 @@ def test_a_comparison_whose_runs_are_not_all_made_is_not_complete(ends, monkeypa
     again = ["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--out=o"]
     assert main(again) == 0
 
-    def given_up(run, _=None):
+    def given_up(run, *_):
         if run.engine == "lagrangian":
             return run
         raise LateInterruptError(run)

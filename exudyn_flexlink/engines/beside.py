@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing import parent_process
 from pathlib import Path
 from shutil import rmtree
@@ -62,8 +63,10 @@ class Beside:
 
         def told(done: float) -> None:
             passed = time.monotonic() - self._began
-            if self._possible and self._process is None and passed > max(SURE, WORTH * done):
-                self._start()
+            if self._possible and passed > max(SURE, WORTH * done):
+                self._possible = False
+                with suppress(OSError):  # no room for files or processes: one after the other
+                    self._start()
             if progress is not None:
                 progress(done)
 

@@ -21,7 +21,9 @@ from exudyn_flexlink.result import Result
 
 # What is told of a run over its distance from one that is less accurate. Both may miss the same
 # vibration, or graze the same wall, and be nearer to each other than the better one is to the
-# truth: by up to 2.8 times in 4 of 23 hard runs (`scripts/told_errors.py`).
+# truth. Of 87 hard runs, those of the first 29 scenes of `scripts/told_errors.py`, 84 are off by no
+# more than is told with this factor, the other three by up to 2.4 times that; none that is off by
+# more than its tolerance is silent. Of 46 that keep it 27 warn.
 FACTOR = 3.0
 ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
 

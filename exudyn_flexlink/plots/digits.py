@@ -36,12 +36,14 @@ def told(value: float, error: float | None, *, signed: bool = False, most: int =
 def position_error(result: Result, time: float) -> float | None:
     """How far positions may be off at an instant, m; None where nothing tells.
 
-    The scene's tolerance, or where that is exceeded the largest error that a second run found.
+    The largest error that a second run found up to then; without one the scene's tolerance.
     """
     error = result.error
-    if error.exceeds_from is not None and time >= error.exceeds_from:
-        return error.largest if time < error.known_until else None
-    return result.scene.accuracy.tolerance
+    if error.missing:
+        return result.scene.accuracy.tolerance
+    if error.exceeds_from is not None and time < error.exceeds_from:
+        return error.limit
+    return error.largest if time < error.known_until else None
 
 
 def told_time(result: Result, time: float) -> str:
