@@ -57,7 +57,7 @@ def prepare(
     scene: Scene,
     assembly: Assembly,
     progress: Callable[[float], None] | None,
-    limits: float,
+    limits: float = 1.0,
 ) -> MinimalRun:
     """Build the tree, the loop and what records it; SceneError: it starts at a dead centre."""
     mechanism = assembly.mechanism

@@ -48,7 +48,7 @@ def prepare(
     scene: Scene,
     assembly: Assembly,
     progress: Callable[[float], None] | None,
-    limits: float,
+    limits: float = 1.0,
 ) -> Prepared:
     """Build the system, the loop and what records it.
 
