@@ -4,15 +4,17 @@ Pure numbers from Results: no engine, no file. Times in s, lengths in m, angles 
 number of instants compared.
 
 Some motions are sensitive: runs of one engine that differ in nothing but their tolerance part
-visibly after some time, the horizon. Up to it two engines are compared instant by instant, beyond
-it by what does not depend on such details: means, scatter, extremes.
+visibly after some time, the horizon (see `Result.error`). Up to the earlier one of both runs these
+are compared instant by instant, beyond it by what does not depend on such details: means, scatter,
+extremes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -30,14 +32,11 @@ from exudyn_flexlink.observables import (
     common_times,
     contact_totals,
     farthest,
-    first_beyond,
     force_deviations,
     joints_with_play,
     lever_response,
     measures,
-    parting_limit,
     positions,
-    separation,
     separations,
     strikes,
     struck_bodies,
@@ -120,8 +119,7 @@ class Comparison:
     `point` is the watched one, S; `judged_by` are the points by which runs are judged, and
     `distances` (N, points) m how far each is from itself in the other run.
     `horizon` (s) is that from which on they can't be compared instant by instant, None if they can
-    throughout, or nobody looked; `limit` (m) is the parting that defines it and `apart` (m) how far
-    the two runs that tell it are apart at most, None if nobody looked.
+    throughout, or neither was measured.
     """
 
     point: str
@@ -130,9 +128,7 @@ class Comparison:
     distances: FloatArray
     first: Seen
     second: Seen
-    horizon: float | None = None
-    limit: float | None = None
-    apart: float | None = None
+    horizon: float | None
 
     @property
     def both(self) -> tuple[Seen, Seen]:
@@ -228,16 +224,12 @@ class Comparison:
 def compare(
     first: Result,
     second: Result,
-    again: Result | None = None,
-    limit: float | None = None,
     names: tuple[str, str] | None = None,
 ) -> Comparison:
     """Compare two runs of one scene, by different engines or at different settings.
 
     With `names` of both, two scenes in what both have, such as one and itself without some effect.
-    `again` is a run of the second one's engine at other settings: it finds the horizon, the first
-    instant at which these two differ by more than `limit` (m; left out: see `parting_limit`), or at
-    which `again` failed.
+    The horizon is the earlier one up to which the errors of both are known.
 
     Raises:
         ValueError: the runs are not of one scene: other points, contacts or struck bodies; with
@@ -245,11 +237,8 @@ def compare(
 
     """
     if names is None:
-        for other in (second, again):
-            if other is not None:
-                _check_one_scene(first, other)
-        ahead = second.scene.initial.clock - first.scene.initial.clock
-        second, again = later(second, ahead), again and later(again, ahead)
+        _check_one_scene(first, second)
+        second = later(second, second.scene.initial.clock - first.scene.initial.clock)
         names = first.engine, second.engine
         if names[0] == names[1]:
             names = f"{names[0]} 1", f"{names[1]} 2"
@@ -261,23 +250,16 @@ def compare(
         raise ValueError(f"the runs have no time in common: {' and '.join(spans)}")
     time, points = common_times(first, second), common_points(first, second)
     contacts = [name for name in first.scene.contacts if name in second.scene.contacts]
-    found = Comparison(
+    known = min(run.error.known_until for run in (first, second))
+    return Comparison(
         point,
         points,
         time,
         separations(first, second, time, points),
         _seen(names[0], first, time, contacts),
         _seen(names[1], second, time, contacts),
+        known if isfinite(known) else None,
     )
-    if again is None:
-        return found
-    limit = parting_limit(second) if limit is None else limit
-    parting = common_times(second, again)
-    apart = separation(second, again, parting)
-    parted = first_beyond(parting, apart, limit)
-    if parted is None and not again.outcome.completed:
-        parted = float(again.time[-1])
-    return replace(found, horizon=parted, limit=limit, apart=float(apart.max()))
 
 
 def _check_one_scene(first: Result, second: Result) -> None:

@@ -1,13 +1,10 @@
-"""What a neighbouring run tells of a run's errors: of its points, and of its forces."""
+"""What a second run tells of a run's errors: of its points, and of its forces."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
-
-NOT_MEASURED = "no neighbouring run was made"
-"""Why an error is not known that only such a run can tell."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +51,14 @@ class ForceDeviation:
 
 @dataclass(frozen=True)
 class MeasuredError:
-    """How far a run's `points` are off, as a neighbouring run tells.
+    """How far a run is off, as the distance from a second run of the scene tells.
 
-    `largest` (m) is the largest error of any, that of the point `worst`; `limit` (m) is what they
-    may be off: the scene's tolerance, or without one a thousandth of the room that they take.
-    `exceeds_from` (s) is the instant from which on an error is larger, None if none ever is;
-    `stopped` (s) is the end of a neighbour that did not come to the run's end, None if it did.
-    `neighbour` holds its settings.
-    `forces` are by what they are called, see `observables.forces`, up to `forces_until` (s), where
-    both runs have parted visibly; None if they never do.
+    `largest` (m) is the largest error of any of the `points`, that of the point `worst`, up to
+    `known_until`; `limit` (m) is the tolerance that was asked for. `exceeds_from` (s) is the
+    instant from which on an error may be larger than that, `horizon` (s) the one at which both runs
+    part for good, so that only statistics hold after it; None if there is none. `stopped` (s) is
+    the end of a second run that did not come to the end of the first, None if it did; `other` (m)
+    is its tolerance. `forces` are by what they are called, see `observables.forces`, and go as far.
     `missing` says why nothing was measured; it is empty where something was.
     """
 
@@ -71,8 +67,23 @@ class MeasuredError:
     limit: float = inf
     largest: float = inf
     exceeds_from: float | None = None
+    horizon: float | None = None
     stopped: float | None = None
-    neighbour: Mapping[str, float | str] = field(default_factory=dict)
+    other: float = inf
     forces: Mapping[str, ForceDeviation] = field(default_factory=dict)
-    forces_until: float | None = None
     missing: str = ""
+
+    @property
+    def known_until(self) -> float:
+        """Instant (s) up to which errors are known: the horizon, or where a run stopped; inf."""
+        return min(inf if end is None else end for end in (self.horizon, self.stopped))
+
+    def later(self, by: float) -> MeasuredError:
+        """Return it with its instants `by` (s) later."""
+        instants = (self.exceeds_from, self.horizon, self.stopped)
+        exceeds, horizon, stopped = (t if t is None else t + by for t in instants)
+        return replace(self, exceeds_from=exceeds, horizon=horizon, stopped=stopped)
+
+
+NOT_ASKED = MeasuredError(missing="no second run was made")
+"""Of one run alone, which a second one may still measure."""

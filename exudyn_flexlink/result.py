@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Interval, Intervals
-from exudyn_flexlink.measured_error import MeasuredError
+from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.variables import Variable
 
@@ -163,10 +163,6 @@ class Checks:
     largest_step: float  # s
     steps_per_contact: float  # in the shortest half period; inf: no contact, or steps by error
     largest_penetration: float  # m
-    # By how many factors e unstable motion, and strikes of one lap, may have multiplied errors; 0
-    # by steps of order 2. The Lagrangian does not count strikes.
-    e_folds: float = 0.0
-    ringing: float = 0.0  # likewise, over how many steps vibrations last of over a radian a step
 
     @property
     def relative_energy_residual(self) -> float:
@@ -196,8 +192,9 @@ class Result:
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
     `laps` are events of that kind, of every slot on a closed curve.
-    `error` is what a neighbouring run tells of this one's: None where contacts do not multiply
-    errors, so that the engine keeps the tolerance by its steps alone.
+    `scene` is what was asked for. A run that was measured is the more accurate one of two, whose
+    own tolerance is one of its `settings`; `error` is what the distance of both tells, or why there
+    is none.
     """
 
     scene: Scene
@@ -233,7 +230,7 @@ class Result:
     checks: Checks
     warnings: tuple[str, ...]
     outcome: Outcome
-    error: MeasuredError | None = None
+    error: MeasuredError = NOT_ASKED
 
     def __post_init__(self) -> None:
         """Let nobody change what a run gave: it would be saved as the run."""
@@ -281,7 +278,8 @@ def later(result: Result, by: float) -> Result:
     }
     extremes = {k: replace(x, time=x.time + by) for k, x in result.extremes.items()}
     laps = tuple(replace(lap, time=lap.time + by) for lap in result.laps)
-    return replace(result, time=result.time + by, extremes=extremes, laps=laps, **histories)
+    time, error = result.time + by, result.error.later(by)
+    return replace(result, time=time, extremes=extremes, laps=laps, error=error, **histories)
 
 
 def _lock(record: Any) -> None:
@@ -293,17 +291,6 @@ def _lock(record: Any) -> None:
                 own.setflags(write=False)
             elif is_dataclass(own) and not isinstance(own, type):
                 _lock(own)
-
-
-def laps_begun(laps: Iterable[Event]) -> list[float]:
-    """Instants (s) at which slots' points come into laps for the first time.
-
-    A point that swings over the seam makes no lap each time.
-    """
-    first: dict[tuple[str, float], float] = {}
-    for event in laps:
-        first.setdefault((event.name, event.details["lap"]), event.time)
-    return list(first.values())
 
 
 def _events_of(interval: Interval, name: str) -> Iterator[Event]:

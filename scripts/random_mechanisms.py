@@ -60,7 +60,7 @@ class Verdict:
     told: str = ""
 
 
-def judge(text: str, family: str, seconds: float) -> Verdict:
+def judge(text: str, family: str, seconds: float, measure: bool = True) -> Verdict:
     """Run a model file, and compare it with itself at tighter tolerances."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "drawn.yaml"
@@ -68,7 +68,7 @@ def judge(text: str, family: str, seconds: float) -> Verdict:
         try:
             with limited(seconds), warnings.catch_warnings():
                 warnings.simplefilter("error", RuntimeWarning)  # NumPy's may reach no user
-                return _verdict(path, family)
+                return _verdict(path, family, measure)
         except TooLongError:
             return Verdict(family, LATE)
         except (NotRepresentableError, SceneError) as error:
@@ -77,8 +77,8 @@ def judge(text: str, family: str, seconds: float) -> Verdict:
             return Verdict(family, CRASHED, told=f"{type(error).__name__}: {error}")
 
 
-def _verdict(path: Path, family: str) -> Verdict:
-    found = simulate(load_scene(path), "exudyn")
+def _verdict(path: Path, family: str, measure: bool) -> Verdict:
+    found = simulate(load_scene(path), "exudyn", measure=measure)
     exact = _tighter(path, JUDGE)
     told = [line for line in found.warnings if any(word in line for word in OF_ACCURACY)]
     said = told[0] if told else ""
@@ -104,10 +104,10 @@ def _apart(one: Result, other: Result) -> float:
     return float(separation(one, other, time).max(initial=0.0)) / TOLERANCE
 
 
-def verdict_of(number: int, seed: int, seconds: float) -> Verdict:
+def verdict_of(number: int, seed: int, seconds: float, measure: bool) -> Verdict:
     """Draw a mechanism by its number, and judge it."""
     family, text = drawn(number, seed)
-    return judge(text, family, seconds)
+    return judge(text, family, seconds, measure)
 
 
 def drawn(number: int, seed: int) -> tuple[str, str]:
@@ -137,7 +137,9 @@ def main() -> int:
     if options.only is not None:
         print(drawn(options.only, options.seed)[1])
     found: list[Verdict] = []
-    by_number = partial(verdict_of, seed=options.seed, seconds=options.patience)
+    by_number = partial(
+        verdict_of, seed=options.seed, seconds=options.patience, measure=options.measure
+    )
     for number, one in judged(by_number, numbers_of(options), options.jobs):
         found.append(one)
         if one.kind != RIGHT or options.only is not None:

@@ -72,7 +72,7 @@ def written(case: Case) -> str:
     return yaml.safe_dump({"title": "drawn", **case.model}, sort_keys=False)
 
 
-def judge(case: Case) -> Verdict:
+def judge(case: Case, measure: bool = True) -> Verdict:
     """Run a case, and hold it against its closed form."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "drawn.yaml"
@@ -81,7 +81,7 @@ def judge(case: Case) -> Verdict:
         try:
             with limited(PATIENCE), warnings.catch_warnings():
                 warnings.simplefilter("error", RuntimeWarning)  # NumPy's may reach no user
-                result = simulate(load_scene(path))
+                result = simulate(load_scene(path), measure=measure)
                 off = case.off(result) / case.model["accuracy"]["tolerance"]
         except TooLongError:
             return Verdict(LATE)
@@ -102,9 +102,10 @@ def drawn(scene: int, seed: int) -> list[Case]:
     return draw(np.random.default_rng([seed, scene]))
 
 
-def verdict_of(scene: int, seed: int) -> Verdict:
+def verdict_of(scene: int, seed: int, measure: bool) -> Verdict:
     """Judge a scene by its number: the worst of its runs counts."""
-    return max(map(judge, drawn(scene, seed)), key=lambda one: (VERDICTS.index(one.kind), one.off))
+    found = [judge(case, measure) for case in drawn(scene, seed)]
+    return max(found, key=lambda one: (VERDICTS.index(one.kind), one.off))
 
 
 def table(found: dict[int, Verdict]) -> Iterator[str]:
@@ -130,7 +131,7 @@ def main() -> int:
         numbers = [options.only]
         for case in drawn(options.only, options.seed):
             print(written(case), case.rows, sep="\n")
-    judge_one = partial(verdict_of, seed=options.seed)
+    judge_one = partial(verdict_of, seed=options.seed, measure=options.measure)
     found = dict(judged(judge_one, numbers, options.jobs))
     for kind in options.kinds:
         own = [scene for scene in found if scene // FROM == kind and found[scene].kind in NAMED]

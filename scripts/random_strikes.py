@@ -96,7 +96,7 @@ def draw(rng: np.random.Generator, undamped: bool = False) -> list[str]:
     return [f"{key}={value}" for key, value in settings.items()]
 
 
-def judge(settings: list[str]) -> list[Verdict]:
+def judge(settings: list[str], measure: bool = True) -> list[Verdict]:
     """Run a scene by both engines, and compare."""
     runs = {}
     try:
@@ -104,7 +104,7 @@ def judge(settings: list[str]) -> list[Verdict]:
             asked = f"accuracy.tolerance={part * TOLERANCE}"
             scene = load_scene(MODEL, [*settings, asked])
             for engine in ENGINES:
-                runs[engine, part] = _run(scene, engine, judged=part == 1.0)
+                runs[engine, part] = _run(scene, engine, measure=measure and part == 1.0)
     except (NotRepresentableError, SceneError) as error:
         return [Verdict(engine, STOPPED, told=str(error).splitlines()[0]) for engine in ENGINES]
     except Exception as error:  # what a user would see as a traceback is what is looked for here
@@ -115,10 +115,10 @@ def judge(settings: list[str]) -> list[Verdict]:
     return [_verdict(engine, runs[engine, 1.0], exact, sure) for engine in ENGINES]
 
 
-def _run(scene: Scene, engine: str, *, judged: bool) -> Result:
+def _run(scene: Scene, engine: str, *, measure: bool) -> Result:
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)  # NumPy's may reach no user
-        return simulate(scene, engine, measure=judged)
+        return simulate(scene, engine, measure=measure)
 
 
 def _verdict(engine: str, found: Result, exact: Result, sure: bool) -> Verdict:
@@ -135,8 +135,8 @@ def _verdict(engine: str, found: Result, exact: Result, sure: bool) -> Verdict:
         kind = TOLD if told else OPEN
     else:
         kind = TOLD if told else SILENT
-    measured = found.error is not None and not found.error.missing
-    shown = found.error.largest / max(point, tip) / TOLERANCE if measured else np.inf
+    error = found.error
+    shown = np.inf if error.missing else error.largest / max(point, tip) / TOLERANCE
     return Verdict(engine, kind, point, tip, steps, told[0] if told else "", shown)
 
 
@@ -148,9 +148,9 @@ def _off(exact: Result, found: Result) -> tuple[float, ...]:
     return seen.deviation.largest / TOLERANCE, tip_apart(seen) / TOLERANCE
 
 
-def verdicts_of(number: int, seed: int, undamped: bool) -> list[Verdict]:
+def verdicts_of(number: int, seed: int, undamped: bool, measure: bool) -> list[Verdict]:
     """Draw a scene by its number, and judge it."""
-    return judge(draw(np.random.default_rng([seed, number]), undamped))
+    return judge(draw(np.random.default_rng([seed, number]), undamped), measure)
 
 
 def table(found: list[Verdict]) -> Iterator[str]:
@@ -179,7 +179,9 @@ def main() -> int:
         settings = draw(np.random.default_rng([options.seed, options.only]), options.undamped)
         print(*(f"--set '{setting}'" for setting in settings), sep="\n")
     found: list[Verdict] = []
-    judge_by_number = partial(verdicts_of, seed=options.seed, undamped=options.undamped)
+    judge_by_number = partial(
+        verdicts_of, seed=options.seed, undamped=options.undamped, measure=options.measure
+    )
     for number, pair in judged(judge_by_number, numbers_of(options), options.jobs):
         found += pair
         for one in pair:

@@ -11,8 +11,8 @@ that give back much of a bounce. Each run is judged by the Lagrangian with its e
 is wrong, or right, only where that does not matter, else it is undecided and not counted. Its
 answers to the scenes of seed 1 are kept in `saved/told_errors.npz`, of another program for the same
 equations; others take minutes each. A
-neighbouring run tells what is known of the error (see `engines.diagnostics.neighbour`). Also told
-is how large errors were over what was told of them. Scenes whose first run takes more processor
+second run tells what is known of the error (see `engines.finer`). Also told is how large errors
+were over what was told of them. Scenes whose first run takes more processor
 time than `--patience` are left out.
 """
 
@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from fuzzing.limits import TooLongError, limited
 
-from exudyn_flexlink.engines import measured, simulate
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import common_times, judged_points, separation
 from exudyn_flexlink.observables.parting import positions
@@ -45,7 +45,7 @@ WAYS = {
 JUDGE, CHECK = 1e-9, 1e-8  # m
 HEAD = (
     "| run | right, silent | right, warned | wrong, warned | wrong, silent | error over that told: "
-    "median, nine tenths, largest | neighbour's time over the run's, median |"
+    "median, nine tenths, largest | second run's time over the first's, median |"
 )
 
 
@@ -116,7 +116,7 @@ def judge(settings: list[str], seconds: float, answer: Answer | None) -> dict[st
     rows = {}
     for way, (engine, tolerance) in WAYS.items():
         scene = load_scene(MODEL, [*settings, f"accuracy.tolerance={tolerance}"])
-        rows[way] = _row(simulate(scene, engine, measure=False), answer, tolerance)
+        rows[way] = _row(simulate(scene, engine, measure=True), answer, tolerance)
     return rows
 
 
@@ -147,24 +147,19 @@ def _explicit(tolerance: float) -> list[str]:
 
 
 def _row(run: Result, answer: Answer, tolerance: float) -> Row:
-    found = measured(run)  # also of few touches, where `simulate` would not
-    asked = run.error is not None
-    until = answer.time <= run.time[-1]
+    until = (answer.time <= run.time[-1]) & (answer.time < run.error.known_until)
     time, unsure = answer.time[until], answer.unsure[until]
     away = positions(run, answer.points, time) - answer.positions[until]
     off = np.maximum.accumulate(np.linalg.norm(away, axis=2).max(axis=1))
-    error = found.result.error
-    assert error is not None
-    assert found.neighbour is not None
     wrong = np.flatnonzero(off > tolerance + unsure)
     return Row(
         float(off[-1]),
-        error.largest,
-        error.exceeds_from if asked else None,
+        run.error.largest,
+        run.error.exceeds_from,
         float(time[wrong[0]]) if len(wrong) else None,
         bool(off[-1] + unsure[-1] <= tolerance),
         sum(len(sleeve.touches.end) for sleeve in run.sleeves.values()),
-        (run.timings["solve"], found.neighbour.timings["solve"]),
+        (run.timings.get("second run", np.nan), run.timings["solve"]),
     )
 
 

@@ -12,7 +12,7 @@ Usage:
 points, and of the lever's tip by its angle, m, over the run, against the Lagrangian at 1e-11 m by
 its implicit method. Scenes with clearance go on for less than half a turn. Flagged are errors above
 the tolerance, with the run's first warning if it has one, and where both are more than a hundred
-times below it. No neighbouring run is made here, so that warnings which need one are missing:
+times below it. No second run is made here, so that warnings which need one are missing:
 `told_errors.py` counts these. Seconds are of processor time, the least of some solves. At the end
 the larger of both errors is printed as a table.
 """

@@ -13,6 +13,7 @@ from results import rigid_link
 from studies import studied
 
 from exudyn_flexlink.accuracy import Study
+from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
@@ -35,15 +36,21 @@ def study() -> Study:
 
 
 @pytest.fixture
-def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], None]:
-    """Put a function in the engine's place, and the test into an empty folder."""
+def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., None]:
+    """Put a function in the engine's place, and the test into an empty folder.
+
+    Another one, if it is given, measures a run; else it is left as it is.
+    """
     monkeypatch.chdir(tmp_path)
 
-    def put(fake: Fake) -> None:
+    def put(fake: Fake, measure: Callable[[Result], Result] | None = None) -> None:
         def simulate(scene: Scene, engine: str, progress: object, **_: object) -> Result:
-            return fake(scene, engine, progress)
+            made = fake(scene, engine, progress)
+            return made if measure is None else replace(made, error=NOT_ASKED)
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
+        if measure is not None:
+            monkeypatch.setattr("exudyn_flexlink.engines.measured", lambda run, *_: measure(run))
 
     return put
 

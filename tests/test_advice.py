@@ -9,7 +9,6 @@ from cli_runs import MODELS, NO_CLEARANCE, Capture
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.diagnostics.neighbour import retuned
 from exudyn_flexlink.engines.exudyn.reporting import no_solution_advice
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME
@@ -51,13 +50,6 @@ def test_the_least_tolerance_can_be_kept() -> None:
     assert tree.outcome.completed
     assert other.outcome.completed
     assert np.abs(tree.poses[-1] - other.poses[-1]).max() < 2e-13
-
-
-@pytest.mark.parametrize("factor", [1e-3, 10.0])
-def test_a_run_made_again_asks_for_no_more_than_can_be(factor: float) -> None:
-    tight = load_scene(SMOOTH, ["accuracy.tolerance=3e-13", "run.turns=0.01"])
-    again = retuned(tight, simulate(tight), factor).accuracy.tolerance
-    assert again == pytest.approx(max(3e-13 * factor, 2e-13))
 
 
 @pytest.mark.parametrize(

@@ -57,12 +57,12 @@ def test_two_runs_have_the_colours_of_their_engines_and_end_together(run):
 
 def test_of_two_runs_the_nearer_horizon_counts(run):
     def known_until(instant):
-        error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, exceeds_from=instant)
+        error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, horizon=instant)
         return replace(run, error=error)
 
     assert film_of(run).horizon is None
     assert film_of(run, known_until(0.7)).horizon == (
-        0.7, "beyond the horizon:\nnot within 0.001 mm",
+        0.7, "beyond the horizon:\ntwo runs part",
     )  # fmt: skip
     assert film_of(known_until(1.5), known_until(0.7)).horizon[0] == 0.7
 

@@ -289,9 +289,8 @@ def link_momentum(result):
 
 
 def test_angular_momentum_survives_the_strike_of_a_beam():
-    result = simulate(scene(SWINGING))
+    result = simulate(scene(SWINGING), measure=True)
     assert result.warnings == ()
-    assert result.error is not None  # 60 steps for a strike are few at this tolerance: measured
     assert result.error.largest < 1e-6
     assert any(event.kind == "contact ends" for event in result.events)
     of_guide = 7850 * 3e-5 * 0.09**3 / 3 * speed(result, "guide")

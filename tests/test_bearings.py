@@ -162,6 +162,6 @@ def test_a_saved_run_is_read_back_as_it_was(result, tmp_path):
 def test_every_figure_and_file_is_made(text, tmp_path):
     (tmp_path / "model.yaml").write_text("title: circles\n" + text, encoding="utf-8")
     settings = ("--set", "run.duration=0.01", "--set", "accuracy.tolerance=1.0e-6")
-    arguments = ["simulate", str(tmp_path / "model.yaml"), *settings, "--no-horizon"]
+    arguments = ["simulate", str(tmp_path / "model.yaml"), *settings, "--no-measure"]
     assert main([*arguments, "--out", str(tmp_path / "run")]) == 0
     assert list((tmp_path / "run").glob("*.png"))

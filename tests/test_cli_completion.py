@@ -20,7 +20,7 @@ LINES = [
     (["new", "no_"], {"no_clearance"}),
     (["new", "rigid", "mi"], {"mine.yaml"}),
     (["simulate", "rigid", "--engine", ""], {"exudyn", "lagrangian"}),
-    (["simulate", "rigid", "--hor"], {"--horizon"}),
+    (["simulate", "rigid", "--no-m"], {"--no-measure"}),
     (["plot", ""], {"runs"}),
     (["completion", ""], set(SHELLS)),
 ]

@@ -60,31 +60,25 @@ def test_settings_reach_the_engine(run_of: Callable[[Fake], None]) -> None:
     assert seen == [2.0]
 
 
-@pytest.mark.parametrize(("option", "asked"), [([], 0), (["--retries=2"], 2)])
-def test_a_doubtful_run_is_made_again_only_where_that_is_asked_for(
-    option: list[str], asked: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+@pytest.mark.parametrize(
+    ("command", "option", "instead"),
+    [
+        ("simulate", "--horizon", "leave the option out"),
+        ("simulate", "--no-horizon", "'--no-measure'"),
+        ("sweep", "--no-horizon", "'--no-measure'"),
+        ("simulate", "--retries=2", "accuracy.tolerance"),
+        ("sweep", "--retries", "accuracy.tolerance"),
+    ],
+)
+def test_an_option_that_went_is_told_with_what_to_do_instead(
+    command: str, option: str, instead: str, capsys: Capture
 ) -> None:
-    seen = []
-
-    def simulate(scene: Scene, *_: object, retries: int, **__: object) -> Result:
-        seen.append(retries)
-        return rigid_link(scene=scene)
-
-    monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
-    out = [f"--out={tmp_path / 'here'}", "--no-plots", "--quiet"]
-    assert main(["simulate", RIGID, *out, *option]) == 0
-    assert seen == [asked]
-
-
-@pytest.mark.parametrize("value", ["-1", "1.5", "x"])
-def test_retries_are_a_number(value: str, capsys: Capture) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["simulate", RIGID, f"--retries={value}"])
-    assert stop.value.code == 2
-    assert (
-        f"argument --retries: expected a whole number from 0 to 1000000, got '{value}'"
-        in capsys.readouterr().err
-    )
+    with pytest.raises(SystemExit) as ended:
+        main([command, RIGID, option])
+    assert ended.value.code == 2
+    told, hint = capsys.readouterr().err.splitlines()
+    assert told.endswith(f"there is no '{option.partition('=')[0]}' any more")
+    assert instead in hint
 
 
 @pytest.mark.parametrize("quiet", [[], ["--quiet"]])

@@ -13,6 +13,7 @@ from matplotlib.text import Text
 from results import block
 
 from exudyn_flexlink.comparison import compare
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
     between_samples,
     common_times,
@@ -36,6 +37,12 @@ def drifting(speed, **options):
 @pytest.fixture(scope="module")
 def rigid():
     return results.rigid_link()
+
+
+def known(run, until, stopped=False):
+    """The run, but measured up to an instant (s), where two runs of it part, or one stopped."""
+    which = {"stopped": until} if stopped else {"horizon": until}
+    return replace(run, error=MeasuredError(("a.b",), limit=1e-6, largest=1e-7, **which))
 
 
 def shifted(result, by, after=0.0, engine="lagrangian"):
@@ -131,27 +138,27 @@ def test_a_scene_without_lever_has_none():
 # --- horizon
 
 
-def test_horizon_is_the_first_instant_apart():
-    # 1e-3 t^2 passes 2.49e-4 just before 0.5 s
-    part = block(lambda t: 1e-3 * t**2, lambda t: 2e-3 * t)
-    assert compare(still(), still(), part, 2.49e-4).horizon == pytest.approx(0.5)
-    assert compare(still(), still(), part, 1.1e-3).horizon is None
+@pytest.mark.parametrize("ends", [(0.5, None), (None, 0.5), (0.5, 0.7)])
+def test_the_horizon_is_the_earlier_one_of_both(ends):
+    one, other = (known(still(), end) for end in ends)
+    assert compare(one, other).horizon == 0.5
+    assert compare(known(still(), None), still()).horizon is None
 
 
 def test_what_comes_after_the_horizon_is_not_judged():
     # The judge's own two runs part after 0.5 s, and only then does the other engine differ.
-    judge, again = still(engine="lagrangian"), drifting(1e-3, engine="lagrangian")
+    judge = known(still(engine="lagrangian"), 0.51)
     wild = block(lambda t: np.where(t > 0.6, 0.1, 1e-7), np.zeros_like)
-    found = compare(wild, judge, again, limit=5e-4)
-    assert found.horizon == pytest.approx(0.51, abs=0.011)
+    found = compare(wild, judge)
     assert found.deviation.largest == pytest.approx(0.1)
     assert found.judged.largest == pytest.approx(1e-7)
     assert not found.exceeds(2e-7)
     assert found.exceeds(0.9e-7)
-    assert "beyond it by statistics" in horizon_text(found)
+    parted = "beyond it by statistics: from there on two runs of lagrangian part for good"
+    assert parted in horizon_text(found)
 
 
-def test_without_a_looser_run_everything_is_judged():
+def test_of_runs_that_were_not_measured_everything_is_judged():
     found = compare(still(), drifting(1e-3))
     assert found.horizon is None
     assert found.beyond is None
@@ -160,10 +167,7 @@ def test_without_a_looser_run_everything_is_judged():
 
 
 def test_a_horizon_at_the_start_is_no_pass():
-    judge = still(engine="lagrangian")
-    again = replace(judge, poses=judge.poses + np.array([1.0, 0, 0]))
-    found = compare(still(), judge, again, limit=1e-3)
-    assert found.horizon == 0
+    found = compare(still(), known(still(engine="lagrangian"), 0.0))
     assert found.exceeds(1.0)
     assert "nothing can be compared" in excess_text(found, 1.0)
     assert "no samples" in comparison_text(found)
@@ -172,25 +176,21 @@ def test_a_horizon_at_the_start_is_no_pass():
 def test_a_nan_is_no_pass():
     lost = block(lambda t: np.where(t > 0.5, np.nan, 0.0), np.zeros_like)
     assert compare(still(), lost).exceeds(1.0)
-    assert compare(still(), still(), lost, 1e-3).horizon == pytest.approx(0.51, abs=0.011)
 
 
-def test_a_looser_run_that_fails_ends_the_horizon():
-    judge = still(engine="lagrangian")
-    again = results.stopped(still(samples=31, end=0.3))
-    assert compare(still(), judge, again).horizon == pytest.approx(0.3)
+def test_a_second_run_that_stopped_ends_the_comparison():
+    found = compare(still(), known(still(engine="lagrangian"), 0.3, stopped=True))
+    assert found.horizon == 0.3
+    assert "where the second run of lagrangian stopped" in horizon_text(found)
 
 
-def test_left_out_the_limit_is_a_part_of_the_room_the_point_takes():
-    judge = block(lambda t: 0.5 * t, lambda t: 0 * t + 0.5)
-    assert parting_limit(judge) == pytest.approx(5e-4)
-    assert compare(judge, judge, judge).limit == pytest.approx(5e-4)
+def test_what_has_parted_is_a_part_of_the_room_the_point_takes():
+    assert parting_limit(block(lambda t: 0.5 * t, lambda t: 0 * t + 0.5)) == pytest.approx(5e-4)
 
 
 def test_statistics_beyond_the_horizon():
     judge = block(lambda t: 0.1 * np.cos(20 * pi * t), np.zeros_like)
-    again = replace(judge, poses=judge.poses + [1e-3, 0, 0] * (judge.time > 0.495)[:, None, None])
-    found = compare(judge, judge, again, limit=1e-4)
+    found = compare(judge, known(judge, float(judge.time[judge.time > 0.495][0])))
     one, other = found.beyond
     wave = 0.1 * np.cos(20 * pi * judge.time[judge.time > 0.495])
     assert one.mean[0] == pytest.approx(0.1 + wave.mean())  # the nose is 0.1 m before the centre
@@ -348,8 +348,7 @@ def test_an_inflexion_is_no_jump():
 def both(rigid):
     other = later(shifted(rigid, (1e-6, 0, 1e-5), after=0.1), 1e-6)
     other = replace(other, settings={"tolerance": 1e-7})
-    loose = shifted(other, (1e-3, 0, 0), after=1.5)
-    return compare(rigid, other, loose)
+    return compare(rigid, known(other, 1.5))
 
 
 def test_files_say_what_was_found(both, tmp_path):

@@ -54,8 +54,8 @@ def test_the_papers_mechanism_goes_on_in_its_second_lap(engine, settings):
     again = rest_of(whole, 0.65)
     assert again.scene.initial.laps == {"pin": 2}
     assert again.laps == ()
-    # Redundant coordinates only aim at the tolerance: a neighbour tells the error.
-    allowed = 2 * measured(whole).result.error.largest if settings else both_off(whole)
+    # Redundant coordinates only aim at the tolerance: a second run tells the error.
+    allowed = 2 * measured(whole).error.largest if settings else both_off(whole)
     assert apart(whole, again) < allowed
     assert np.abs(again.poses[0] - whole.poses[np.abs(whole.time - 0.65).argmin()]).max() < 1e-12
 

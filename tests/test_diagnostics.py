@@ -1,4 +1,4 @@
-"""What a run's own numbers say against it: told, or refused; made again where one asks for it."""
+"""What a run's own numbers say against it: told, or refused."""
 
 from dataclasses import replace
 from functools import cache
@@ -9,16 +9,13 @@ import results
 from hard.case import MODELS
 
 from exudyn_flexlink.comparison import compare
-from exudyn_flexlink.engines import LateInterruptError, simulate
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics import diagnosed
-from exudyn_flexlink.engines.diagnostics.amplification import multiplying
 from exudyn_flexlink.engines.diagnostics.consistency import doubts, refusal
 from exudyn_flexlink.engines.diagnostics.contacts import thin_overlaps
 from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
-from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
-from exudyn_flexlink.mechanism import least_tolerance
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -26,7 +23,6 @@ from exudyn_flexlink.result import (
     Outcome,
     Result,
 )
-from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
 
 STRIKE = MODELS / "strike_stiffness.yaml"
@@ -46,78 +42,10 @@ def off_by(run: Result, share: float, from_sample: int = 50) -> Result:
     return replace(run, energy=energy, checks=replace(run.checks, energy_residual=missing))
 
 
-def never(scene: Scene) -> Result:
-    raise AssertionError("made again")
-
-
-def test_a_good_run_is_left_alone(run: Result) -> None:
-    kept, interrupted = retried(run, never, 2)
-    assert (kept.warnings, kept.outcome, interrupted) == (run.warnings, run.outcome, False)
-
-
-def test_a_run_that_misses_energy_says_so_and_is_not_made_again_unasked(run: Result) -> None:
-    kept, _ = retried(off_by(run, 0.05), never, 0)
-    (told,) = diagnosed(kept).warnings
+def test_a_run_that_misses_energy_says_so(run: Result) -> None:
+    (told,) = diagnosed(off_by(run, 0.05)).warnings
     assert told.startswith("the energy balance misses")
     assert told.endswith("tighten the tolerance and compare")
-
-
-@pytest.mark.parametrize(
-    ("settings", "keys", "told"),
-    [
-        (
-            {"tolerance": 1e-4, "steps_per_contact": 60},
-            (pytest.approx(1e-5), None, 190),
-            ("at a tolerance of 0.0001 m the energy", "made again at 1e-05 m"),
-        ),
-        (
-            {"step": 1e-4},
-            (None, pytest.approx(1e-4 * 0.1**0.5), 60),
-            ("at a step of 0.0001 s the energy", "made again at 3.16e-05 s"),
-        ),
-    ],
-)
-def test_a_run_is_made_again_more_accurately_and_says_so(
-    run: Result, settings: dict[str, float], keys: tuple[object, ...], told: tuple[str, str]
-) -> None:
-    asked = []
-
-    def again(scene: Scene) -> Result:
-        accuracy, per_contact = scene.accuracy, scene.solver.steps_per_contact
-        asked.append((accuracy.tolerance, accuracy.step, per_contact))
-        used = {key: getattr(accuracy, key, None) or per_contact for key in settings}
-        return replace(run, settings=used)
-
-    key = next(iter(settings))
-    given = run.scene.changed(accuracy={key: settings[key]})
-    kept, _ = retried(replace(off_by(run, 0.05), scene=given, settings=settings), again, 2)
-    assert asked == [keys]
-    assert kept.outcome.completed
-    assert kept.scene is given
-    (said,) = kept.warnings
-    assert said.startswith(told[0])
-    assert said.endswith(told[1])
-    assert kept.timings["solve"] == 2 * run.timings["solve"]  # what both took
-
-
-def test_what_more_accurate_runs_do_not_mend_is_told(run: Result) -> None:
-    asked = []
-
-    def again(scene: Scene) -> Result:
-        asked.append(scene.accuracy.tolerance)
-        return replace(off_by(run, 0.05), settings={"tolerance": scene.accuracy.tolerance})
-
-    kept, _ = retried(replace(off_by(run, 0.05), settings={"tolerance": 1e-5}), again, 2)
-    assert asked == pytest.approx([1e-6, 1e-7])
-    assert kept.outcome.completed
-    assert "tighten the tolerance and compare" in diagnosed(kept).warnings[-1]
-
-
-def test_a_run_at_the_least_tolerance_is_not_made_again(run: Result) -> None:
-    settings = {"tolerance": least_tolerance(assemble_scene(run.scene))}
-    given = run.scene.changed(accuracy=settings)
-    kept, _ = retried(replace(off_by(run, 0.05), scene=given, settings=settings), never, 2)
-    assert "made again" not in "".join(kept.warnings)
 
 
 def test_what_is_grossly_wrong_is_refused_with_time_reason_and_advice(run: Result) -> None:
@@ -135,28 +63,11 @@ def test_a_step_of_the_users_own_is_to_be_shortened(run: Result) -> None:
     assert "shorten the step and compare" in diagnosed(wrong).warnings[-1]
 
 
-def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch) -> None:
-    scene = load_scene(STRIKE, ["accuracy.tolerance=1e-4"])
-    whole = simulate(scene)
-    runs = iter([off_by(whole, 0.05), replace(whole, outcome=Outcome(False, 0.1, INTERRUPTED))])
-    monkeypatch.setattr("exudyn_flexlink.engines.exudyn.run.run", lambda *_: next(runs))
-    with pytest.raises(LateInterruptError) as caught:
-        simulate(scene, retries=1)
-    kept = caught.value.result
-    assert kept.outcome.completed
-    assert any("energy balance misses" in text for text in kept.warnings)
-
-
-def test_a_coarse_lagrangian_tells_and_is_mended_where_that_is_asked_for() -> None:
+def test_a_coarse_lagrangian_tells() -> None:
     scene = load_scene(MODELS / "undamped.yaml", ["accuracy.tolerance=1e-2"])
     told = simulate(scene, "lagrangian")
     assert doubts(told)
     assert set(doubts(told)) <= set(told.warnings)
-    result = simulate(scene, "lagrangian", retries=2)
-    assert result.scene is scene
-    assert float(result.settings["tolerance"]) < 1e-2
-    assert any("made again" in text for text in result.warnings)
-    assert not doubts(result)
 
 
 @cache
@@ -248,10 +159,9 @@ def test_depth_counts_against_the_radius_where_it_is(
 def test_a_row_of_bounces_is_told_where_it_is_off(formulation: str, right: bool) -> None:
     """By formulation `minimal` the 24 bounces keep even to 1e-9 m."""
     bouncing = [f"solver.formulation={formulation}", "run.duration=2.2"]
-    result = simulate(load_scene(MODELS / "bouncing.yaml", bouncing))
-    assert result.error is not None
+    result = simulate(load_scene(MODELS / "bouncing.yaml", bouncing), measure=True)
     assert (result.error.exceeds_from is None) == right
-    assert sum("errors grow with every strike" in text for text in result.warnings) == (not right)
+    assert any("may be off by more than" in text for text in result.warnings) == (not right)
 
 
 def test_nothing_is_refused_where_little_energy_moves(run: Result) -> None:
@@ -267,7 +177,7 @@ def test_steps_that_newton_hardly_solves_are_told(run: Result) -> None:
     assert "12 iterations a step" in told
 
 
-def test_a_tolerance_larger_than_the_clearance_is_made_a_tenth_of_that_and_told() -> None:
+def test_a_tolerance_that_is_no_small_part_of_a_clearance_is_told_and_used_as_it_is() -> None:
     hard = "joints.sleeve.law.stiffness=1e8"
     fine, coarse = (
         simulate(load_scene(MODELS / "micron_clearance.yaml", [hard, f"accuracy.tolerance={t}"]))
@@ -275,9 +185,8 @@ def test_a_tolerance_larger_than_the_clearance_is_made_a_tenth_of_that_and_told(
     )
     assert not any("no small part of the clearance" in text for text in fine.warnings)
     (told,) = (text for text in coarse.warnings if "no small part of the clearance" in text)
-    assert "'sleeve', 1e-06 m" in told
-    assert coarse.settings["tolerance"] == pytest.approx(1e-7)  # half of it is a neighbouring run
-    np.testing.assert_array_equal(coarse.poses, fine.poses)
+    assert "'sleeve', 1e-06 m: touches of its walls may be missed; ask for 1e-07 m" in told
+    assert coarse.settings["tolerance"] == 4e-5
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
@@ -300,24 +209,24 @@ def test_a_link_that_swings_free_of_its_walls_has_its_error_measured() -> None:
     """With a metre of clearance it is a pendulum on P that touches no wall."""
     model = MODELS / "../clearance.yaml"
     settings = ["joints.sleeve.clearance=1 m", "bodies.link.rods=1", "run.turns=1"]
-    result = simulate(load_scene(model, settings))
+    result = simulate(load_scene(model, settings), measure=True)
     tight = load_scene(model, [*settings, "accuracy.tolerance=1e-9"])
     exact = simulate(tight, "lagrangian", measure=False)
-    assert multiplying(result) == "errors grow where there is play ('sleeve', without a touch)"
-    assert result.error is not None
-    assert compare(result, exact).deviation.largest < 2 * result.error.largest
+    assert compare(result, exact).deviation.largest < result.error.largest
 
 
 def test_steps_too_few_for_a_strike_at_this_tolerance_are_told() -> None:
-    """With 60 steps the tip is 1.4e-5 m off at 1e-5 m, with 120 steps 1.3e-6 m."""
+    """With 30 steps the tip is 5e-5 m off at 1e-5 m."""
     joints = ["run.turns=0.55", "solver.formulation=redundant", "accuracy.tolerance=1e-5"]
     few, enough = (
-        simulate(load_scene(MODELS / "../rigid.yaml", [*joints, f"solver.steps_per_contact={n}"]))
-        for n in (60, 120)
+        simulate(
+            load_scene(MODELS / "../rigid.yaml", [*joints, f"solver.steps_per_contact={n}"]),
+            measure=True,
+        )
+        for n in (30, 240)
     )
     (told,) = few.warnings
     assert "points may be off by more than 1e-05 m, and lever.end by up to" in told
-    assert told.endswith("(60 steps for a strike)")
     assert enough.warnings == ()
 
 

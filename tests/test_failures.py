@@ -1,7 +1,6 @@
 """Ctrl-C, full disks, outputs that are gone, and two runs into one folder."""
 
 import errno
-import json
 import os
 import shlex
 import signal
@@ -19,8 +18,10 @@ from results import rigid_link
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs, interrupts
+from exudyn_flexlink.engines.finer import measured_by
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.plots import save_figures
 from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
@@ -57,9 +58,14 @@ def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
         whole = act(count)
         settings = {"tolerance": scene.accuracy.tolerance or 0.0}
         result = replace(rigid_link(scene=scene), engine=engine, settings=settings, warnings=())
+        result = replace(result, error=NOT_ASKED)
         return result if whole else replace(result, outcome=Outcome(False, 0.5, "interrupted"))
 
+    def measured(run, *_):
+        return measured_by(run, 9, lambda _: fake(run.scene, run.engine, None))
+
     monkeypatch.setattr(engines, "simulate", fake)
+    monkeypatch.setattr(engines, "measured", measured)
 
 
 def test_ctrl_c_while_results_are_saved_keeps_them(monkeypatch, capsys):
@@ -92,18 +98,16 @@ def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
     assert not list(Path("o").glob("*.png"))
 
 
-def test_ctrl_c_in_the_run_for_the_horizon_keeps_the_first(monkeypatch, capsys):
+def test_ctrl_c_in_the_second_run_keeps_the_first(monkeypatch, capsys):
     engine_that(monkeypatch, lambda run: run == 0)
-    assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o", "--horizon"]) == 130
+    assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o"]) == 130
     said = capsys.readouterr()
-    why = "the neighbouring run was interrupted"
-    assert f"positions       not measured: {why}" in said.out
-    assert f"warning: how far points are off was not measured: {why}" in said.err
+    assert "within 1e-07 m (" in said.out
+    assert "measured up to t = 2.513 s only, where the second run stopped" in said.err
     assert said.err.endswith("interrupted: the run is whole, in o/\n")
     kept = load(Path("o"))
     assert kept.outcome.completed
-    assert kept.error is not None
-    assert kept.error.missing == why
+    assert kept.error.stopped == kept.time[-1]
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
@@ -143,16 +147,15 @@ def test_ctrl_c_is_as_ever_before_the_solve_and_after():
         press()
 
 
-@pytest.mark.parametrize(("stops_in", "horizon"), [(1, None), (2, True)])
-def test_a_comparison_keeps_two_runs(stops_in, horizon, monkeypatch, capsys):
+@pytest.mark.parametrize("stops_in", [2, 3])
+def test_a_comparison_keeps_two_runs(stops_in, monkeypatch, capsys):
+    """In the second one itself, and in the one that measures it."""
     engine_that(monkeypatch, lambda run: run < stops_in)
     assert main(["compare", NO_CLEARANCE, "--quiet", "--out=o"]) == 130
     assert "interrupted: what was compared until then is in o/" in capsys.readouterr().err
     assert files("o") == [
         "comparison.csv", "comparison.json", "exudyn", "lagrangian", "manifest.json",
     ]  # fmt: skip
-    data = json.loads(Path("o/comparison.json").read_text(encoding="utf-8"))
-    assert (data["horizon_limit_m"] is not None) == bool(horizon)
     # It is a comparison: the next one may take its place.
     with staged_folder(Path("o")) as folder:
         (folder / "comparison.json").write_text('{"title": "t", "completed": true}')

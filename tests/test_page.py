@@ -23,7 +23,7 @@ from results import (
 )
 
 from exudyn_flexlink.loading import scene_of
-from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
+from exudyn_flexlink.measured_error import NOT_ASKED, ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import contact_totals, force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
@@ -230,13 +230,13 @@ def test_errors_and_the_horizon_are_told(told: Callable[[Result], Element]) -> N
     spread = ForceSpread(0.03, 0.2, 0.01, 0.4)
     error = MeasuredError(
         points=("link.end",), worst="link.end", limit=1e-5, largest=3e-3, exceeds_from=1.25,
-        forces={"slot force of pin": ForceDeviation("N", spread, None)}, forces_until=1.5,
+        forces={"slot force of pin": ForceDeviation("N", spread, None)}, horizon=1.5,
     )  # fmt: skip
     found = tables_of(told(replace(rigid_link(), error=error)))
     errors = dict(found["How far the run is off"])
-    assert errors["positions"].startswith("link.end within 1e-05 m up to t = 1.25 s")
+    assert errors["positions"].startswith("link.end within 1e-05 m, as asked, up to t = 1.25 s")
     assert dict(found["The run"])["positions"] == errors["positions"]
-    caption = "Errors of forces, as a neighbouring run tells, up to t = 1.5 s"
+    caption = "Errors of forces, as a second run tells, up to t = 1.5 s"
     assert found[caption][1] == ["slot force of pin", "0.03 N", "7.5 %", "0.20000 s", "0.01 N"]
     rows = {row[0]: row for row in found["Largest forces and torques"][1:]}
     assert rows["slot force of pin"][3] == "0.03 N"
@@ -357,9 +357,10 @@ def test_every_model_is_written_so_that_it_reads_the_same(name: str) -> None:
 def test_the_command_names_what_the_run_used(told: Callable[[Result], Element]) -> None:
     run = replace(rigid_link(), engine="lagrangian", error=MeasuredError(largest=1e-6, limit=1e-5))
     words = told(run).words
-    assert "simulate model.yaml --engine lagrangian --horizon" in words
-    missing = replace(run, error=MeasuredError(missing="no neighbouring run was made"))
-    assert "--horizon" not in told(missing).all("pre")[0].words
+    assert "simulate model.yaml --engine lagrangian" in words
+    assert "--no-measure" not in words
+    alone = replace(run, error=NOT_ASKED)
+    assert "--engine lagrangian --no-measure" in told(alone).all("pre")[0].words
 
 
 def test_a_model_too_long_for_a_page_is_elsewhere(

@@ -127,7 +127,7 @@ def test_a_spline_around_a_hub_is_met_in_every_direction():
 )
 def test_what_a_run_is_off_by_decides(off, warning, flawed, kind, monkeypatch):
     exact = replace(rigid_link(samples=21), warnings=(warning,) if warning else ())
-    monkeypatch.setattr(random_silent, "simulate", lambda _: exact)
+    monkeypatch.setattr(random_silent, "simulate", lambda _, **__: exact)
     case = drawn(10000, seed=1)[0]
     case.model["accuracy"]["tolerance"] = 1e-6
     assert judge(replace(case, off=lambda _: off)).kind == kind

@@ -12,7 +12,7 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.engines import LateInterruptError
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.storage import KeptBesideError, StorageError, load, own_files, staged_folder
 
@@ -180,18 +180,16 @@ def test_an_interrupted_study_does_not_replace_a_complete_one(study):
     assert json.loads(Path("o-2/accuracy.json").read_text())["interrupted"] is True
 
 
-def test_a_comparison_without_its_horizon_is_not_complete(ends, monkeypatch):
+def test_a_comparison_whose_runs_are_not_all_made_is_not_complete(ends, monkeypatch):
     again = ["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--out=o"]
     assert main(again) == 0
-    whole, made = engines.simulate, []
 
-    def stops_in_the_third(*arguments, **more):
-        made.append(1)
-        result = whole(*arguments)
-        stopped = Outcome(False, 0.5, "interrupted")
-        return replace(result, outcome=stopped) if len(made) == 3 else result
+    def given_up(run, *_):
+        if run.engine == "lagrangian":
+            return run
+        raise LateInterruptError(run)
 
-    monkeypatch.setattr(engines, "simulate", stops_in_the_third)
+    monkeypatch.setattr(engines, "measured", given_up)
     assert main(again) == 130
     assert json.loads(Path("o/comparison.json").read_text())["completed"] is True
     assert json.loads(Path("o-2/comparison.json").read_text())["completed"] is False

@@ -223,7 +223,7 @@ def test_a_run_too_short_to_be_solved_is_refused_at_its_place(tmp_path, capsys):
 
 def test_from_python():
     settings = {"accuracy.tolerance": 1e-6, "run.turns": 1.2, "bodies.link.rods": 2}
-    result = fl.simulate(fl.load_scene("smooth").with_(settings), "lagrangian")
+    result = fl.simulate(fl.load_scene("smooth").with_(settings), "lagrangian", measure=False)
     again = result.continued(0.2)
     assert isinstance(again, fl.Scene)
     assert fl.simulate(again.with_({"run.turns": 0.1}), "lagrangian").outcome.completed

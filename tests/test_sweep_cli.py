@@ -284,7 +284,7 @@ def test_a_sweep_is_drawn_over_any_number_of_values(
     more = ["--vary", "gravity=1, 2"] * (varied > 1) + ["--vary", "run.duration=1, 2"] * (
         varied > 2
     )
-    assert main([*SWEEP, *more, "--quiet", "--no-horizon"]) == 0
+    assert main([*SWEEP, *more, "--quiet", "--no-measure"]) == 0
     chosen = "lever.swing_rad,end_s"
     assert main(["plot", "out", "--of", chosen, "--style", "print", "--format", "svg"]) == 0
     drawn = Path("out/sweep.svg").read_text()

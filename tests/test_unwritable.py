@@ -94,16 +94,6 @@ def test_figures_that_can_not_be_drawn_cost_no_numbers(command, error, said, mon
     assert names() == ["o"]
 
 
-def test_the_horizon_is_told_without_figures(monkeypatch, capsys):
-    def draw(result, folder, *_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(engines, "simulate", closed_form)
-    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", draw)
-    assert main(["simulate", NO_CLEARANCE, "--quiet", "--horizon", "--out=o"]) == 1
-    assert "link.end" in capsys.readouterr().out
-
-
 # --- no permission ------------------------------------------------------------------------------
 
 

@@ -55,17 +55,15 @@ class Comparison(PlainComparison):
 def compare(
     first: Result,
     second: Result,
-    again: Result | None = None,
     *,
     names: tuple[str, str] | None = None,
 ) -> Comparison:
     """Compare two runs of one scene, or with `names` of two scenes: rigid and flexible, say.
 
-    Two scenes are compared in what both have. `again` is a run of the second at another tolerance:
-    it tells the horizon, from which on instants can't be compared.
+    Two scenes are compared in what both have, and instant by instant up to the earlier horizon.
 
     Raises:
         ValueError: the runs have nothing in common, or without names are not of one scene.
 
     """
-    return with_methods(Comparison, compare_runs(first, second, again, names=names))
+    return with_methods(Comparison, compare_runs(first, second, names=names))

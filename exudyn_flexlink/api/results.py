@@ -249,22 +249,23 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     *,
     measure: bool = True,
-    retries: int = 0,
 ) -> Result:
     """Simulate a scene with ``"exudyn"`` or ``"lagrangian"``; a run that fails is a Result, too.
 
     Its `outcome` says whether it ran to its end. `progress` is called with the part that is done, 0
-    to 1. Where errors multiply, a second run tells how large they are, unless `measure` is False. A
-    run whose own numbers are doubtful warns, and is made again up to `retries` times, each time ten
-    times as accurate. Ctrl-C raises KeyboardInterrupt: signals are left alone.
+    to 1. With a tolerance two runs are made, of which the second is finer: it is the result, whose
+    `error` is what their distance tells. ``measure=False`` makes one, of which no error is known. A
+    run whose own numbers are doubtful warns. Ctrl-C raises KeyboardInterrupt: signals are left
+    alone.
 
     Raises:
         NotRepresentableError: the engine can't represent a part of the scene.
         ValueError: there is no such engine.
 
     """
-    made = engines.simulate(given_scene(scene), engine, progress, measure=measure, retries=retries)
-    return own_result(made)
+    return own_result(
+        engines.simulate(given_scene(scene), engine, progress, measure=measure, at_once=True)
+    )
 
 
 def load(folder: str | PathLike[str]) -> Result:

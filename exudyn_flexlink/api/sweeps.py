@@ -106,7 +106,6 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     measure: bool = True,
-    retries: int = 0,
 ) -> SweepTable:
     """Simulate a scene at many points, and return one table with a row for each.
 
@@ -132,8 +131,8 @@ def sweep(
     begins anew; `series` saves all runs whole in it. `workers` are processes, one for every core if
     left out, 1 for this process itself; a script must then call this below
     ``if __name__ == "__main__":``. `scheduler` is the address of Dask's, whose workers run instead.
-    Numbers do not depend on who runs. `measure` and `retries` are those of `simulate`; `progress`
-    is called with the part that is done, 0 to 1. Ctrl-C raises KeyboardInterrupt.
+    Numbers do not depend on who runs. `measure` is that of `simulate`; `progress` is called with
+    the part that is done, 0 to 1. Ctrl-C raises KeyboardInterrupt.
 
     Raises:
         CannotStartError: no process can do the work: a function that others can't import.
@@ -155,14 +154,13 @@ def sweep(
         Document("the sweep"),
         engine=engine,
         measure=measure,
-        retries=retries,
         observed=_name_of(observe or row or standard_row),
         allow_outside=True,
         mistakes=mistakes,
     )
     work = work_of(
         plan,
-        partial(engines.simulate, engine=engine, measure=measure, retries=retries),
+        partial(engines.simulate, engine=engine, measure=measure),
         _Own(observe or cast(Observe, OneRun(cast(Any, row or standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )

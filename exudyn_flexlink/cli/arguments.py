@@ -46,6 +46,15 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     return parser
 
 
+WENT = {
+    "--horizon": "it is always told: leave the option out",
+    "--no-horizon": "'--no-measure' makes one run, of which no error is known",
+    "--retries": "the result is always that of a finer run: leave the option out; for more, "
+    "'--set accuracy.tolerance=...'",
+}
+"""Options of earlier versions, with what to do instead."""
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong, without ten lines of usage before it."""
 
@@ -57,6 +66,8 @@ class _Parser(argparse.ArgumentParser):
 
             word = next((one for one in unknown if one.startswith("-")), unknown[0])
             name = word.partition("=")[0]
+            if name in WENT:
+                self.error(f"there is no '{name}' any more\nhint: {WENT[name]}")
             self.error(
                 f"unknown argument '{word}'{did_you_mean(name, self._option_string_actions)}"
             )

@@ -11,6 +11,7 @@ from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
     changed,
+    measured,
     present,
     read_scene,
     refuse_idle_integrator,
@@ -18,19 +19,15 @@ from exudyn_flexlink.cli.running import (
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.comparison import Comparison, compare
-from exudyn_flexlink.engines.diagnostics.neighbour import retuned
-from exudyn_flexlink.loading import assemble_scene, load_scene, require_length
-from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.engines.beside import Beside
+from exudyn_flexlink.loading import load_scene, require_length
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage import save, save_comparison
 
-JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be off
 NEEDED = 2  # runs of a comparison, samples of a run
-LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
-FINER = 0.5  # times the tolerances, or the errors of steps, of a variant: likewise
 UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 
@@ -64,20 +61,8 @@ def _both_engines(options: argparse.Namespace, runs: Runs) -> Comparison:
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
-    judge = runs.run(_tightened(scene), "lagrangian", "lagrangian")
-    exudyn = runs.run(scene, "exudyn", "exudyn")
-    loose = retuned(scene, judge, LOOSER)
-    again = runs.for_horizon(loose, "lagrangian", "lagrangian, for the horizon")
-    return compare(exudyn, judge, again)
-
-
-def _tightened(scene: Scene) -> Scene:
-    """Return the scene with the tolerance of a judge, where it states one."""
-    accuracy = scene.accuracy
-    if accuracy.tolerance is None:
-        return scene
-    tolerance = max(JUDGE * accuracy.tolerance, least_tolerance(assemble_scene(scene)))
-    return scene.changed(accuracy=accuracy.model_copy(update={"tolerance": tolerance}))
+    judge = runs.run(scene, "lagrangian", "lagrangian")
+    return compare(runs.run(scene, "exudyn", "exudyn"), judge)
 
 
 def _without_effects(options: argparse.Namespace, runs: Runs) -> Comparison:
@@ -104,9 +89,7 @@ def _without_effects(options: argparse.Namespace, runs: Runs) -> Comparison:
         raise argparse.ArgumentTypeError(told)
     first = runs.run(ideal, engine, f"without {what}")
     second = runs.run(whole, engine, f"with {what}")
-    near = retuned(whole, second, FINER)
-    again = runs.for_horizon(near, engine, f"with {what}, for the horizon")
-    return compare(first, second, again, names=(f"without {what}", f"with {what}"))
+    return compare(first, second, names=(f"without {what}", f"with {what}"))
 
 
 class Runs:
@@ -118,32 +101,21 @@ class Runs:
         self.whole = True
 
     def run(self, scene: Scene, engine: str, what: str) -> Result:
-        """Run one of the two that are compared; of the second a part will do.
+        """Run one of the two that are compared, and measure it; of the second a part will do.
 
         Raises:
             KeyboardInterrupt: the user had enough before there was anything of both.
 
         """
-        result = self._run(scene, engine, what)
-        self._made += 1
-        if not self.whole and (self._made < NEEDED or len(result.time) < NEEDED):
+        measure = self._options.measure
+        with Beside(scene, engine) as beside:
+            result, enough = run(scene, engine, self._options, what, beside if measure else None)
+            if measure and not enough:
+                again = f"{what}, to measure errors"
+                result, enough = measured(result, self._options, beside, again)
+        self.whole, self._made = not enough, self._made + 1
+        if enough and (self._made < NEEDED or len(result.time) < NEEDED):
             raise KeyboardInterrupt
-        return result
-
-    def for_horizon(self, scene: Scene, engine: str, what: str) -> Result | None:
-        """Run what tells the horizon; None if the user had enough before it began."""
-        if not self.whole:
-            return None
-        try:
-            result = self._run(scene, engine, what)
-        except KeyboardInterrupt:
-            self.whole = False
-            return None
-        return result if len(result.time) >= NEEDED else None
-
-    def _run(self, scene: Scene, engine: str, what: str) -> Result:
-        result, enough = run(scene, engine, self._options, what)
-        self.whole = self.whole and not enough
         return result
 
 

@@ -10,9 +10,9 @@ from exudyn_flexlink.cli.options import (
     add_engine,
     add_figure_file,
     add_impact,
+    add_measure,
     add_model,
     add_output,
-    add_retries,
     add_without,
     helps,
 )
@@ -35,7 +35,8 @@ LAPS, AFTER = 24, 4
     "simulate no_clearance --set run.turns=2 --out runs/short",
     "simulate no_clearance --engine lagrangian --impact impulse",
     "simulate clearance_friction --without friction,damping",
-    "simulate clearance --set run.turns=1 --horizon --report",
+    "simulate clearance --set run.turns=1 --report",
+    "simulate clearance --no-measure",
 )
 def simulate_options(parser: argparse.ArgumentParser) -> None:
     """Add what `simulate` takes."""
@@ -43,14 +44,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
     add_engine(parser)
     add_impact(parser)
     add_without(parser)
-    parser.add_argument(
-        "--horizon",
-        action=argparse.BooleanOptionalAction,
-        help="make a second, more accurate run, and say up to when points can be trusted; "
-        "without this option: make one only where errors multiply, and warn if these "
-        "exceed the tolerance; --no-horizon: make none",
-    )
-    add_retries(parser)
+    add_measure(parser)
     parser.add_argument(
         "--report",
         action="store_true",
@@ -79,6 +73,7 @@ def compare_options(parser: argparse.ArgumentParser) -> None:
     add_impact(parser)
     add_without(parser, "compare the model with itself without the effect, in one engine: ")
     add_engine(parser, "the engine of '--without'; default: exudyn", None)
+    add_measure(parser)
     add_output(parser, "runs/<name of the model>-compare")
 
 
@@ -194,13 +189,7 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     add_engine(parser, "what solves the equations of motion; default: exudyn, or the study's", None)
     add_impact(parser)
     add_without(parser)
-    parser.add_argument(
-        "--no-horizon",
-        dest="measure",
-        action="store_false",
-        help="make no second run where errors multiply: they are not known then",
-    )
-    add_retries(parser)
+    add_measure(parser)
     parser.add_argument(
         "--series", action="store_true", help="save every run whole, in the sweep's folder"
     )

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
 from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.cli.terminal import refuse
-from exudyn_flexlink.cli.values import EFFECT_NAMES, count, model_path, names_of
+from exudyn_flexlink.cli.values import EFFECT_NAMES, model_path, names_of
 
 
 def add_impact(parser: argparse.ArgumentParser) -> None:
@@ -46,15 +46,14 @@ def add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
     )
 
 
-def add_retries(parser: argparse.ArgumentParser) -> None:
-    """Add that doubtful runs are made again."""
+def add_measure(parser: argparse.ArgumentParser) -> None:
+    """Add that runs are made once only."""
     parser.add_argument(
-        "--retries",
-        type=count,
-        default=0,
-        metavar="N",
-        help="if the numbers of a run are doubtful (energy, joints, impacts), make it again, up "
-        "to N times, each time ten times as accurate; without this option: only warn",
+        "--no-measure",
+        dest="measure",
+        action="store_false",
+        help="make each run once: its errors are not known then; without this option a second, "
+        "finer run measures them, and is the result",
     )
 
 

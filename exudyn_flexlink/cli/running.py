@@ -10,6 +10,7 @@ from exudyn_flexlink import engines
 from exudyn_flexlink.cli.ctrl_c import ends_runs
 from exudyn_flexlink.cli.terminal import complain, progress_bar
 from exudyn_flexlink.effects import absent, idealise, with_impact
+from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import INTERRUPTED, Result
@@ -77,9 +78,11 @@ def run(
     engine: str,
     options: argparse.Namespace,
     what: str = "simulating",
-    retries: int = 0,
+    beside: Beside | None = None,
 ) -> tuple[Result, bool]:
-    """Run an engine, and show its progress: `what` is going on; for `retries` see `simulate`.
+    """Run an engine once, and show its progress: `what` is going on.
+
+    The second run may begin `beside` it.
 
     Also tells whether Ctrl-C came: so late that the run is whole all the same, unless it says that
     it was interrupted.
@@ -91,10 +94,28 @@ def run(
     with refusals(scene, engine, options):
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
-                result = engines.simulate(scene, engine, progress, measure=False, retries=retries)
+                told = progress if beside is None else beside.watch(progress)
+                result = engines.simulate(scene, engine, told)
         except LateInterruptError as error:
             return error.result, True
         return result, result.outcome.reason == INTERRUPTED
+
+
+def measured(
+    result: Result,
+    options: argparse.Namespace,
+    beside: Beside,
+    what: str = "again, to measure errors",
+) -> tuple[Result, bool]:
+    """Make the second run, which tells how far the first is off, and show its progress.
+
+    Returns the more accurate of both; also tells whether the user gave up.
+    """
+    try:
+        with progress_bar(options.quiet, what) as progress, ends_runs():
+            return engines.measured(result, progress, beside), False
+    except LateInterruptError as error:
+        return error.result, True
 
 
 @contextmanager

@@ -7,26 +7,24 @@ import os
 from functools import partial
 from pathlib import Path
 
-from exudyn_flexlink import engines, storage
-from exudyn_flexlink.cli.ctrl_c import ends_runs
+from exudyn_flexlink import storage
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.reporting import reported
-from exudyn_flexlink.cli.running import read_scene, refuse_idle_integrator, run
+from exudyn_flexlink.cli.running import measured, read_scene, refuse_idle_integrator, run
 from exudyn_flexlink.cli.terminal import (
     DONE,
     FAILED,
     INTERRUPTED,
     complain,
-    progress_bar,
-    tell,
 )
-from exudyn_flexlink.engines.interrupts import LateInterruptError
-from exudyn_flexlink.report import failure_text, idle_settings, run_text, sensitivity_text
+from exudyn_flexlink.engines.beside import Beside
+from exudyn_flexlink.measured_error import NOT_ASKED
+from exudyn_flexlink.report import failure_text, idle_settings, run_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.sensitivity import sensitivity
+from exudyn_flexlink.scene import Scene
 
 
 def simulate_command(options: argparse.Namespace) -> int:
@@ -36,27 +34,30 @@ def simulate_command(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     if options.impact is not None and not scene.contacts:
         complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
+    with Beside(scene, options.engine) as beside:
+        result, code = _both(scene, options, place, beside)
+    return place.ended(_tell(result, place, options.quiet, code))
+
+
+def _both(
+    scene: Scene, options: argparse.Namespace, place: Place, beside: Beside
+) -> tuple[Result, int]:
+    """Make the run, and the one that measures it, and write them; returns the exit code, too."""
     # The folder is staged first: one that can't be written is no news for the end of a run.
     with place.written() as folder:
-        result, enough = run(scene, options.engine, options, retries=options.retries)
+        may = beside if options.measure else None
+        result, enough = run(scene, options.engine, options, beside=may)
         late = enough and result.outcome.reason != STOPPED
         _announce(result, options)
-        second = not late and _asks_for_second(result, options)
+        second = options.measure and not late and result.error == NOT_ASKED
         code = _write(result, folder, options, late=late, figures=not second)
-    code, told = place.code(code), ""
+    code = place.code(code)
     if second and code == DONE:  # the first is kept, whatever becomes of the second
-        result, told, late = _measured(result, options)
+        result, late = measured(result, options, beside)
         with place.written() as folder:
             code = _write(result, folder, options, late=late)
         code = place.code(code)
-    return place.ended(_tell(result, place, told, options.quiet, code))
-
-
-def _asks_for_second(result: Result, options: argparse.Namespace) -> bool:
-    """Tell whether a neighbouring run is to be made: the user says so, or the run does."""
-    if options.horizon is None:
-        return result.error is not None
-    return bool(options.horizon) and result.outcome.completed
+    return result, code
 
 
 def _write(
@@ -86,27 +87,13 @@ def _announce(result: Result, options: argparse.Namespace) -> None:
         complain(f"interrupted: writing what was computed{more}")
 
 
-def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str, bool]:
-    """Return a run with its error, what '--horizon' asks for, and whether the user gave up."""
-    try:
-        with progress_bar(options.quiet, "again, to measure errors") as progress, ends_runs():
-            found = engines.measured(result, progress)
-    except LateInterruptError as error:
-        return error.result, "", True
-    if not options.horizon or found.neighbour is None:
-        return found.result, "", False
-    return found.result, sensitivity_text(sensitivity(result, found.neighbour)), False
-
-
-def _tell(result: Result, place: Place, told: str, quiet: bool, code: int) -> int:
+def _tell(result: Result, place: Place, quiet: bool, code: int) -> int:
     """Print the summary; warnings and a failure also where the summary is not wanted.
 
     `code` is the exit code of a run that is whole.
     """
     target = place.target
     place.tell(run_text(result))
-    if told:
-        tell(told if quiet else f"\n{told}")
     for hint in () if quiet else idle_settings(result):
         complain(f"hint: {hint}")
     for warning in result.warnings:

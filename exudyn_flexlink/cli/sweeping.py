@@ -100,7 +100,6 @@ def _planned(options: argparse.Namespace) -> Sweep:
         document,
         engine=engine,
         measure=options.measure,
-        retries=options.retries,
         observed=f"{standard_row.__module__}.{standard_row.__qualname__}",
         allow_outside=options.allow_outside,
         mistakes=mistakes,
@@ -137,9 +136,7 @@ def _swept(
     """
     work = work_of(
         plan,
-        partial(
-            engines.simulate, engine=plan.engine, measure=plan.measure, retries=plan.retries
-        ),
+        partial(engines.simulate, engine=plan.engine, measure=plan.measure),
         OneRun(standard_row),
         SeriesKeeper(folder.resolve()) if options.series else None,
     )  # fmt: skip

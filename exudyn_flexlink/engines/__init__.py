@@ -10,9 +10,9 @@ from types import ModuleType
 
 from threadpoolctl import ThreadpoolController
 
+from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.diagnostics import diagnosed
-from exudyn_flexlink.engines.diagnostics.neighbour import Measured, measured_by, unmeasured
-from exudyn_flexlink.engines.diagnostics.retries import retried
+from exudyn_flexlink.engines.finer import at, measured_by, partner, unmeasured
 from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
@@ -26,6 +26,9 @@ ENGINES = {
     "exudyn": "exudyn_flexlink.engines.exudyn.run",
     "lagrangian": "exudyn_flexlink.engines.lagrangian.run",
 }
+
+
+FIRST = 0.4  # of the progress of two runs: what the first one takes of it
 
 
 class NotRepresentableError(Sendable, ValueError):
@@ -42,16 +45,13 @@ def simulate(
     engine: str = "exudyn",
     progress: Progress | None = None,
     *,
-    measure: bool = True,
-    retries: int = 0,
+    measure: bool = False,
+    at_once: bool = False,
 ) -> Result:
-    """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
+    """Simulate a scene once, or with `measure` twice, see `measured`; long ones `at_once`.
 
-    So is one that is asked to end while it is solved (see `interrupts`). A run whose own numbers
-    are doubtful says so in its warnings, and is made again up to `retries` times, each time ten
-    times as accurate. Where steps alone do not keep the tolerance, since errors multiply or the
-    method only aims at it, a second run tells how large the error is (see `measured`), unless
-    `measure` is False.
+    A run that fails is a Result too: see ``Result.outcome``. So is one that is asked to end while
+    it is solved (see `interrupts`). A run whose own numbers are doubtful says so in its warnings.
 
     Raises:
         LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
@@ -62,35 +62,70 @@ def simulate(
     """
     if engine not in ENGINES:
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
+    if not measure:
+        return _run(scene, engine, progress)
+    first = progress and (lambda done: progress(FIRST * done))
+    then = progress and (lambda done: progress(FIRST + (1 - FIRST) * done))
+    if not at_once:
+        return measured(_run(scene, engine, first), then)
+    with Beside(scene, engine) as beside:
+        return measured(_run(scene, engine, beside.watch(first)), then, beside)
+
+
+def measured(
+    result: Result, progress: Progress | None = None, beside: Beside | None = None
+) -> Result:
+    """Make a second, finer run, and return the more accurate of both, with its error.
+
+    See ``Result.error``. Warnings say from when on that may be more than the tolerance. A run that
+    stopped, or that was made with a given step, is left as it is. The second one that has begun
+    `beside` it is waited for.
+
+    Raises:
+        LateInterruptError: the user did not wait; what is known, with a run that is whole, is in
+            it.
+
+    """
+    scene, engine = result.scene, result.engine
+
+    def again(_: float) -> Result:
+        return (beside and beside.made(progress)) or second_run(scene, engine, progress)
+
+    return measured_by(result, _loaded(engine)[0].order(scene), again)
+
+
+def second_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:
+    """Make the second run alone, by which `measured` tells the error of the first.
+
+    Raises:
+        LateInterruptError: the user asked for the end after the solve; the result is in it.
+
+    """
+    return _run(scene, engine, progress, partner(scene, _loaded(engine)[0].order(scene)))
+
+
+def _run(scene: Scene, engine: str, progress: Progress | None, share: float = 1.0) -> Result:
+    """Make one run, with a tolerance `share` times that of the scene, and diagnose it.
+
+    Other limits of steps are then such that they leave so much less of the error as well.
+    """
     room, threads = _loaded(engine)
+    limits = share ** (1 / room.order(scene)) if share != 1 else 1.0
     # Matrices are small: numpy's threads would wait for one another most of the time.
     with deferrable_interrupts() as ctrl_c, threads.limit(limits=1, user_api="blas"):
-        result, interrupted = retried(
-            room.run(scene, progress), lambda x: room.run(x, progress), retries
-        )
-    result = unmeasured(diagnosed(result))
-    result = replace(result, versions={THIS: version_of(THIS), **result.versions})
-    if (ctrl_c.pending or interrupted) and result.outcome.completed:
+        result = room.run(at(scene, share, limits), progress, limits)
+    result = diagnosed(replace(result, scene=scene))
+    versions = {THIS: version_of(THIS), **result.versions}
+    result = replace(result, versions=versions, error=unmeasured(result))
+    if ctrl_c.pending and result.outcome.completed:
         raise LateInterruptError(result)
-    return measured(result, progress).result if measure and result.error else result
+    return result
 
 
 @cache
 def _loaded(engine: str) -> tuple[ModuleType, ThreadpoolController]:
     """Import an engine and, once for all runs, find the threads of what is then loaded."""
     return import_module(ENGINES[engine]), ThreadpoolController()
-
-
-def measured(result: Result, progress: Progress | None = None) -> Measured:
-    """Make a neighbouring run, and tell by it how far a run is off: see ``Result.error``.
-
-    Warnings say from when on that is more than the tolerance. A run that stopped is left as it is.
-
-    Raises:
-        LateInterruptError: the user did not wait; the run, which is whole and says so, is in it.
-
-    """
-    return measured_by(result, lambda near: simulate(near, result.engine, progress, measure=False))
 
 
 def formulations(scene: Scene, engine: str) -> tuple[str, ...]:

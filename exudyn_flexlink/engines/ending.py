@@ -30,8 +30,8 @@ class Checked(Protocol):
     constraint_error: float
 
 
-def checks(made: Counted, found: Checked, deepest: float, e_folds: float, ringing: float) -> Checks:
-    """Checks of a run whose contacts went in by `deepest` (m) at most; the others: see `Checks`."""
+def checks(made: Counted, found: Checked, deepest: float) -> Checks:
+    """Checks of a run whose contacts went in by `deepest` (m) at most."""
     return Checks(
         energy_residual=found.energy_residual,
         largest_kinetic_energy=found.largest_kinetic_energy,
@@ -42,8 +42,6 @@ def checks(made: Counted, found: Checked, deepest: float, e_folds: float, ringin
         largest_step=made.largest,
         steps_per_contact=inf,  # the error is controlled there as everywhere
         largest_penetration=deepest,
-        e_folds=e_folds,
-        ringing=ringing,
     )
 
 

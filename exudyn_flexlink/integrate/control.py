@@ -31,6 +31,8 @@ def growth(ratio: float, safety: float, h: float, last: tuple[float, float]) -> 
 class ErrorControl:
     """The same error (m) for every step, by the `tolerance` of the run; or `fixed` steps (s).
 
+    Other limits of steps are `limits` times as long as the problem states them.
+
     Measured on the shipped scenes by `scripts/tolerance.py`: over two turns, the error of S and of
     the lever's tip is 0.01 to 0.5 of the tolerance, from 1e-3 to 1e-8 m, where that decides on the
     steps.
@@ -38,6 +40,7 @@ class ErrorControl:
 
     tolerance: float
     fixed: float | None = None
+    limits: float = 1.0
     _before: tuple[float, float] | None = None  # length and error ratio of the last step
 
     @property

@@ -62,8 +62,9 @@ class ExplicitStepper:
 
     iterations = 0
 
-    def __init__(self, problem: FirstOrderProblem, tolerance: float) -> None:
-        self.problem = problem
+    def __init__(self, problem: FirstOrderProblem, tolerance: float, limits: float = 1.0) -> None:
+        """Other limits of steps than that by their error are `limits` times as long."""
+        self.problem, self._limits = problem, limits
         self.relative = max(LEAST, RELATIVE * tolerance)
         self.absolute = max(LEAST, ABSOLUTE * tolerance)
         self.time = 0.0
@@ -102,7 +103,7 @@ class ExplicitStepper:
             self.smallest = min(self.smallest, done)
         self.problem.accept(end, dense, event)
         _require_bounds(self.problem.state)
-        solver.max_step = self.problem.longest(solver.t, solver.y)
+        solver.max_step = self._limits * self.problem.longest(solver.t, solver.y)
         return event
 
     def _solver_to(self, stop: float) -> Any:
@@ -111,7 +112,8 @@ class ExplicitStepper:
         y = self.problem.state
         _require_bounds(y)
         return DOP853(
-            self.problem.rate, self.time, y, stop, self.problem.longest(self.time, y),
+            self.problem.rate, self.time, y, stop,
+            self._limits * self.problem.longest(self.time, y),
             rtol=self.relative, atol=self.absolute,
         )  # fmt: skip
 

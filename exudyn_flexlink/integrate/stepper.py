@@ -142,7 +142,7 @@ class ImplicitStepper:
             self.at, self._state = self.problem.restart(self.time)
         self.radau.position_per_speed_error = self.problem.position_per_speed_error(self.at)
         if self.control.fixed is None:
-            self.h = min(self.h, longest)
+            self.h = min(self.h, self.control.limits * longest)
 
     def advance(self, stop: float) -> Event | None:
         """Make one step, no further than to `stop` (s); return the event at its end, if any.
@@ -185,7 +185,8 @@ class ImplicitStepper:
         """Make a step to `stop` (s) at most, as short as its error asks; choose the next."""
         if self.problem.repartition_due():
             self.restart(inf)
-        h, first, factors = min(self.h, self.problem.longest(self.at)), True, [*RETRY_FACTORS]
+        longest = self.control.limits * self.problem.longest(self.at)
+        h, first, factors = min(self.h, longest), True, [*RETRY_FACTORS]
         while True:
             h = self._fitted(h, stop - self.time)
             step = self._step(h)

@@ -30,6 +30,7 @@ from exudyn_flexlink.observables.levers import (
     lever_response,
     struck_bodies,
 )
+from exudyn_flexlink.observables.measuring import error_between
 from exudyn_flexlink.observables.parting import (
     STILL,
     common_points,

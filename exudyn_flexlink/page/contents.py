@@ -123,8 +123,7 @@ def _facts(result: Result) -> Table:
     way = result.settings.get("formulation")
     engine = result.engine if way is None else f"{result.engine}, formulation '{way}'"
     rows = [["engine", engine], ["accuracy asked for", _asked(result)], *cost_table(result).rows]
-    if result.error is not None:
-        rows.append(["positions", positions_text(result.error, result.scene)])
+    rows.append(["positions", positions_text(result.error)])
     return Table("The run", rows)
 
 

@@ -6,6 +6,7 @@ import json
 
 import yaml
 
+from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import LARGEST_FILE
@@ -35,6 +36,6 @@ def command_of(result: Result) -> str:
     words = ["python -m exudyn_flexlink simulate", MODEL]
     if result.engine != "exudyn":
         words.append(f"--engine {result.engine}")
-    if result.error is not None and not result.error.missing:
-        words.append("--horizon")
+    if result.error == NOT_ASKED:
+        words.append("--no-measure")
     return " ".join(words)

@@ -36,13 +36,14 @@ def told(value: float, error: float | None, *, signed: bool = False, most: int =
 def position_error(result: Result, time: float) -> float | None:
     """How far positions may be off at an instant, m; None where nothing tells.
 
-    The scene's tolerance, or from the horizon on the largest error that a neighbouring run found.
+    The largest error that a second run found up to then; without one the scene's tolerance.
     """
     error = result.error
-    beyond = error is not None and error.exceeds_from is not None and time >= error.exceeds_from
-    if beyond and error is not None and isfinite(error.largest):
-        return error.largest
-    return result.scene.accuracy.tolerance
+    if error.missing:
+        return result.scene.accuracy.tolerance
+    if error.exceeds_from is not None and time < error.exceeds_from:
+        return error.limit
+    return error.largest if time < error.known_until else None
 
 
 def told_time(result: Result, time: float) -> str:

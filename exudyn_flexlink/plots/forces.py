@@ -37,7 +37,7 @@ ENTRY = 0.23  # inches of a line of a legend beside a panel, with the room above
 def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
     """Drive torques, slot, joint, wall and contact forces over the crank angle, or over time.
 
-    Below, the first strike of every contact in a zoom. What a neighbouring run tells of their
+    Below, the first strike of every contact in a zoom. What a second run tells of their
     errors stands with them, and as a band. What the scene does not have is left out, and so is what
     never acts beside others that do, or has impacts without duration alone; None if nothing is
     left.
@@ -92,8 +92,7 @@ def _band(result: Result, name: str) -> FloatArray:
     """
     free = _deviation(result, name).free
     known = ~touching(result, result.time)
-    if result.error is not None and result.error.forces_until is not None:
-        known &= result.time < result.error.forces_until
+    known &= result.time < result.error.known_until
     return np.where(known, np.nan if free is None else free.largest, np.nan)
 
 
@@ -104,8 +103,7 @@ def _largest_error(result: Result, name: str) -> float:
 
 
 def _deviation(result: Result, name: str) -> ForceDeviation:
-    unknown = ForceDeviation("", None, None)
-    return unknown if result.error is None else result.error.forces.get(name, unknown)
+    return result.error.forces.get(name, ForceDeviation("", None, None))
 
 
 def _known(result: Result, name: str) -> str:

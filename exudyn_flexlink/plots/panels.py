@@ -127,16 +127,13 @@ def limits(axes: Axes, x: FloatArray) -> None:
 
 
 def horizon(result: Result) -> tuple[float, str] | None:
-    """Instant (s) from which on positions are not known as well as asked for, and why.
+    """Instant (s) from which on positions are not known instant by instant, and why.
 
     None if they are throughout, or nobody looked.
     """
     error = result.error
-    if error is None or error.missing:
-        return None
-    if error.exceeds_from is not None:
-        limit = f"{1e3 * error.limit:.1g} mm"
-        return error.exceeds_from, f"beyond the horizon:\nnot within {limit}"
+    if error.horizon is not None:
+        return error.horizon, "beyond the horizon:\ntwo runs part"
     if error.stopped is not None:
         return error.stopped, "error not known:\nits run ended here"
     return None

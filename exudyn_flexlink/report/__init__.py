@@ -16,7 +16,6 @@ from exudyn_flexlink.report.run import (
     run_force_errors,
     run_text,
 )
-from exudyn_flexlink.report.sensitivity import sensitivity_text
 from exudyn_flexlink.report.stability import doubted_text, exponent_text, stability_text
 from exudyn_flexlink.report.strikes import response_table, strike_table
 from exudyn_flexlink.report.sweep import sweep_text

@@ -36,22 +36,17 @@ def comparison_text(comparison: Comparison) -> str:
 def horizon_text(comparison: Comparison) -> str:
     """Say up to when the runs can be compared instant by instant."""
     end, parted = comparison.time[-1], comparison.horizon
-    if comparison.limit is None or comparison.apart is None:
-        return f"Compared instant by instant to t = {end:.5g} s, the end; no horizon was looked for"
-    again = f"the run {_of(comparison.second)}, made again at another tolerance,"
-    at_most = f"differs by {comparison.apart:.2g} m at most"
+    told = [seen for seen in comparison.both if not seen.result.error.missing]
     if parted is None:
-        return f"Compared instant by instant to t = {end:.5g} s, the end: {again} {at_most}"
-    if comparison.apart <= comparison.limit:
-        return (
-            f"Compared instant by instant up to t = {parted:.5g} s, where {again} stopped; until "
-            f"there it {at_most}"
-        )
-    return (
-        f"Compared instant by instant up to t = {parted:.5g} s, beyond it by statistics: from "
-        f"there on {again} differs by more than {comparison.limit:.2g} m, "
-        f"{comparison.apart:.2g} m at most"
-    )
+        to_end = f"Compared instant by instant to t = {end:.5g} s, the end"
+        off = [f"{seen.name} within {seen.result.error.largest:.2g} m" for seen in told]
+        return f"{to_end}: {', '.join(off)}" if off else f"{to_end}; no horizon was looked for"
+    first = min(told, key=lambda seen: seen.result.error.known_until)
+    if first.result.error.horizon != parted:
+        why = f"where the second run {_of(first)} stopped"
+    else:
+        why = f"beyond it by statistics: from there on two runs {_of(first)} part for good"
+    return f"Compared instant by instant up to t = {parted:.5g} s, {why}"
 
 
 def excess_text(comparison: Comparison, tolerance: float) -> str:

@@ -17,9 +17,9 @@ MOST_ROWS = 12  # more than that scroll the rest away
 def peak_table(result: Result) -> Table:
     """Return the largest of every force and torque, when it is reached, and how far it may be off.
 
-    That is left out where no neighbouring run tells it.
+    That is left out where no second run tells it.
     """
-    known = {} if result.error is None else result.error.forces
+    known = result.error.forces
     rows = []
     for name, peak in force_peaks(result).items():
         off = [_off_by(known.get(name))] if known else []

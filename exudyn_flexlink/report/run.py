@@ -6,7 +6,7 @@ from math import isfinite
 
 import numpy as np
 
-from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
     STILL,
     forces_of,
@@ -15,6 +15,7 @@ from exudyn_flexlink.observables import (
     name_of,
     room,
     still_text,
+    worst_force,
 )
 from exudyn_flexlink.report.contacts import guide_lines
 from exudyn_flexlink.report.forces import force_error_table
@@ -22,10 +23,8 @@ from exudyn_flexlink.report.strikes import BESIDES, response_table, strike_table
 from exudyn_flexlink.report.tables import Table
 from exudyn_flexlink.report.text import in_blocks, lines_of, number
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
-UNFINISHED = "the run stopped before its end"
 _ENERGIES = {
     "kinetic": "kinetic",
     "stored": "stored in springs, weight and contacts",
@@ -90,7 +89,9 @@ def cost_table(result: Result) -> Table:
     steps = f"{checks.steps}, from {checks.smallest_step:.3g} to {checks.largest_step:.3g} s"
     rows = [["simulated time", f"{number(result.outcome.time)} s"]]
     if "solve" in result.timings:
-        rows.append(["solver time", f"{result.timings['solve']:.2f} s"])
+        second = result.timings.get("second run", 0.0)
+        more = f", and {second:.2f} s of a second run" if second else ""
+        rows.append(["solver time", f"{result.timings['solve']:.2f} s{more}"])
     return Table("", [*rows, ["steps", steps]])
 
 
@@ -111,7 +112,7 @@ def _strikes(result: Result, contact: str) -> list[str]:
 
 
 def error_table(result: Result) -> Table:
-    """Return how far a run is off, as it knows itself and by a neighbouring run."""
+    """Return how far a run is off, as it knows itself and by a second run."""
     checks = result.checks
     share = f"{100 * checks.relative_energy_residual:.2g} % of the largest kinetic energy"
     rows = [
@@ -124,18 +125,9 @@ def error_table(result: Result) -> Table:
         rows.append(["contacts", f"{steps}, {penetration}"])
     elif checks.largest_penetration > 0:
         rows.append(["contacts", penetration])
-    still = _still(result)
-    if still:
-        rows.append(["positions", still])
-    elif result.error is not None:
-        rows.append(["positions", positions_text(result.error, result.scene)])
-    elif not result.outcome.completed:
-        rows.append(["positions", f"not measured: {UNFINISHED}"])
-    if forces_of(result) and (result.error is None or result.error.missing):
-        may = result.outcome.completed and not still
-        again = may and (result.error is None or result.error.missing == NOT_MEASURED)
-        how = ": '--horizon' makes a second run, which tells them" if again else ", either"
-        rows.append(["forces", f"not measured{how}"])
+    rows.append(["positions", _still(result) or positions_text(result.error)])
+    if forces_of(result):
+        rows.append(["forces", forces_text(result.error)])
     return Table("Errors", rows)
 
 
@@ -150,24 +142,38 @@ def _still(result: Result) -> str:
 
 
 def run_force_errors(result: Result) -> Table:
-    """Return how far forces are off, as a neighbouring run tells; no rows without one."""
-    if result.error is None:
-        return force_error_table({})
-    until = result.error.forces_until
-    end = "" if until is None else f", up to t = {number(until)} s"
-    caption = f"Errors of forces, as a neighbouring run tells{end}"
+    """Return how far forces are off, as a second run tells; no rows without one."""
+    caption = f"Errors of forces, as a second run tells{_until(result.error)}"
     return force_error_table(result.error.forces, caption)
 
 
-def positions_text(error: MeasuredError, scene: Scene) -> str:
-    """How far points are off, as a neighbouring run tells; without a tolerance by what is seen."""
+def positions_text(error: MeasuredError) -> str:
+    """How far points are off, as a second run tells, and up to when instants are known."""
     if error.missing:
         return f"not measured: {error.missing}"
     points, limit = name_of(error.points), f"{error.limit:.3g} m"
-    until = "" if error.stopped is None else f" up to t = {number(error.stopped)} s"
     worst = f" ({error.worst})" if len(error.points) > 1 else ""
+    until = "" if error.stopped is None else f" up to t = {number(error.stopped)} s"
     if error.exceeds_from is None:
-        end = "allowed" if scene.accuracy.tolerance else "that a figure would show"
-        return f"{points} off by {error.largest:.2g} m at most{worst}{until}, of {limit} {end}"
-    within = f"within {limit} up to t = {number(error.exceeds_from)} s"
-    return f"{points} {within}; then off by up to {error.largest:.2g} m{worst}{until}"
+        return f"{points} within {error.largest:.2g} m{worst}{until}, asked {limit}"
+    told = f"{points} within {limit}, as asked, up to t = {number(error.exceeds_from)} s"
+    then = f"within {error.largest:.2g} m{worst}"
+    if error.horizon is None:
+        return f"{told}; then {then}{until}"
+    horizon = f"t = {number(error.horizon)} s, the horizon: after it trust statistics only"
+    return f"{told}; {then} up to {horizon}"
+
+
+def forces_text(error: MeasuredError) -> str:
+    """How far the force is off that is farthest off, as a part of its largest value."""
+    name, part = worst_force(error.forces)
+    if error.missing or not name:
+        return "not measured"
+    own = error.forces[name]
+    when = " while nothing touches" if own.free and own.touching else ""
+    return f"within {100 * part:.2g} % of their largest ({name}){when}{_until(error)}"
+
+
+def _until(error: MeasuredError) -> str:
+    end = error.known_until
+    return f", up to t = {number(end)} s" if isfinite(end) else ""

@@ -23,7 +23,7 @@ def save_comparison(
     """Write ``comparison.json`` and ``comparison.csv`` into an existing folder.
 
     `tolerance` (m) is what the deviation up to the horizon was held against, if anything; `whole`
-    tells whether all runs were made, also that for the horizon.
+    tells whether all runs were made, also those that tell the errors.
 
     Raises:
         StorageError: the folder can't be written.
@@ -56,8 +56,6 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "judged_by": list(comparison.judged_by),
         "end_s": comparison.time[-1],
         "horizon_s": comparison.horizon,
-        "horizon_limit_m": comparison.limit,
-        "runs_for_the_horizon_apart_m": comparison.apart,
         "first_strike_s": comparison.first_strike,
         "deviation": {
             "up_to_the_first_strike": _deviation(comparison.before_strike),

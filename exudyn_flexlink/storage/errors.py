@@ -8,7 +8,7 @@ from pathlib import Path
 from exudyn_flexlink.raising import Sendable
 
 PROGRAM = "exudyn-flexlink"
-FORMAT = 9
+FORMAT = 10
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 STABILITY, SWEEP = "stability.json", "sweep.json"

@@ -169,7 +169,6 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
         "title": sweep.scene.title,
         "engine": sweep.engine,
         "measure": sweep.measure,
-        "retries": sweep.retries,
         "observed": sweep.observed,
         "versions": versions(),
         "digest": sweep.digest,

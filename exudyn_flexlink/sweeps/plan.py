@@ -64,7 +64,6 @@ class Sweep:
     varied: tuple[Varied, ...]
     points: tuple[Point, ...]
     measure: bool = True
-    retries: int = 0
     observed: str = ""
     allow_outside: bool = False
 
@@ -85,7 +84,6 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
     *,
     engine: str = "exudyn",
     measure: bool = True,
-    retries: int = 0,
     observed: str = "",
     allow_outside: bool = False,
     mistakes: Iterable[Mistake] = (),
@@ -109,7 +107,7 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
     found += _mistakes(scene, design, settings, allow_outside)
     if found:
         raise SceneError(document, found)
-    how = json.dumps([scene.to_data(), engine, measure, retries], sort_keys=True)
+    how = json.dumps([scene.to_data(), engine, measure], sort_keys=True)
     base = hashlib.sha256(how.encode()).hexdigest()
     points = tuple(
         Point(number, _id(base, own), own, tuple(map(in_si, values)))
@@ -121,7 +119,7 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
         _varied(scene, path, column, unit_of(own))
         for path, column, own in zip(design.paths, values, given, strict=True)
     )
-    return Sweep(scene, engine, varied, points, measure, retries, observed, allow_outside)
+    return Sweep(scene, engine, varied, points, measure, observed, allow_outside)
 
 
 def versions() -> dict[str, str]:

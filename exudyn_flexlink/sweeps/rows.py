@@ -97,8 +97,8 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     largest less the least; of one that does not turn on a hinge its displacement and its stroke. Of
     joints with clearance: touches, impacts, energy lost, largest force, part of the time without
     contact. Of the watched point: where it went at most. Of the run: its end, energy dissipated and
-    what the balance misses, the error that a neighbouring run tells (None where none was made), and
-    the horizon, the instant from which on it exceeds the tolerance (None if it never does).
+    what the balance misses, the error that a second run tells (None where none was made), and the
+    horizon, the instant from which on both part (None if they never do).
     """
     found: dict[str, Scalar] = {}
     for contact in result.scene.contacts:
@@ -114,14 +114,12 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     for joint in joints_with_play(result):
         found |= _of_joint(result, joint)
     found |= _of_watched(result)
-    error = result.error
-    measured = error is not None and not error.missing
     return found | {
         "energy_dissipated_J": float(result.energy.dissipated[-1]),
         "energy_residual_J": result.checks.energy_residual,
         "end_s": result.outcome.time,
-        "error_m": error.largest if error is not None and measured else None,
-        "horizon_s": error.exceeds_from if error is not None and measured else None,
+        "error_m": None if result.error.missing else result.error.largest,
+        "horizon_s": result.error.horizon,
     }
 
 

@@ -19,6 +19,12 @@ def add_numbers(parser: argparse.ArgumentParser, count: int) -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, help="number of one scene, told in full")
     parser.add_argument("--jobs", type=int, default=cpu_count() or 1, help="runs at once")
+    parser.add_argument(
+        "--no-measure",
+        dest="measure",
+        action="store_false",
+        help="judge one run of each scene, and so the steps, not the errors that two runs tell",
+    )
 
 
 def numbers_of(options: argparse.Namespace) -> Sequence[int]:

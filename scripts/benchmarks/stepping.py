@@ -54,7 +54,7 @@ def cost_per_step(
     for name, (engine, scene) in cases.items():
         for which, part in (("long", 1.0), ("short", SHORT)):
             short = lasting(scene, part * durations[name])
-            # Steps of a neighbouring run, which measures errors, are not counted.
+            # Steps of a second run, which measures errors, are not counted.
             runs[f"{name}/{which}"] = partial(simulate, short, engine, measure=False)
     best: dict[str, float] = {}
     steps: dict[str, int] = {}

@@ -23,7 +23,7 @@ def main(root: str, model: str, engine: str, runs: str, out: str, *settings: str
     load_scene = import_module("exudyn_flexlink.loading").load_scene
     if not Path(inspect.getfile(simulate)).is_relative_to(root):
         raise SystemExit(f"{inspect.getfile(simulate)} is not of {root}")
-    # Later versions measure errors by a neighbouring run, which is not to be on the bill.
+    # Later versions measure errors by a second run, which is not to be on the bill.
     later = "measure" in inspect.signature(simulate).parameters
     options = {"measure": False} if later else {}
     scene = load_scene(Path(model), list(settings))

@@ -93,7 +93,7 @@ def judge(case: Case, variant: Variant, way: str) -> Row:
     blank = Row(case.name, variant.label, way, case.says, np.nan, np.nan, 0, (), (), WRONG)
     try:
         scene = scene_of(case, variant, way)
-        result = simulate(scene, engine_of(way))
+        result = simulate(scene, engine_of(way), measure=True)
     except (SceneError, NotRepresentableError) as error:
         why = str(error).splitlines()[0].split(": ", 1)[-1]
         return _ended(blank, variant, why)

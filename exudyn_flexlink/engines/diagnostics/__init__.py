@@ -18,7 +18,11 @@ from exudyn_flexlink.engines.diagnostics.effort import (
     tiny_steps,
     unfound_pulses,
 )
-from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, out_of_guides, soft_walls
+from exudyn_flexlink.engines.diagnostics.walls import (
+    coarse_for_clearance,
+    out_of_guides,
+    soft_walls,
+)
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import coarse_tolerance, input_notes
 from exudyn_flexlink.result import Result
@@ -30,7 +34,7 @@ def diagnosed(result: Result) -> Result:
         *result.warnings,
         *input_notes(result.scene, assemble_scene(result.scene).mechanism),
         *few_steps(result),
-        *finer_than_asked(result),
+        *coarse_for_clearance(result),
         *soft_walls(result),
         *out_of_guides(result),
         *coarse_tolerance(assemble_scene(result.scene), result.scene.accuracy.tolerance),

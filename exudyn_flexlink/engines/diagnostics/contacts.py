@@ -27,11 +27,6 @@ ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 
 THIN = 0.25
 
 
-def struck(result: Result) -> bool:
-    """Tell whether any contact of the scene closed."""
-    return any(len(contact.touches) for contact in result.contacts.values())
-
-
 def shortened(given: float, half_period: float, step: float) -> str:
     """Warn that contacts of half a period (s) were resolved by steps (s) of their own."""
     return (

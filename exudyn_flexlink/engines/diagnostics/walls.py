@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from exudyn_flexlink.mechanism import Channel, Mechanism, build_mechanism, in_guides
+from exudyn_flexlink.mechanism import Channel, build_mechanism, in_guides
 from exudyn_flexlink.observables import deepest
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
@@ -19,27 +19,19 @@ BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
 
 
-def resolving(tolerance: float, mechanism: Mechanism) -> float:
-    """Return the tolerance, or a tenth of the smallest clearance where that is less, m."""
-    clearances = [channel.clearance for channel in mechanism.channels]
-    clearances += [bearing.distance for bearing in mechanism.bearings]
-    return min([tolerance, *(RESOLVED * clearance for clearance in clearances if clearance > 0)])
-
-
-def finer_than_asked(result: Result) -> Iterator[str]:
-    """Say that steps were those of a tolerance smaller than the scene's: see `resolving`."""
-    asked, used = result.scene.accuracy.tolerance, result.settings.get("tolerance")
+def coarse_for_clearance(result: Result) -> Iterator[str]:
+    """Say that a tolerance is no small part of a clearance: touches may be missed."""
+    asked = result.scene.accuracy.tolerance
     clearances = {name: gap for name, gap in _clearances(result).items() if gap > 0}
-    if asked is None or used is None or not clearances:
+    if asked is None or not clearances:
         return
     name = min(clearances, key=clearances.__getitem__)
-    if asked <= RESOLVED * clearances[name]:
-        return
-    yield (
-        f"the tolerance of {asked:.3g} m is no small part of the clearance of '{name}', "
-        f"{clearances[name]:.3g} m, and would miss touches of its walls: steps were those of a "
-        f"tolerance of {float(used):.3g} m"
-    )
+    if asked > RESOLVED * clearances[name]:
+        yield (
+            f"the tolerance of {asked:.3g} m is no small part of the clearance of '{name}', "
+            f"{clearances[name]:.3g} m: touches of its walls may be missed; ask for "
+            f"{RESOLVED * clearances[name]:.1g} m or less"
+        )
 
 
 def soft_walls(result: Result) -> Iterator[str]:

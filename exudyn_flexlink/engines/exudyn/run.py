@@ -17,8 +17,17 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
 
-def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result:
+def order(scene: Scene) -> int:
+    """Return the order of the method that solves a scene."""
+    return 9 if formulation(scene) == "minimal" else 2
+
+
+def run(
+    scene: Scene, progress: Callable[[float], None] | None = None, limits: float = 1.0
+) -> Result:
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
+
+    Limits of steps, but that by their error, are `limits` times as long as usual.
 
     Raises:
         NotRepresentableError: the formulation that the scene asks for can't represent it.
@@ -28,7 +37,7 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     began = perf_counter()
     assembly = assemble_scene(scene)
     room: ModuleType = minimal if formulation(scene) == "minimal" else redundant
-    prepared = room.prepare(scene, assembly, progress)
+    prepared = room.prepare(scene, assembly, progress, limits)
     ready = perf_counter()
     complaint = room.solve(prepared)
     solved = perf_counter()

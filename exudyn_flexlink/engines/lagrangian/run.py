@@ -19,7 +19,6 @@ import scipy
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting, keeping
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
-from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
@@ -85,8 +84,17 @@ class Prepared:
     tolerance: float  # m: error in positions that the run may make
 
 
-def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result:
+def order(scene: Scene) -> int:
+    """Return the order of the method that solves a scene."""
+    return 8 if explicit(scene, assemble_scene(scene).mechanism) else 9
+
+
+def run(
+    scene: Scene, progress: Callable[[float], None] | None = None, limits: float = 1.0
+) -> Result:
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
+
+    Limits of steps, but that by their error, are `limits` times as long as usual.
 
     Raises:
         NotRepresentableError: the scene is not one guide, its link, and levers.
@@ -94,7 +102,7 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
 
     """
     began = perf_counter()
-    prepared = prepare(scene, progress)
+    prepared = prepare(scene, progress, limits)
     solving = perf_counter()
     complaint = solve(prepared)
     solved = perf_counter()
@@ -103,7 +111,9 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     return replace(result, timings={**timings, "process": perf_counter() - solved})
 
 
-def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Prepared:
+def prepare(
+    scene: Scene, progress: Callable[[float], None] | None = None, limits: float = 1.0
+) -> Prepared:
     """Build the equations, the event loop and what records it."""
     assembly = assemble_scene(scene)
     mechanism, model = assembly.mechanism, build_model(scene, assembly)
@@ -115,7 +125,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     halves = [half_period(assembly, contact) for contact in mechanism.contacts]
     for channel in mechanism.channels:
         halves += [half_period(assembly, channel)] * len(pairs(channel))
-    tolerance = resolving(scene.accuracy.tolerance or WITHOUT_TOLERANCE, mechanism)
+    tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
     tau = coasting(mechanism, end)
     given = system, recorder, turn_goal(scene, assembly), halves
     ends = end, max(SHORTEST_SWING, keeping(mechanism, end))
@@ -123,11 +133,12 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     stepper: ImplicitStepper | ExplicitStepper
     if explicit(scene, mechanism):
         problem = ExplicitProblem(*given, ends)
-        stepper = ExplicitStepper(problem, tolerance)
+        stepper = ExplicitStepper(problem, tolerance, limits)
     else:
         problem = ImplicitProblem(*given, (end, SHORTEST_SWING))
         times = ErrorTimes(tau, tau - (1 - FREE) * SHORTEST_SWING)
-        stepper = ImplicitStepper(problem, problem, ErrorControl(tolerance), times, end)
+        control = ErrorControl(tolerance, limits=limits)
+        stepper = ImplicitStepper(problem, problem, control, times, end)
     asked = Asked()
     solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress, asked.is_set)
     return Prepared(
@@ -196,19 +207,10 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         energy=EnergyHistory(*energies.T),
         extremes=recorder.seeker.extremes(),
         laps=tuple(lap for lap in prepared.laps if lap.time < prepared.solution.end),
-        checks=checks(prepared.stepper, recorder, deepest, *_growing(prepared)),
+        checks=checks(prepared.stepper, recorder, deepest),
         warnings=tuple(passed_on(prepared.problem.impacts.together, "each in turn")),
         outcome=_outcome(prepared, complaint),
     )  # fmt: skip
-
-
-def _growing(prepared: Prepared) -> tuple[float, float]:
-    """Factors e, and steps that vibrations last over: see `result.Checks`."""
-    problem, stepper = prepared.problem, prepared.stepper
-    if isinstance(problem, ExplicitProblem):
-        return 0.0, 0.0
-    growth = problem.instability.growth
-    return growth.e_folds, growth.ringing(problem.time, stepper.steps)
 
 
 def _contacts(

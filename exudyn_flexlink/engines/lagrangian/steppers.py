@@ -8,7 +8,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.lagrangian.equations import moved_by
-from exudyn_flexlink.engines.lagrangian.instability import Instability
 from exudyn_flexlink.engines.lagrangian.problem import Problem
 from exudyn_flexlink.engines.lagrangian.system import Motion
 from exudyn_flexlink.engines.pressing import press_by
@@ -28,7 +27,6 @@ class ImplicitProblem(Problem):
 
     differences = None  # many coordinates, and forces that leap
     _moves: ComplexArray
-    instability: Instability
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -109,7 +107,6 @@ class ImplicitProblem(Problem):
 
     def begin(self, at: Evaluation) -> None:
         """Record the state at time 0."""
-        self.instability = Instability(self.system, self._end)
         self.recorder.begin(at.kept.pick(None))
 
     def first_event(self, step: Step) -> Event | None:
@@ -118,7 +115,6 @@ class ImplicitProblem(Problem):
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step that is good, and record it."""
-        self.instability.follow(step)
         self.go_on(step)
 
     def longest(self, at: Evaluation) -> float:  # noqa: ARG002

@@ -1,7 +1,7 @@
 """For how long motions of the tree keep errors of their speeds: slow ones, and those that fly free.
 
 What flies between the walls of a sleeve keeps such errors until the next touch, not until the run
-ends. What a touch makes of them no step foresees: a neighbouring run tells it. So each pair of link
+ends. What a touch makes of them no step foresees: a second run tells it. So each pair of link
 and guide that has touched counts as a soft spring across its gap; motions along the walls are free.
 """
 

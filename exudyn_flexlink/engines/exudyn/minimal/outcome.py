@@ -115,8 +115,7 @@ class RunReader:
     def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
         """Return the Result; its timings are still to come."""
         poses, rates = self.moved.poses, self.moved.rates
-        recorder, problem = self.run.recorder, self.run.problem
-        growing, scattered = problem.instability, problem.scattering.e_folds(self.run.stepper.time)
+        recorder = self.run.recorder
         energies = recorder.energies(poses, rates, self.totals, self.pressed)
         return Result(
             scene=self.run.scene,
@@ -147,8 +146,6 @@ class RunReader:
                 self.run.stepper,
                 recorder,
                 float(recorder.seeker.deepest.max(initial=0.0)),
-                growing.e_folds + scattered,
-                growing.ringing(self.run.stepper.time, self.run.stepper.steps),
             ),
             warnings=warnings,
             outcome=outcome,

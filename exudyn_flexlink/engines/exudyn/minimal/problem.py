@@ -32,13 +32,11 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     WallChange,
 )
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
-from exudyn_flexlink.engines.exudyn.minimal.instability import Instability
 from exudyn_flexlink.engines.exudyn.minimal.kinks import KinkPassed
 from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.scattering import Scattering
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import Event
@@ -93,8 +91,6 @@ class MinimalProblem:
                 contact.side = Side.BEHIND
         self._lasting = LastingErrors(self.model, self.end)
         self._overlooked = Overlooked(self.model, self.end)
-        self.instability = Instability(self.model, self.end)
-        self.scattering = Scattering(self.model)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
@@ -140,8 +136,6 @@ class MinimalProblem:
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
-        self.instability.follow(step)
-        self.scattering.follow(step)
         (end, exact), within = self._look(step)[1:]
         self._near = None if exact else step
         self.model.coordinates.settle(step.end, end, step.finish.a)
@@ -303,16 +297,13 @@ class MinimalProblem:
         return longest
 
     def _change_rigid(self, time: float, k: int) -> None:
-        before, self._jumped = len(self.recorder.impacts), True
+        self._jumped = True
         try:
             self.impacts.change(time, k)
         except ArithmeticError as error:
             self.stop_reason, self.stop_advice = str(error), GIVE_WAY
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
-        self.scattering.strike(
-            time, [(k, hit.impulse) for k, hit in self.recorder.impacts[before:]]
-        )
         for contact in self.model.rigid.all.values():  # one impact may begin or end others
             contact.follow(self._finder.x)
 
@@ -327,7 +318,6 @@ class MinimalProblem:
             off = self._jumped = touch.inside < min(-touch.gap, OFF_THE_END)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
-            self.scattering.release(time, k)
         contact.follow(self._finder.x)
         return IN_CONTACT * self.half_periods[k] if contact.acts else inf
 

@@ -12,7 +12,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -58,6 +57,7 @@ def prepare(
     scene: Scene,
     assembly: Assembly,
     progress: Callable[[float], None] | None,
+    limits: float = 1.0,
 ) -> MinimalRun:
     """Build the tree, the loop and what records it; SceneError: it starts at a dead centre."""
     mechanism = assembly.mechanism
@@ -82,8 +82,7 @@ def prepare(
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
     tau = coasting(mechanism, end)
     error_times = ErrorTimes(tau, tau - (1 - FREE) * SHORTEST_SWING)
-    tolerance = resolving(accuracy.tolerance or smallest, mechanism)
-    control = ErrorControl(tolerance, accuracy.step)
+    control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
     stepper = ImplicitStepper(model, problem, control, error_times, end)
     knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
     leap(0.0, min(knots, default=inf))

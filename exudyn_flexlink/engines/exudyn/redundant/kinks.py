@@ -1,6 +1,6 @@
 """Steps end where torques and forces bend with the state, and are short from there on.
 
-What the longest step out of a kink errs by, no neighbouring run need show: it may go over the kink
+What the longest step out of a kink errs by, no second run need show: it may go over the kink
 likewise.
 """
 

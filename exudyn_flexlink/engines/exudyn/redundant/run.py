@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
@@ -45,7 +44,12 @@ from exudyn_flexlink.result import Event
 from exudyn_flexlink.scene import Scene
 
 
-def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
+def prepare(
+    scene: Scene,
+    assembly: Assembly,
+    progress: Callable[[float], None] | None,
+    limits: float = 1.0,
+) -> Prepared:
     """Build the system, the loop and what records it.
 
     Raises:
@@ -62,7 +66,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     add_loads(system)
     events: list[Event] = []
     count = len(assembly.mechanism.slots)
-    slots = [SlotItems(system, i, events) for i in range(count)]
+    slots = [SlotItems(system, i, events, limits) for i in range(count)]
     contacts = _contacts(scene, system)
     system.mbs.Assemble()
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
@@ -72,7 +76,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
         scene.solver.spectral_radius,
         ExtremeSeeker(watched, [own.contact for own in contacts.all], HERMITE),
     )
-    chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
+    chooser, goal = _chooser(scene, system, end, limits), turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
     meter = ProgressMeter(progress, end)
     kinks = Kinks(assembly.mechanism, window)
@@ -95,11 +99,11 @@ def _contacts(scene: Scene, system: System) -> Contacts:
     return Contacts(contacts)
 
 
-def _chooser(scene: Scene, system: System, end: float) -> StepChooser:
+def _chooser(scene: Scene, system: System, end: float, limits: float) -> StepChooser:
     if scene.accuracy.step is not None:
         return FixedStep(scene.accuracy.step)
-    tolerance = resolving(scene.accuracy.tolerance or 0.0, system.mechanism)
-    return ErrorControl(tolerance, end, system.coordinates.weights)
+    assert scene.accuracy.tolerance is not None  # a scene has one of both
+    return ErrorControl(scene.accuracy.tolerance, end, system.coordinates.weights, limits)
 
 
 def solve(prepared: Prepared) -> str:

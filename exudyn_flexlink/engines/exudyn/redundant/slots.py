@@ -73,7 +73,8 @@ def quadratic_of(piece: Curve) -> Quadratic | None:
 class SlotItems(TrackFollower):
     """Items of one slot joint, which piece is active, and where on it the point is."""
 
-    def __init__(self, system: System, index: int, events: list[Event]) -> None:
+    def __init__(self, system: System, index: int, events: list[Event], limits: float) -> None:
+        """Limits of steps are `limits` times as long as usual."""
         slot, state = system.mechanism.slots[index], system.assembly.state
         super().__init__(slot, float(state.places[index]), state.laps[index], events)
         self.system = system
@@ -88,7 +89,9 @@ class SlotItems(TrackFollower):
         self._general: int | None = None
         self._item_of_piece = [self._create(piece) for piece in self.curve.pieces]
         self._activate(self.piece)
-        self._lengths = [float(piece.length()) for piece in self.curve.pieces]
+        self._longest = [
+            limits * PART_OF_PIECE * float(piece.length()) for piece in self.curve.pieces
+        ]
         self._along = 0.0
         self._u_rate = 0.0  # 1/s, of the parameter u
         # Whether the acceleration along the curve jumped, as a new piece began with the last step.
@@ -268,7 +271,7 @@ class SlotItems(TrackFollower):
 
     def _limit(self, step: float, until: float, along: float) -> float:
         """Let a step cover no more than a part of the piece, and end where the piece ends."""
-        longest = PART_OF_PIECE * self._lengths[self.piece] / max(abs(along), 1e-300)
+        longest = self._longest[self.piece] / max(abs(along), 1e-300)
         return end_on(min(step, longest), until)
 
     # --- forces ------------------------------------------------------------------------------

@@ -80,12 +80,18 @@ class ErrorControl:
     # looked for on cubics, which then are off by less than 1e-6 of a radius.
     LARGEST_TURN = 0.1
 
-    def __init__(self, tolerance: float, duration: float, weights: FloatArray) -> None:
-        """`weights` turn coordinates into lengths: 1 for positions, a lever arm for angles."""
+    def __init__(
+        self, tolerance: float, duration: float, weights: FloatArray, limits: float = 1.0
+    ) -> None:
+        """`weights` turn coordinates into lengths: 1 for positions, a lever arm for angles.
+
+        Limits of steps, but that by their error, are `limits` times as long.
+        """
         self.tolerance = tolerance
         self.duration = duration
-        self.largest = duration / 50
-        self.first = duration * 1e-5
+        self.largest = limits * duration / 50
+        self.first = limits * duration * 1e-5
+        self._largest_turn = limits * self.LARGEST_TURN
         self._step, self._since_change = self.first, 0
         self._weights = weights
         self._steps = 0
@@ -105,8 +111,8 @@ class ErrorControl:
         error = 6 * self.CONSTANT * now.step**3 * self._third_difference()
         wanted = now.step * (self._share(now.time) / max(error, 1e-300)) ** (1 / 3)
         turning = max(map(abs, now.v_list[2::3]))
-        if turning * wanted > self.LARGEST_TURN:
-            wanted = self.LARGEST_TURN / turning
+        if turning * wanted > self._largest_turn:
+            wanted = self._largest_turn / turning
         if wanted < self._step:
             down = ceil(2 * log2(self._step / wanted))
             self._change(self._step * self.RATIO ** -min(down, 6))

@@ -1,0 +1,122 @@
+"""A second, finer run tells how far the first is off, and is the result.
+
+Nothing foresees how a motion multiplies errors; two runs show it, whatever the reason is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
+from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.observables import error_between
+from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Accuracy, Scene
+
+# Tolerance of the finer run over that of the first. A method of order 2 would need three times as
+# many steps for a tenth of the error; half as long ones leave a quarter.
+FINER, SECOND_ORDER = 0.1, 0.25
+STOPPED = "the run stopped before its end"
+GIVEN_STEPS = "with 'accuracy.step' one run is made; 'accuracy.tolerance' measures its error"
+NO_MEMORY = "there is not enough memory for a second run"
+GAVE_UP = "the second run was interrupted"
+AT_ONCE = "the second run stopped as it began"
+
+
+def unmeasured(result: Result) -> MeasuredError:
+    """Return what is told of one run alone: `NOT_ASKED` where a second one may measure it."""
+    if not result.outcome.completed:
+        return MeasuredError(missing=STOPPED)
+    given = result.scene.accuracy.tolerance is None
+    return MeasuredError(missing=GIVEN_STEPS) if given else NOT_ASKED
+
+
+def partner(scene: Scene, order: int) -> float:
+    """Return the tolerance of the second run over that of the first, by a method of some order.
+
+    It is the coarser one where rounding leaves no room for a finer one.
+    """
+    finer = SECOND_ORDER if order == 2 else FINER
+    asked = scene.accuracy.tolerance or 0.0
+    least = least_tolerance(assemble_scene(scene))
+    return 1 / finer if finer * asked < least * (1 - 1e-9) else finer
+
+
+def at(scene: Scene, share: float, limits: float) -> Scene:
+    """Return a scene with a tolerance `share` times as large.
+
+    Steps in contact, where their number is given, are `limits` times as long.
+    """
+    asked = scene.accuracy.tolerance
+    if asked is None or share == 1:
+        return scene
+    steps = max(FEWEST_STEPS_PER_CONTACT, round(scene.solver.steps_per_contact / limits))
+    solver = scene.solver.model_copy(update={"steps_per_contact": steps})
+    return scene.changed(accuracy=Accuracy(tolerance=share * asked), solver=solver)
+
+
+def measured_by(result: Result, order: int, again: Callable[[float], Result]) -> Result:
+    """Return the more accurate of a run and a second one, with the error that both tell.
+
+    `again` makes one with a tolerance so many times as large. Where that stops before its end, the
+    first one is measured up to there. A run that can't be measured is returned as it is.
+
+    Raises:
+        LateInterruptError: the user interrupted the second run; what is known is in it.
+
+    """
+    if result.error != NOT_ASKED:
+        return result
+    share, late = partner(result.scene, order), False
+    try:
+        other = again(share)
+    except LateInterruptError as error:  # whole all the same
+        other, late = error.result, True
+    except KeyboardInterrupt as error:
+        raise LateInterruptError(_told(result, MeasuredError(missing=GAVE_UP))) from error
+    except MemoryError:
+        return _told(result, MeasuredError(missing=NO_MEMORY))
+    found = _measured(result, other, share)
+    if late or other.outcome.reason == INTERRUPTED:
+        raise LateInterruptError(found)
+    return found
+
+
+def _measured(first: Result, other: Result, share: float) -> Result:
+    """Return the more accurate of two runs; `share` is the second's tolerance over the first's."""
+    asked = first.scene.accuracy.tolerance
+    assert asked is not None  # else nothing is measured
+    if len(other.time) < 2:
+        return _told(first, MeasuredError(missing=AT_ONCE))
+    best, worse, tolerance = first, other, share * asked
+    if share < 1 and other.outcome.completed:
+        best, worse, tolerance = other, first, asked
+    spent = {**best.timings, "second run": worse.timings.get("solve", 0.0)}
+    error = error_between(best, worse, min(1.0, share) * asked, tolerance)
+    return _told(replace(best, timings=spent), error)
+
+
+def _told(result: Result, error: MeasuredError) -> Result:
+    """Return a run with its error, and with warnings of what is too large, or not known."""
+    return replace(result, error=error, warnings=(*result.warnings, *_warnings(error)))
+
+
+def _warnings(error: MeasuredError) -> Iterator[str]:
+    if error.missing in (NO_MEMORY, GAVE_UP, AT_ONCE):
+        yield f"how far points are off was not measured: {error.missing}"
+    if error.exceeds_from is not None:
+        horizon = error.horizon
+        parted = "" if horizon is None else f"; after t = {horizon:.4g} s trust statistics only"
+        yield (
+            f"from t = {error.exceeds_from:.4g} s on, points may be off by more than "
+            f"{error.limit:.3g} m, and {error.worst} by up to {error.largest:.2g} m, as a second "
+            f"run with other steps shows{parted}"
+        )
+    if error.stopped is not None:
+        yield (
+            "how far points are off was measured up to "
+            f"t = {error.stopped:.4g} s only, where the second run stopped"
+        )

@@ -1,0 +1,133 @@
+"""The second run in a process of its own: the same numbers, from scripts too; it can be ended."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from cli_runs import BARE, ROOT
+
+from exudyn_flexlink.cli.ctrl_c import ends_runs
+from exudyn_flexlink.engines import LateInterruptError, beside, measured, simulate
+from exudyn_flexlink.engines.beside import Beside
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.scene import Scene
+
+SHORT = ["run.turns=0.3", "bodies.link.rods=3"]
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals to processes")
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Let every run be worth a process; tells those that were started."""
+    found: list[Any] = []
+    popen = subprocess.Popen
+
+    def kept(*arguments: Any, **options: Any) -> Any:
+        found.append(popen(*arguments, **options))
+        return found[-1]
+
+    monkeypatch.setattr(beside.subprocess, "Popen", kept)
+    monkeypatch.setattr(beside.os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
+    monkeypatch.setattr(beside, "SURE", 0.0)
+    monkeypatch.setattr(beside, "WORTH", 0.0)
+    monkeypatch.setattr("exudyn_flexlink.integrate.progress.SECONDS_BETWEEN_REPORTS", 0.0)
+    return found
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return load_scene(ROOT / "models" / "no_clearance.yaml", SHORT)
+
+
+def test_a_process_beside_gives_the_same_numbers(scene: Scene, started: list[Any]) -> None:
+    told: list[float] = []
+    found = simulate(scene, progress=told.append, measure=True, at_once=True)
+    assert len(started) == 1
+    alone = simulate(scene, measure=True)
+    assert len(started) == 1
+    np.testing.assert_array_equal(found.poses, alone.poses)
+    assert found.error == alone.error
+    assert told == sorted(told)
+
+
+@pytest.mark.parametrize("why", ["a step is given", "a worker", "one core", "it is short"])
+def test_no_process_is_started_where_it_would_not_help(
+    why: str, scene: Scene, started: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if why == "a step is given":
+        scene = scene.changed(accuracy={"step": 1e-2})
+    elif why == "a worker":
+        monkeypatch.setattr(beside, "parent_process", object)
+    elif why == "one core":
+        monkeypatch.setattr(beside.os, "sched_getaffinity", lambda _: {0}, raising=False)
+    else:
+        monkeypatch.setattr(beside, "SURE", 100.0)
+    simulate(scene, measure=True, at_once=True)
+    assert not started
+
+
+@posix
+def test_a_process_that_dies_costs_nothing(scene: Scene, started: list[Any]) -> None:
+    with Beside(scene, "exudyn") as other:
+        first = simulate(scene, progress=other.watch(None))
+        started[0].kill()
+        found = measured(first, beside=other)
+    assert found.error == simulate(scene, measure=True).error
+
+
+@posix
+def test_ctrl_c_ends_the_process_and_keeps_what_it_has_computed(started: list[Any]) -> None:
+    scene = load_scene(ROOT / "models" / "clearance.yaml", ["run.turns=4"])
+    pressed: list[float] = []
+
+    def press(done: float) -> None:
+        if done > 0.02 and not pressed:
+            pressed.append(done)
+            signal.raise_signal(signal.SIGINT)
+
+    with Beside(scene, "exudyn") as other:
+        other.watch(None)(0.0)
+        short = load_scene(ROOT / "models" / "clearance.yaml", ["run.turns=0.2"])
+        first = simulate(short)
+        with ends_runs(), pytest.raises(LateInterruptError) as caught:
+            measured(first, press, other)
+    kept = caught.value.result
+    assert pressed
+    assert kept.outcome.completed
+    assert kept.error.stopped is not None or kept.error.missing
+    assert started[0].returncode is not None
+
+
+def test_a_process_ends_with_what_it_was_started_for(scene: Scene, started: list[Any]) -> None:
+    with Beside(scene, "exudyn") as other:
+        other.watch(None)(0.0)
+        folder = Path(started[0].args[-1])
+        assert folder.is_dir()
+    assert started[0].returncode is not None
+    assert not folder.exists()
+
+
+SCRIPT = """
+import exudyn_flexlink as fl
+from exudyn_flexlink.engines import beside
+beside.SURE = beside.WORTH = 0.0
+print("once")
+found = fl.simulate(fl.load_scene("no_clearance", turns=0.6))
+print(found.error.largest, found.error.other)
+"""
+
+
+def test_a_script_needs_no_guard(tmp_path: Path) -> None:
+    """It is not run again by the process that is started."""
+    (tmp_path / "script.py").write_text(SCRIPT)
+    ran = subprocess.run(
+        [sys.executable, "script.py"], cwd=tmp_path, env=BARE,
+        capture_output=True, text=True, check=True, timeout=120,
+    )  # fmt: skip
+    once, told = ran.stdout.splitlines()
+    assert once == "once"
+    assert [float(word) for word in told.split()] == pytest.approx([1e-7, 1e-6], rel=0.5)
