@@ -152,7 +152,7 @@ class ClosedCoordinates:
         return self._moving(t, v, self._placed(t, self._guess(t, z)))
 
     def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps of which `end_of` has told the end."""
+        """As `states`, at instants within several steps since the last event."""
         nodes = np.array([_at_nodes(step) for step in at.steps])
         z, v = at.coordinates()
         return self._moving(at.t, v, self._placed(at.t, self._filled(at.t, z, at.through(nodes))))

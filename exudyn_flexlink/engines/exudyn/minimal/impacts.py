@@ -25,7 +25,6 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import OFF_THE_END, RigidContact, Side
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
@@ -36,7 +35,7 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.complementarity import complementary
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.intervals import ContactEvent, Interval
+from exudyn_flexlink.intervals import Interval
 
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding
 SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
@@ -107,6 +106,7 @@ class Impacts:
 
     def __post_init__(self) -> None:
         self.together: list[tuple[float, list[str]]] = []  # s, and contacts with one impact
+        self.hits: list[tuple[int, Interval]] = []  # by the number of the contact
         names = [contact.name for contact in self.model.assembly.mechanism.touching]
         self._bounces = {
             k: Bounces(names[k], contact.restitution) for k, contact in self._contacts.items()
@@ -121,8 +121,7 @@ class Impacts:
         contact, touch = self._contacts[k], self.finder.touches[k]
         if contact.acts:
             off = touch.inside < OFF_THE_END
-            contact.side = Side.BEHIND if off else Side.APART
-            self._tell(time, k, "leaves the face" if off else "contact ends")
+            self._end(time, k, off=off)
             self._rest(time, self.model.rigid.closed())
         elif not contact.passes_line(touch):
             self._meet(time, k)
@@ -159,7 +158,7 @@ class Impacts:
         ]
         for k in which:
             if self._contacts[k].acts and k not in resting:
-                self._open(time, k)
+                self._end(time, k)
         stopped = [k for k, ended in zip(which, over, strict=True) if ended]
         self._rest(time, resting, struck, {k: max(0.0, -touches[k].gap_rate) for k in stopped})
 
@@ -177,11 +176,13 @@ class Impacts:
         end = self.model.state(time, z, v + jump.speeds)
         coordinates.settle(time, end, np.zeros(len(z)))
         self.finder.look_again(end)
-        self.recorder.leap(which, jump.impulse, jump.lost, float(jump.motor_work.sum()))
         for c, k in enumerate(which):
+            own = (jump.impulse[c], jump.lost[c], jump.motor_work[c])
+            self.recorder.leap(k, *map(float, own))
             if not over[c] and jump.impulse[c] > 0:
                 hit = _interval(time, before[k].place, jump, c)
-                self.recorder.impacts.append((k, hit))
+                self.hits.append((k, hit))
+                self.recorder.hit(k, hit)
                 endless = self._bounces[k].endless(time, hit.approach_speed)
                 self.endless = self.endless or endless
 
@@ -218,18 +219,16 @@ class Impacts:
             contact = self._contacts[k]
             contact.side = Side.PRESSED if pressing else Side.APART
             if pressing and k not in acting:
-                contact.peak = 0.0
-                self._tell(time, k, "contact begins", approach.get(k, 0.0))
+                place = self.finder.touches[k].place
+                self.recorder.opened(time, k, place, approach.get(k, 0.0))
             elif k in acting and not pressing:
-                self._open(time, k)
+                self._end(time, k)
 
-    def _open(self, time: float, k: int) -> None:
-        self._contacts[k].side = Side.APART
-        self._tell(time, k, "contact ends")
-
-    def _tell(self, time: float, k: int, kind: ContactEvent, approach: float = 0.0) -> None:
-        touch, peak = self.finder.touches[k], self._contacts[k].peak
-        self.recorder.note(Entry(time, k, kind, touch, approach, peak))
+    def _end(self, time: float, k: int, *, off: bool = False) -> None:
+        """Contact k ceases to press: its gap opens, or its point slides `off` its face."""
+        self._contacts[k].side = Side.BEHIND if off else Side.APART
+        touch = self.finder.touches[k]
+        self.recorder.closed(time, k, touch.place, touch.gap_rate, slides_off=off)
 
     # --- the state now ------------------------------------------------------------------------
 

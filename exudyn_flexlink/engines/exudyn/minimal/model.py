@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
@@ -24,6 +24,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     Coordinates,
     OpenCoordinates,
     TreeState,
+    joined,
 )
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
@@ -64,7 +65,7 @@ class TreeForces(NamedTuple):
     wall: WallPush | None  # what pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
-    def pick(self, which: int | slice | None) -> TreeForces:
+    def pick(self, which: int | slice | IndexArray | None) -> TreeForces:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
         wall = None if self.wall is None else self.wall.pick(which)
         return TreeForces(
@@ -76,6 +77,21 @@ class TreeForces(NamedTuple):
             wall,
             self.supply[which],
         )
+
+
+def evaluations(parts: Sequence[Evaluation]) -> Evaluation:
+    """Evaluations at several instants each, all in a row; the same contacts press in all."""
+    *numbers, kept, touching = zip(*[(*at[:2], at.kept, at.touching) for at in parts], strict=True)
+    t, states, *columns, walls, supply = zip(*kept, strict=True)
+    wall: WallPush | None = walls[0]
+    if wall is not None:
+        pushes = zip(*(own[1:] for own in walls), strict=True)
+        wall = WallPush(wall.which, *map(np.concatenate, pushes))
+    forces = map(np.concatenate, columns)
+    whole = TreeForces._make(
+        (np.concatenate(t), joined(states), *forces, wall, np.concatenate(supply))
+    )
+    return Evaluation._make((*map(np.concatenate, numbers), whole, np.concatenate(touching)))
 
 
 class MinimalModel:
@@ -224,14 +240,6 @@ class MinimalModel:
                 pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i])
         return pushes, touching
 
-    @property
-    def left_to_itself(self) -> bool:
-        """Whether forces follow from coordinates and time alone, and are told everywhere.
-
-        They are not where something presses, nor where a formula may have no value.
-        """
-        return not (self.loads.by_formula or self.acting().any())
-
     def acting(self) -> BoolArray:
         """Tell which contacts press: those of the scene and of bearings, then pairs of sleeves."""
         of_scene = [contact.acts for contact in self.contacts]
@@ -317,16 +325,10 @@ class MinimalModel:
         """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
         return state.b + state.transform.expanded(free)
 
-    def constraint_forces(
-        self, instants: Sequence[TreeForces], accelerations: FloatArray
-    ) -> FloatArray:
-        """Those of motors, slots and loops (n, links), where all coordinates accelerate so.
-
-        The instants (n,) are several of each `TreeForces`, in a row.
-        """
-        mass = np.concatenate([whole.mass for whole in instants])
-        force = np.concatenate([whole.force for whole in instants])
-        return np.asarray((mass @ accelerations[:, :, None])[:, :, 0] - force)
+    @staticmethod
+    def constraint_forces(at: TreeForces, accelerations: FloatArray) -> FloatArray:
+        """Those of motors, slots and loops (n, links), where all coordinates accelerate so."""
+        return np.asarray((at.mass @ accelerations[:, :, None])[:, :, 0] - at.force)
 
     # --- places on curves ---------------------------------------------------------------------
 

@@ -15,7 +15,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     OFF_THE_END,
     PenaltyContact,
@@ -40,29 +39,26 @@ from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.scattering import Scattering
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
-from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
+from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.intervals import ContactEvent
 from exudyn_flexlink.mechanism import TOUCHING
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 # Of the largest penetration: gap that may be open where a contact is ended.
 FARTHEST_OFF = 1e-3
-# Where the largest reaction in a step is looked for, on the polynomial through its nodes.
-TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ NODES
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 # Of a contact's half period: shorter steps are not checked for ending off the face.
 SHORTEST_LOOK = 1e-3
 
 
 class _Looked(NamedTuple):
-    """A step, its end, and all coordinates at the samples `within` it, unless those wait."""
+    """A step, its end, and what is `found` at its `Recorder.instants`; None if that may wait."""
 
     step: Step
     end: StepEnd
-    within: TreeState | None
+    found: TreeState | None
 
 
 @dataclass
@@ -127,7 +123,7 @@ class MinimalProblem:
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
             self._jumped = False
-            self.recorder.keep_again(at)
+            self.recorder.keep(at)
         return at, State(q, v, at.accelerations)
 
     def position_per_speed_error(self, at: Evaluation) -> FloatArray:
@@ -142,33 +138,20 @@ class MinimalProblem:
         """Go to the end of a step, and record it."""
         self.instability.follow(step)
         self.scattering.follow(step)
-        (end, exact), within = self._look(step)[1:]
+        (end, exact), found = self._look(step)[1:]
         self._near = None if exact else step
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self._finder.accept(step, end)
         for contact, touch in self._giving_way():
             contact.peak = max(contact.peak, contact.force(touch))
-        self._note_reactions(step)
-        if within is None:
-            self.recorder.take_quiet(step, end, exact)
-        else:
-            self.recorder.take(step, within, end)
-        if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
-            self.recorder.mark()  # even samples miss the peaks of a contact's force
+        self.recorder.take(step, found)
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
-    def _note_reactions(self, step: Step) -> None:
-        """Keep the largest reactions of rigid contacts in a step."""
-        for k in self.model.rigid.closed():
-            nodes = [step.begin.kept.pushes[k, 0], *step.stages.kept.pushes[:, k, 0]]
-            contact = self.model.contacts[k]
-            contact.peak = max(contact.peak, float((TO_LOOKS @ nodes).max()))
-
     def _settle(self) -> None:
         """Go to the very end of the last step, if it was near to it only."""
-        self.recorder.work_off_waiting()
+        self.recorder.work_off()
         if self._near is not None:
             step, self._near = self._near, None
             end = self.model.state(step.end, step.finish.q, step.finish.v)
@@ -179,9 +162,9 @@ class MinimalProblem:
         return self._look(step).end.state
 
     def _look(self, step: Step) -> _Looked:
-        """All coordinates at the end of a step and at the samples in it, found once."""
+        """All coordinates at the end of a step, and within it where they can't wait."""
         if self._looked is None or self._looked.step is not step:
-            end = self._told_end(step) if self.recorder.waits(step) else None
+            end = self._told_end(step)
             self._looked = self._found(step) if end is None else _Looked(step, end, None)
         return self._looked
 
@@ -193,16 +176,11 @@ class MinimalProblem:
         return None
 
     def _found(self, step: Step) -> _Looked:
-        within = self.recorder.found_with_end(step)
-        told = None if len(within) else self.model.coordinates.end_of(step)
-        if told is not None and told.exact:
-            return _Looked(step, told, step.stages.kept.state.pick(slice(0)))
-        q, v = step.finish.q[None], step.finish.v[None]
-        if len(within):
-            inner = step.at(within)
-            q, v = np.concatenate([inner[0], q]), np.concatenate([inner[1], v])
-        found = self.model.states(np.append(within, step.end), q, v)
-        return _Looked(step, StepEnd(found.pick(-1), True), found.pick(slice(-1)))
+        times = self.recorder.instants(step)
+        q, v = step.at(times)
+        q[-1], v[-1] = step.finish.q, step.finish.v
+        found = self.model.states(times, q, v)
+        return _Looked(step, StepEnd(found.pick(-1), True), found)
 
     def _giving_way(self) -> list[tuple[PenaltyContact, Touch]]:
         """Contacts with a penalty force that acts, with where they are."""
@@ -277,7 +255,7 @@ class MinimalProblem:
 
     def cross(self, event: Event) -> float:
         """Change the equations; return how long (s) the next step may be."""
-        self.recorder.work_off_waiting()
+        self.recorder.work_off()
         longest = inf
         if isinstance(event.what, TurnsMade):
             self.reached = True
@@ -294,8 +272,6 @@ class MinimalProblem:
             longest = self._change_walls(event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
-            if k < self._of_scene:
-                self.recorder.mark()
             if k in self.model.rigid.all:
                 self._change_rigid(event.time, k)
                 return longest
@@ -303,30 +279,32 @@ class MinimalProblem:
         return longest
 
     def _change_rigid(self, time: float, k: int) -> None:
-        before, self._jumped = len(self.recorder.impacts), True
+        self.recorder.keep_last(before=True)
+        before, self._jumped = len(self.impacts.hits), True
         try:
             self.impacts.change(time, k)
         except ArithmeticError as error:
             self.stop_reason, self.stop_advice = str(error), GIVE_WAY
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
-        self.scattering.strike(
-            time, [(k, hit.impulse) for k, hit in self.recorder.impacts[before:]]
-        )
+        self.scattering.strike(time, [(k, hit.impulse) for k, hit in self.impacts.hits[before:]])
         for contact in self.model.rigid.all.values():  # one impact may begin or end others
             contact.follow(self._finder.x)
 
     def _change_contact(self, time: float, k: int, touch: Touch) -> float:
         """Let a contact begin or end; as `cross`."""
         contact = self.model.contacts[k]
+        off = contact.acts and touch.inside < min(-touch.gap, OFF_THE_END)
+        if k < self._of_scene:
+            self.recorder.keep_last(before=off)
         if not contact.acts:
             if not contact.passes_line(touch):
+                self.recorder.opened(time, k, touch.place, -touch.gap_rate)
                 contact.side, contact.peak = Side.PRESSED, 0.0
-                self._tell(time, k, "contact begins", touch)
         else:
-            off = self._jumped = touch.inside < min(-touch.gap, OFF_THE_END)
+            self._jumped = off
+            self.recorder.closed(time, k, touch.place, touch.gap_rate, slides_off=off)
             contact.side = Side.BEHIND if off else Side.APART
-            self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
             self.scattering.release(time, k)
         contact.follow(self._finder.x)
         return IN_CONTACT * self.half_periods[k] if contact.acts else inf
@@ -336,15 +314,17 @@ class MinimalProblem:
         longest, before, walls = inf, len(self.model.contacts), self._finder.walls
         for k in walls.changed(time, there).tolist():
             self.model.walls.change(k)
-            begins = bool(self.model.walls.touching[k])
-            kind: ContactEvent = "contact begins" if begins else "contact ends"
-            self._tell(time, before + k, kind, walls.touch(k))
-            if begins:
-                longest = min(longest, IN_CONTACT * self.half_periods[before + k])
+            touch, number = walls.touch(k), before + k
+            if self.model.walls.touching[k]:
+                self.recorder.opened(time, number, touch.place, -touch.gap_rate)
+                longest = min(longest, IN_CONTACT * self.half_periods[number])
+            else:
+                self.recorder.closed(time, number, touch.place, touch.gap_rate, slides_off=False)
         self._lasting.touch(time)
         return longest
 
-    def _tell(
-        self, time: float, k: int, kind: ContactEvent, touch: Touch, peak: float = 0.0
-    ) -> None:
-        self.recorder.note(Entry(time, k, kind, touch, -touch.gap_rate, peak))
+    @property
+    def places(self) -> FloatArray:
+        """Where all contacts are on their faces now (c,), m."""
+        own = [touch.place for touch in self._finder.touches]
+        return np.concatenate([own, self._finder.walls.seen.place])

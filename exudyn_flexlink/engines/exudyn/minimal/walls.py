@@ -42,7 +42,7 @@ class WallPush(NamedTuple):
     normal: FloatArray
     along: FloatArray
 
-    def pick(self, which: int | slice | None) -> WallPush:
+    def pick(self, which: int | slice | IndexArray | None) -> WallPush:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
         return WallPush(self.which, *(own[which] for own in self[1:]))
 
