@@ -266,7 +266,7 @@ def test_a_lever_that_is_never_reached_makes_no_events(
         assert solve(prepared) == ""
         kept = prepared.recorder.all_kept()
         (contact,) = prepared.model.contacts
-        behind = approach(contact, kept.poses[-1], kept.rates[-1]).gap < 0
+        behind = approach(contact, kept.own.poses[-1], kept.own.rates[-1]).gap < 0
         (side,) = prepared.problem.sides
         assert side == (Side.BEHIND if behind else Side.APART)
         seen.add(side)

@@ -321,10 +321,10 @@ class Problem:
             begins = not self.system.touching[k]
             self.system.touching[k] = begins
             if begins:
-                self.recorder.opened(time, k, self.seen, self.recorder.totals_of(k))
+                self._opened(time, k, self.seen)
                 longest = min(longest, IN_CONTACT * self._halves[k])
             else:
-                self.recorder.closed(time, k, self.seen, slides_off=False)
+                self._closed(time, k, off=False)
         return longest
 
     def _change_face(self, time: float, k: int) -> float:
@@ -343,18 +343,33 @@ class Problem:
         elif contacts.rigid[k]:
             self.impacts.meet(time, k)
         else:
-            self.begin_contact(time, k, self.seen, self.recorder.totals_of(k))
+            self.begin_contact(time, k, self.seen)
             longest = IN_CONTACT * self._halves[k]
         self.recorder.keep(self.begin_motion())
         return float(longest)
 
-    def begin_contact(self, time: float, k: int, seen: Seen, totals: tuple[float, float]) -> None:
-        """A lever's contact begins to press, where it is `seen`; `totals` are those so far."""
+    def begin_contact(
+        self, time: float, k: int, seen: Seen, totals: tuple[float, float] | None = None
+    ) -> None:
+        """A lever's contact begins to press, where it is `seen`; what it takes counts from then.
+
+        Or from `totals` on: what brought it to rest there counts, too.
+        """
         self.sides[k], self.system.touching[k] = Side.PRESSED, True
-        self.recorder.opened(time, k, seen, totals)
+        self._opened(time, k, seen, totals)
 
     def end_contact(self, time: float, k: int, *, off: bool) -> None:
         """It ends: the point slid `off` an end of the face, or leaves it."""
         self.sides[k] = Side.BEHIND if off else Side.APART
         self.system.touching[k] = False
-        self.recorder.closed(time, k, self.seen, slides_off=off)
+        self._closed(time, k, off=off)
+
+    def _opened(
+        self, time: float, k: int, seen: Seen, totals: tuple[float, float] | None = None
+    ) -> None:
+        place, speed = float(seen.place[k]), -float(seen.gap_rate[k])
+        self.recorder.opened(time, k, place, speed, totals)
+
+    def _closed(self, time: float, k: int, *, off: bool) -> None:
+        place, rate = float(self.seen.place[k]), float(self.seen.gap_rate[k])
+        self.recorder.closed(time, k, place, rate, slides_off=off)
