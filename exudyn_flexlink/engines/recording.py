@@ -9,7 +9,6 @@ equations; then it says what is known at all their instants, and what changes th
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
@@ -17,16 +16,15 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.collocation import NODES as POWERS
 from exudyn_flexlink.integrate.collocation import STAGES, WEIGHTS
-from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals
 
 AT_ONCE = 32  # steps that wait: more take memory, and little less time
 BLOCK = 512  # steps that are looked through for extremes together
-# Where the largest force in a step is looked for, on the polynomial through its nodes.
-TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ POWERS
 
 
 class Kept(NamedTuple):
@@ -67,19 +65,17 @@ class Steps(NamedTuple):
 class BlockRecorder(ABC):
     """Takes every step; keeps samples at `grid` (s, increasing), at events and in contacts.
 
-    Contacts are those that `seeker` looks at; the ends of steps are kept while one of the first
-    `marked` presses: even samples miss the peaks of its force.
+    Contacts are those that `seeker` looks at. While one of the scene's presses, the ends of steps
+    are kept: even samples miss the peaks of its force.
     """
 
     def __init__(
-        self, mechanism: Mechanism, grid: FloatArray, seeker: ExtremeSeeker, marked: int
+        self, mechanism: Mechanism, grid: FloatArray, seeker: ExtremeSeeker, touches: Touches
     ) -> None:
         self.mechanism, self.grid, self.seeker = mechanism, grid, seeker
+        self.touches, self._marked = touches, len(mechanism.contacts)
         self.contacts, self.meter = seeker.contacts, EnergyMeter(mechanism)
         self.energy_residual = self.largest_kinetic_energy = self.constraint_error = 0.0
-        self.intervals: dict[int, list[Interval]] = {}
-        self._open: dict[int, Interval] = {}  # with the totals as it began
-        self._marked = marked
         # Totals so far: lost in dampers, supplied (J), then impulses of contacts (N s), then what
         # was done on each (J).
         self._reached = np.zeros(2 + 2 * len(self.contacts))
@@ -171,7 +167,7 @@ class BlockRecorder(ABC):
             within = np.einsum("si,sij->sj", _shares(parts), rates[nodes[steps.of]])
             known.totals[steps.samples] = self._told(reached[steps.of] + h[:, None] * within)
         self._reached = reached[-1]
-        self._note_reactions(known.press, nodes)
+        self.touches.note(known.press[nodes])
         self._keep_samples(steps, known)
         self._last = known.pick(nodes[-1, -1:])
         self._ends.append(ends)
@@ -200,43 +196,7 @@ class BlockRecorder(ABC):
         if len(rows):
             self._keep(known.pick(rows))
 
-    def _note_reactions(self, press: FloatArray, nodes: IndexArray) -> None:
-        """Keep the largest forces of contacts that are held closed."""
-        for k, own in self._open.items():
-            if isinstance(self.contacts[k].law, Impulse):
-                largest = float((TO_LOOKS @ press[nodes, k].T).max())
-                self._open[k] = replace(own, peak_force=max(own.peak_force, largest))
-
     # --- touches ------------------------------------------------------------------------------
-
-    def opened(
-        self,
-        time: float,
-        k: int,
-        place: float,
-        speed: float,
-        totals: tuple[float, float] | None = None,
-    ) -> None:
-        """Contact k begins to press at a place (m) and an approach speed (m/s).
-
-        What it takes counts from now on, or from `totals`. It stores nothing as it begins.
-        """
-        self.work_off()
-        impulse, lost = self.totals_of(k) if totals is None else totals
-        self._open[k] = Interval(
-            time, place=place, approach_speed=speed, impulse=impulse, energy_lost=lost
-        )
-
-    def closed(self, time: float, k: int, place: float, rate: float, *, slides_off: bool) -> None:
-        """It ends, with this rate of its gap (m/s): it opens, or its point slides off the face."""
-        self.work_off()
-        ended = replace(self._until_now(k, place), end=time, separation_speed=rate)
-        self.intervals.setdefault(k, []).append(replace(ended, slides_off=slides_off))
-        del self._open[k]
-
-    def hit(self, k: int, impact: Interval) -> None:
-        """It strikes and bounces, in no time."""
-        self.intervals.setdefault(k, []).append(impact)
 
     def leap(self, k: int, impulse: float, lost: float, supplied: float) -> None:
         """Take the impulse (N s) of a contact, what it loses (J), and what a drive does (J)."""
@@ -244,38 +204,19 @@ class BlockRecorder(ABC):
         self._reached = self._reached.copy()
         self._reached[[1, 2 + k, 2 + len(self.contacts) + k]] += supplied, impulse, lost
 
-    @property
-    def touched(self) -> set[int]:
-        """Contacts that touched so far."""
-        return {*self.intervals, *self._open}
-
     def totals_of(self, k: int) -> tuple[float, float]:
         """Impulse (N s) and energy (J) that a contact has taken so far.
 
         What it stores counts as lost until it ends.
         """
+        self.work_off()
         return float(self._reached[2 + k]), float(self._reached[2 + len(self.contacts) + k])
 
-    def _until_now(self, k: int, place: float) -> Interval:
-        begun, (impulse, lost) = self._open[k], self.totals_of(k)
-        return replace(
-            begun,
-            end_place=place,
-            impulse=impulse - begun.impulse,
-            energy_lost=lost - begun.energy_lost,
-        )
-
-    def touches(self, first: int, places: FloatArray) -> Intervals:
-        """Intervals of the contacts from `first` on, which are at `places` (pairs,), m, now."""
-        found = []
-        for pair, place in enumerate(places.tolist()):
-            k = first + pair
-            lasting = [self._until_now(k, place)] if k in self._open else []
-            for own in (*self.intervals.get(k, ()), *lasting):
-                force, depth = self.seeker.peaks(k, own.begin, own.end)
-                peak = inf if own.impact else max(own.peak_force, force)
-                found.append(replace(own, peak_force=peak, penetration=depth, pair=pair))
-        return Intervals.of(found)
+    def intervals(self, first: int, places: FloatArray) -> Intervals:
+        """Touches of the contacts from `first` on, which are at `places` (pairs,), m, now."""
+        numbered = enumerate(places.tolist(), start=first)
+        now = [(place, self.totals_of(k)) for k, place in numbered]
+        return self.touches.intervals(first, now, self.seeker)
 
     # --- blocks -------------------------------------------------------------------------------
 

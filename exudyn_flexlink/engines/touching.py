@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.integrate.collocation import NODES, STAGES
 from exudyn_flexlink.integrate.events import GAP_ROUNDING
@@ -64,7 +64,7 @@ BECOMES = {
 }
 
 
-class Touch(NamedTuple):
+class Moment(NamedTuple):
     """A contact as it begins or ends, and what it has taken so far; see `BlockRecorder.totals_of`.
 
     Place on the face (m), rate of the gap (m/s), impulse (N s) and energy (J).
@@ -128,7 +128,7 @@ class Touches:
 
     # --- what happens -------------------------------------------------------------------------
 
-    def change(self, k: int, what: Change, now: Touch) -> None:
+    def change(self, k: int, what: Change, now: Moment) -> None:
         """Let something happen to a contact, but for a bounce."""
         self._set(k, BECOMES[self.sides[k], what])
         if what is Change.CLOSES:

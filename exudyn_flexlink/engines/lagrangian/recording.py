@@ -51,7 +51,7 @@ class Recorder(BlockRecorder):
     """Takes the steps of a system."""
 
     def __init__(self, system: System, grid: FloatArray, seeker: ExtremeSeeker) -> None:
-        super().__init__(system.model.mechanism, grid, seeker, system.contacts.faces)
+        super().__init__(system.model.mechanism, grid, seeker, system.touches)
         self.system = system
         self._waiting: list[_Waiting] = []
 
@@ -99,7 +99,7 @@ class Recorder(BlockRecorder):
             press[:, at.pushed.which] = at.pushed.press
         press[:, self.system.held] = held
         motor = self.system.motor_torque(at, a, held)
-        pressed = np.broadcast_to(self.system.touching.copy(), press.shape)
+        pressed = np.broadcast_to(self.touches.pressed, press.shape)
         places = (at.place + self.system.track.shift)[:, None]
         own = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
         return Kept(at.t, places, press, pressed, np.zeros((count, 2)), own)

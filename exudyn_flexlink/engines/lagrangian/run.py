@@ -170,7 +170,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
     places = prepared.problem.seen.place
     histories = Histories(
         mechanism, poses, rates, kept.press, deepest,
-        lambda first, count: recorder.touches(first, places[first:][:count]),
+        lambda first, count: recorder.intervals(first, places[first:][:count]),
     )  # fmt: skip
     by_explicit = isinstance(prepared.stepper, ExplicitStepper)
     energies = recorder.energies(kept, poses, rates)

@@ -49,7 +49,7 @@ class Instability:
 
     def follow(self, step: Step) -> None:
         """Go along a step that is accepted, before its end is the model's present state."""
-        if self._idle or any(contact.acts for contact in self._model.contacts):
+        if self._idle or self._model.pressed_of_scene:
             return
         start, size = step.start, self._model.size
         if self._growth.due(step.t):

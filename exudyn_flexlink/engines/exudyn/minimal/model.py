@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
@@ -40,6 +40,7 @@ from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.engines.pressing import press_by
+from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.integrate.window import Window
@@ -110,8 +111,10 @@ class MinimalModel:
         self.window = Window()
         self.trouble: NoValueError | None = None  # of the last evaluation that failed
         self.contacts = [contact_of(layout, contact) for contact in mechanism.touching]
-        self.rigid = RigidContacts(self.contacts)
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
+        pairs = [*mechanism.touching, *self.walls.contacts]
+        self.touches = Touches(pairs, len(self.contacts))
+        self.rigid = RigidContacts(self.contacts, self.touches)
         self._build()
 
     # --- building -----------------------------------------------------------------------------
@@ -240,15 +243,16 @@ class MinimalModel:
                 pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i])
         return pushes, touching
 
-    def acting(self) -> BoolArray:
-        """Tell which contacts press: those of the scene and of bearings, then pairs of sleeves."""
-        of_scene = [contact.acts for contact in self.contacts]
-        return np.concatenate([np.array(of_scene, dtype=bool), self.walls.touching])
-
     def giving_way(self) -> list[tuple[int, PenaltyContact]]:
         """Numbered contacts with a penalty force that acts."""
-        all_of_them = enumerate(self.contacts)
-        return [(k, c) for k, c in all_of_them if c.acts and isinstance(c, PenaltyContact)]
+        acting = [(k, self.contacts[k]) for k in self.pressed_of_scene]
+        return [(k, own) for k, own in acting if isinstance(own, PenaltyContact)]
+
+    @property
+    def pressed_of_scene(self) -> list[int]:
+        """Contacts that press, but for pairs of link and guide."""
+        found: list[int] = np.flatnonzero(self.touches.pressed[: len(self.contacts)]).tolist()
+        return found
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs, dampers, loads, walls, friction, round contacts, and what rigid ones hold.
@@ -311,7 +315,7 @@ class MinimalModel:
     @property
     def differences(self) -> FloatArray | None:
         """As `shifts`, where coordinates are few and all is smooth; see `integrate.problem`."""
-        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.acting().any():
+        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.touches.pressed.any():
             return None
         return None if self.coordinates.on_dead_centre(at_stop=False)[0] else self.shifts()
 

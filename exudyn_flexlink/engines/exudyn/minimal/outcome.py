@@ -69,7 +69,7 @@ class RunReader:
             self.moved.rates,
             self.kept.press,
             recorder.seeker.deepest,
-            lambda first, count: recorder.touches(first, run.problem.places[first:][:count]),
+            lambda first, count: recorder.intervals(first, run.problem.places[first:][:count]),
         )
         self.forces = {
             force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)

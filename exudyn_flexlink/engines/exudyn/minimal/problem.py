@@ -16,10 +16,8 @@ from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    OFF_THE_END,
     PenaltyContact,
     RigidContact,
-    Side,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import StepEnd, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
@@ -39,11 +37,11 @@ from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.scattering import Scattering
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
+from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.mechanism import TOUCHING
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 # Of the largest penetration: gap that may be open where a contact is ended.
@@ -84,9 +82,8 @@ class MinimalProblem:
 
     def __post_init__(self) -> None:
         x, v = self.model.start
-        for contact in self.model.contacts:
-            if contact.touch(x, v).gap < -TOUCHING:
-                contact.side = Side.BEHIND
+        gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
+        self.model.touches.start(np.array(gaps))
         self._lasting = LastingErrors(self.model, self.end)
         self._overlooked = Overlooked(self.model, self.end)
         self.instability = Instability(self.model, self.end)
@@ -192,8 +189,8 @@ class MinimalProblem:
         rests = [contact.rests_in(touch) for contact, touch in self._giving_way()]
         limits = [near, *rests]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
-            acting = [*(one.acts for one in self.model.contacts), *self.model.walls.touching]
-            limits += (IN_CONTACT * np.array(self.half_periods)[acting]).tolist()
+            acting = np.array(self.half_periods)[self.model.touches.pressed]
+            limits += (IN_CONTACT * acting).tolist()
         return min(limits)
 
     def slipped(self, step: Step) -> float:
@@ -228,12 +225,13 @@ class MinimalProblem:
             return self._finder.kinks.late(event.what, self._end_of(step), step.end)
         if event.leaps or not isinstance(event.what, ContactChange):
             return 0.0
-        end = self._end_of(step)
-        contact = self.model.contacts[event.what.contact]
+        end, k = self._end_of(step), event.what.contact
+        contact = self.model.contacts[k]
         touch = contact.touch(end.x, end.v)
-        if isinstance(contact, RigidContact) and not contact.acts:
-            return touch.gap / touch.gap_rate if touch.gap_rate != 0 else 0.0
-        return contact.left_since(touch)
+        if self._finder.presses(k):
+            return contact.left_since(touch)
+        rigid = isinstance(contact, RigidContact) and touch.gap_rate != 0
+        return touch.gap / touch.gap_rate if rigid else 0.0
 
     def misses(self, event: Event, step: Step) -> bool:
         """Tell that a contact would end well off its face, or a rigid one close well off it.
@@ -244,12 +242,12 @@ class MinimalProblem:
         if not isinstance(event.what, ContactChange):
             return False
         k = event.what.contact
-        contact = self.model.contacts[k]
-        end = self._end_of(step)
+        contact, end = self.model.contacts[k], self._end_of(step)
         touch = contact.touch(end.x, end.v)
         if isinstance(contact, RigidContact):
-            return contact.side is Side.APART and touch.inside >= 0 and not meets(touch, step.end)
-        if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[k]:
+            closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
+            return closes and not meets(touch, step.end)
+        if not self._finder.presses(k) or step.h < SHORTEST_LOOK * self.half_periods[k]:
             return False
         return touch.inside >= 0 and touch.gap > FARTHEST_OFF * contact.peak / contact.law.stiffness
 
@@ -288,40 +286,41 @@ class MinimalProblem:
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         self.scattering.strike(time, [(k, hit.impulse) for k, hit in self.impacts.hits[before:]])
-        for contact in self.model.rigid.all.values():  # one impact may begin or end others
-            contact.follow(self._finder.x)
+        for other, contact in self.model.rigid.all.items():  # one impact may begin or end others
+            contact.follow(self._finder.x, presses=self._finder.presses(other))
 
     def _change_contact(self, time: float, k: int, touch: Touch) -> float:
         """Let a contact begin or end; as `cross`."""
         contact = self.model.contacts[k]
-        off = contact.acts and touch.inside < min(-touch.gap, OFF_THE_END)
+        what = self.model.touches.crossing(k, touch.gap, touch.inside)
+        self._jumped = what is Change.SLIDES_OFF
         if k < self._of_scene:
-            self.recorder.keep_last(before=off)
-        if not contact.acts:
-            if not contact.passes_line(touch):
-                self.recorder.opened(time, k, touch.place, -touch.gap_rate)
-                contact.side, contact.peak = Side.PRESSED, 0.0
-        else:
-            self._jumped = off
-            self.recorder.closed(time, k, touch.place, touch.gap_rate, slides_off=off)
-            contact.side = Side.BEHIND if off else Side.APART
+            self.recorder.keep_last(before=self._jumped)
+        self._change(time, k, what, touch)
+        begins = what is Change.CLOSES
+        if begins:
+            contact.peak = 0.0
+        elif what is not Change.PASSES:
             self.scattering.release(time, k)
-        contact.follow(self._finder.x)
-        return IN_CONTACT * self.half_periods[k] if contact.acts else inf
+        contact.follow(self._finder.x, presses=begins)
+        return IN_CONTACT * self.half_periods[k] if begins else inf
 
     def _change_walls(self, time: float, there: int | None = None) -> float:
         """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""
         longest, before, walls = inf, len(self.model.contacts), self._finder.walls
         for k in walls.changed(time, there).tolist():
-            self.model.walls.change(k)
             touch, number = walls.touch(k), before + k
-            if self.model.walls.touching[k]:
-                self.recorder.opened(time, number, touch.place, -touch.gap_rate)
+            what = self.model.touches.crossing(number, touch.gap, touch.inside)
+            self._change(time, number, what, touch)
+            if what is Change.CLOSES:
                 longest = min(longest, IN_CONTACT * self.half_periods[number])
-            else:
-                self.recorder.closed(time, number, touch.place, touch.gap_rate, slides_off=False)
+        self.model.walls.choose(self.model.touches.pressed[before:])
         self._lasting.touch(time)
         return longest
+
+    def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
+        now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
+        self.model.touches.change(k, what, now)
 
     @property
     def places(self) -> FloatArray:

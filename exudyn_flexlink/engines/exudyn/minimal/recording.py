@@ -61,7 +61,7 @@ class Recorder(BlockRecorder):
 
     def __init__(self, model: MinimalModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
         mechanism = model.assembly.mechanism
-        super().__init__(mechanism, grid, seeker, len(mechanism.contacts))
+        super().__init__(mechanism, grid, seeker, model.touches)
         self.model = model
         # How far a motor turns within a step is limited where anything is solved for: that is
         # enough for a constant speed and its ramp, but a motion may shake a little, fast.
@@ -180,7 +180,7 @@ class Recorder(BlockRecorder):
         press[:, : len(self.model.contacts)] = whole.pushes[..., 0]
         if whole.wall is not None:
             press[:, len(self.model.contacts) + whole.wall.which] = whole.wall.press
-        pressed = np.broadcast_to(self.model.acting(), press.shape)
+        pressed = np.broadcast_to(self.touches.pressed, press.shape)
         own = TreeKept(state.x, state.v, a, forces)
         return Kept(whole.t, self._places(state), press, pressed, np.zeros((count, 2)), own)
 

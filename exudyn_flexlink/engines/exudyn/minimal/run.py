@@ -136,7 +136,7 @@ def _shortened(run: MinimalRun) -> list[str]:
     given, halves = run.problem.given, run.problem.half_periods
     if given is None:
         return []
-    found = [halves[k] for k in run.recorder.touched if IN_CONTACT * halves[k] < given]
+    found = [halves[k] for k in run.model.touches.ever if IN_CONTACT * halves[k] < given]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
 
 

@@ -57,7 +57,7 @@ class Scattering:
 
     def follow(self, step: Step) -> None:
         """Go along a step that is accepted."""
-        if not self._idle and any(contact.acts for contact in self._model.contacts):
+        if not self._idle and self._model.pressed_of_scene:
             self._impulses += step.h * (WEIGHTS @ step.stages.kept.pushes[..., 0])
 
     def release(self, time: float, k: int) -> None:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import WallFaces
@@ -59,18 +59,13 @@ class Walls:
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
         self._any_friction = bool(self._laws[3].any())
-        self.touching = np.zeros(len(self.contacts), dtype=bool)
-        self.touched = self.touching.copy()  # at any time so far
-        self._choose()
+        self.touched = np.zeros(len(self.contacts), dtype=bool)  # at any time so far
+        self.choose(self.touched)
 
-    def change(self, k: int) -> None:
-        """Pair k begins to press, or ceases to."""
-        self.touching = self.touching.copy()  # others keep what it was
-        self.touching[k] = not self.touching[k]
-        self.touched[k] = True
-        self._choose()
-
-    def _choose(self) -> None:
+    def choose(self, touching: BoolArray) -> None:
+        """Let these of the pairs (pairs,) press."""
+        self.touching = touching
+        self.touched = self.touched | touching
         self.which = np.flatnonzero(self.touching)
         self._acting = self.faces.some(self.which)
         self._of_acting = self._laws[:, self.which]
