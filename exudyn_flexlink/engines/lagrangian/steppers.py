@@ -152,9 +152,9 @@ class ImplicitProblem(Problem):
         """At a dead centre there is no motion."""
         return False, False, False
 
-    def misses(self, event: Event, step: object) -> bool:  # noqa: ARG002
-        """A step ends right at its event; see `late`."""
-        return False
+    def arrives(self, event: Event, step: object) -> bool:  # noqa: ARG002
+        """A step's end is moved to its event; see `late`."""
+        return True
 
 
 class ExplicitStep(NamedTuple):

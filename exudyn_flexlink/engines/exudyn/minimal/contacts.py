@@ -25,13 +25,9 @@ AT_REST = 0.1  # of the speed at which the force changes from loading to unloadi
 
 
 class MinimalContact:
-    """A contact of any shape; both parts may be anywhere in the tree, or on the ground.
-
-    `peak` (N) is the largest force since it began to press.
-    """
+    """A contact of any shape; both parts may be anywhere in the tree, or on the ground."""
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
-        self.peak = 0.0
         self._shape = shape_of(layout, contact)
         self.length = self._shape.length
         self._count = len(layout.links)

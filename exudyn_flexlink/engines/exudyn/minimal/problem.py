@@ -16,7 +16,6 @@ from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    PenaltyContact,
     RigidContact,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import StepEnd, TreeState
@@ -44,11 +43,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
-# Of the largest penetration: gap that may be open where a contact is ended.
-FARTHEST_OFF = 1e-3
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
-# Of a contact's half period: shorter steps are not checked for ending off the face.
-SHORTEST_LOOK = 1e-3
 
 
 class _Looked(NamedTuple):
@@ -140,8 +135,6 @@ class MinimalProblem:
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self._finder.accept(step, end)
-        for contact, touch in self._giving_way():
-            contact.peak = max(contact.peak, contact.force(touch))
         self.recorder.take(step, found)
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
@@ -179,14 +172,11 @@ class MinimalProblem:
         found = self.model.states(times, q, v)
         return _Looked(step, StepEnd(found.pick(-1), True), found)
 
-    def _giving_way(self) -> list[tuple[PenaltyContact, Touch]]:
-        """Contacts with a penalty force that acts, with where they are."""
-        return [(contact, self._finder.touches[k]) for k, contact in self.model.giving_way()]
-
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
         near = self.model.coordinates.longest(at.kept.state)
-        rests = [contact.rests_in(touch) for contact, touch in self._giving_way()]
+        touches = self._finder.touches
+        rests = [contact.rests_in(touches[k]) for k, contact in self.model.giving_way()]
         limits = [near, *rests]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
             acting = np.array(self.half_periods)[self.model.touches.pressed]
@@ -214,42 +204,34 @@ class MinimalProblem:
         return self._finder.first(step, end) if exact else None
 
     def late(self, event: Event, step: Step) -> float:
-        """How long before the step's end a wall began or ceased to press, s, or a point slid off.
-
-        There it matters: a force is gone from one instant to the next. Likewise a rigid contact
-        closed: what gaps are off by would be as much as the smallest bounces.
-        """
-        if isinstance(event.what, WallChange):
-            return self._finder.walls.late(event.what.pair, self._end_of(step), step.end)
-        if isinstance(event.what, KinkPassed):
-            return self._finder.kinks.late(event.what, self._end_of(step), step.end)
-        if event.leaps or not isinstance(event.what, ContactChange):
+        """How long (s) before the step's end its event was; negative: after. 0 if near enough."""
+        what, end = event.what, self._end_of(step)
+        if isinstance(what, WallChange):
+            return self._finder.walls.late(what.pair, end, step.end)
+        if isinstance(what, KinkPassed):
+            return self._finder.kinks.late(what, end, step.end)
+        if event.leaps or not isinstance(what, ContactChange):
             return 0.0
-        end, k = self._end_of(step), event.what.contact
-        contact = self.model.contacts[k]
+        contact = self.model.contacts[what.contact]
         touch = contact.touch(end.x, end.v)
-        if self._finder.presses(k):
-            return contact.left_since(touch)
-        rigid = isinstance(contact, RigidContact) and touch.gap_rate != 0
-        return touch.gap / touch.gap_rate if rigid else 0.0
+        slid = contact.left_since(touch) if self._finder.presses(what.contact) else 0.0
+        holds = self._finder.presses(what.contact) and isinstance(contact, RigidContact)
+        if slid or holds or meets(touch, step.end):
+            return slid
+        return touch.gap / touch.gap_rate if touch.gap_rate != 0 else 0.0
 
-    def misses(self, event: Event, step: Step) -> bool:
-        """Tell that a contact would end well off its face, or a rigid one close well off it.
+    def arrives(self, event: Event, step: Step) -> bool:
+        """Tell that a rigid contact closes where its gap is closed.
 
-        A tolerance may allow more than the contact is deep, but a force that pulls there, or is
-        gone too early, changes speeds by no little.
+        What it is off by would be as much as the smallest bounces.
         """
-        if not isinstance(event.what, ContactChange):
-            return False
-        k = event.what.contact
-        contact, end = self.model.contacts[k], self._end_of(step)
-        touch = contact.touch(end.x, end.v)
-        if isinstance(contact, RigidContact):
-            closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
-            return closes and not meets(touch, step.end)
-        if not self._finder.presses(k) or step.h < SHORTEST_LOOK * self.half_periods[k]:
-            return False
-        return touch.inside >= 0 and touch.gap > FARTHEST_OFF * contact.peak / contact.law.stiffness
+        k = event.what.contact if isinstance(event.what, ContactChange) else None
+        if k is None or k not in self.model.rigid.all:
+            return True
+        end = self._end_of(step)
+        touch = self.model.contacts[k].touch(end.x, end.v)
+        closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
+        return not closes or meets(touch, step.end)
 
     def cross(self, event: Event) -> float:
         """Change the equations; return how long (s) the next step may be."""
@@ -298,9 +280,7 @@ class MinimalProblem:
             self.recorder.keep_last(before=self._jumped)
         self._change(time, k, what, touch)
         begins = what is Change.CLOSES
-        if begins:
-            contact.peak = 0.0
-        elif what is not Change.PASSES:
+        if not begins and what is not Change.PASSES:
             self.scattering.release(time, k)
         contact.follow(self._finder.x, presses=begins)
         return IN_CONTACT * self.half_periods[k] if begins else inf
