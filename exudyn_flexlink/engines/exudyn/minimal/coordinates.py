@@ -13,9 +13,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
-from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.transform import Transform, Which
+from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide, TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.within import Within
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
@@ -56,16 +55,6 @@ class StepEnd(NamedTuple):
 
     state: TreeState
     exact: bool
-
-
-def joined(states: Sequence[TreeState]) -> TreeState:
-    """Coordinates of several instants each, all in a row."""
-    *columns, transforms = zip(*states, strict=True)
-    transform: Transform = transforms[0]
-    if transform.chosen is None:
-        transform = Transform(np.concatenate([own.matrix for own in transforms]))
-    whole = [np.concatenate(own) for own in columns]
-    return TreeState(*whole, transform)  # type: ignore[arg-type, call-arg]
 
 
 class Coordinates(Protocol):

@@ -24,19 +24,17 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     Coordinates,
     OpenCoordinates,
     TreeState,
-    joined,
 )
-from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
+from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     PartPoints,
+    Transform,
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
 from exudyn_flexlink.engines.exudyn.minimal.rigid import RigidContacts
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
-from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.engines.pressing import press_by
@@ -78,21 +76,6 @@ class TreeForces(NamedTuple):
             wall,
             self.supply[which],
         )
-
-
-def evaluations(parts: Sequence[Evaluation]) -> Evaluation:
-    """Evaluations at several instants each, all in a row; the same contacts press in all."""
-    *numbers, kept, touching = zip(*[(*at[:2], at.kept, at.touching) for at in parts], strict=True)
-    t, states, *columns, walls, supply = zip(*kept, strict=True)
-    wall: WallPush | None = walls[0]
-    if wall is not None:
-        pushes = zip(*(own[1:] for own in walls), strict=True)
-        wall = WallPush(wall.which, *map(np.concatenate, pushes))
-    forces = map(np.concatenate, columns)
-    whole = TreeForces._make(
-        (np.concatenate(t), joined(states), *forces, wall, np.concatenate(supply))
-    )
-    return Evaluation._make((*map(np.concatenate, numbers), whole, np.concatenate(touching)))
 
 
 class MinimalModel:

@@ -10,15 +10,17 @@ such steps count as several, which end at samples, for what is summed up or look
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces, evaluations
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, motions
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
+from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush
 from exudyn_flexlink.engines.recording import AT_ONCE, BlockRecorder, Kept, Steps
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import STAGES, C
@@ -138,7 +140,7 @@ class Recorder(BlockRecorder):
         if len(inner):
             found.append(self.model.forces_at(t[inner], state.pick(inner)))
             free.append(found[-1].accelerations)
-        whole = evaluations(found)
+        whole = _evaluations(found)
         known = self._known(whole, np.concatenate(free))
         rates, steps, ends = self._rates(whole, known), _steps(waiting), state.pick(last)
         # What is kept of the ends of steps are accelerations and forces of the equations, too.
@@ -166,7 +168,7 @@ class Recorder(BlockRecorder):
             if len(later) == len(waiting):
                 return whole
             parts = iter(np.split(np.arange(len(times)), np.cumsum(counts)[:-1]))
-        return joined([whole.pick(next(parts)) if w.found is None else w.found for w in waiting])
+        return _joined([whole.pick(next(parts)) if w.found is None else w.found for w in waiting])
 
     # --- what is known ------------------------------------------------------------------------
 
@@ -235,3 +237,28 @@ def _steps(waiting: list[_Waiting]) -> Steps:
         count, row = count + parts, row + len(one.t) - 1
     columns = begins, lengths, nodes, samples, of
     return Steps._make(np.concatenate(own) for own in columns)
+
+
+def _evaluations(parts: Sequence[Evaluation]) -> Evaluation:
+    """Evaluations at several instants each, all in a row; the same contacts press in all."""
+    *numbers, kept, touching = zip(*[(*at[:2], at.kept, at.touching) for at in parts], strict=True)
+    t, states, *columns, walls, supply = zip(*kept, strict=True)
+    wall: WallPush | None = walls[0]
+    if wall is not None:
+        pushes = zip(*(own[1:] for own in walls), strict=True)
+        wall = WallPush(wall.which, *map(np.concatenate, pushes))
+    forces = map(np.concatenate, columns)
+    whole = TreeForces._make(
+        (np.concatenate(t), _joined(states), *forces, wall, np.concatenate(supply))
+    )
+    return Evaluation._make((*map(np.concatenate, numbers), whole, np.concatenate(touching)))
+
+
+def _joined(states: Sequence[TreeState]) -> TreeState:
+    """Coordinates of several instants each, all in a row."""
+    *columns, transforms = zip(*states, strict=True)
+    transform: Transform = transforms[0]
+    if transform.chosen is None:
+        transform = Transform(np.concatenate([own.matrix for own in transforms]))
+    whole = [np.concatenate(own) for own in columns]
+    return TreeState(*whole, transform)  # type: ignore[arg-type, call-arg]
