@@ -83,6 +83,7 @@ class Touches:
         self.rigid = np.array([isinstance(own.law, Impulse) for own in contacts], dtype=bool)
         self.sides = [Side.APART] * len(contacts)
         self.pressed = np.zeros(len(contacts), dtype=bool)  # a new array with every change
+        self.pressing: list[int] = []  # the numbers of those that press
         self._faces = faces
         self._ended: dict[int, list[Interval]] = {}
         self._open: dict[int, Interval] = {}  # with what its contact had taken as it began
@@ -113,18 +114,19 @@ class Touches:
     @contextmanager
     def without(self, which: Sequence[int]) -> Iterator[None]:
         """Look at a state as if some contacts did not press."""
-        before = self.sides.copy(), self.pressed
+        before = self.sides.copy(), self.pressed, self.pressing
         for k in which:
             self._set(k, Side.APART)
         try:
             yield
         finally:
-            self.sides, self.pressed = before
+            self.sides, self.pressed, self.pressing = before
 
     def _set(self, k: int, side: Side) -> None:
         self.sides[k] = side
         self.pressed = self.pressed.copy()
         self.pressed[k] = side is Side.PRESSED
+        self.pressing = np.flatnonzero(self.pressed).tolist()
 
     # --- what happens -------------------------------------------------------------------------
 

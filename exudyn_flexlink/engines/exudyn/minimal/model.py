@@ -234,8 +234,7 @@ class MinimalModel:
     @property
     def pressed_of_scene(self) -> list[int]:
         """Contacts that press, but for pairs of link and guide."""
-        found: list[int] = np.flatnonzero(self.touches.pressed[: len(self.contacts)]).tolist()
-        return found
+        return [k for k in self.touches.pressing if k < len(self.contacts)]
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs, dampers, loads, walls, friction, round contacts, and what rigid ones hold.
@@ -298,7 +297,7 @@ class MinimalModel:
     @property
     def differences(self) -> FloatArray | None:
         """As `shifts`, where coordinates are few and all is smooth; see `integrate.problem`."""
-        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.touches.pressed.any():
+        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.touches.pressing:
             return None
         return None if self.coordinates.on_dead_centre(at_stop=False)[0] else self.shifts()
 
