@@ -10,7 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import of_turns
-from exudyn_flexlink.engines.exudyn.intervals import Written
+from exudyn_flexlink.engines.exudyn.redundant.intervals import Written
 from exudyn_flexlink.engines.exudyn.redundant.recording import just_before
 from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System
