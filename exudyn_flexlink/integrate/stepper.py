@@ -38,7 +38,10 @@ class Model(Equations, Followed, Protocol):
 
 
 class HybridProblem(Protocol):
-    """What changes the equations at events, and may choose other coordinates to be solved for."""
+    """What changes the equations at events, and may choose other coordinates to be solved for.
+
+    What a class that inherits says nothing of never happens in its equations.
+    """
 
     def begin(self, at: Evaluation) -> None:
         """Record the state at time 0."""
@@ -51,6 +54,7 @@ class HybridProblem(Protocol):
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be chosen."""
+        return False
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step that is good, and record it."""
@@ -61,18 +65,20 @@ class HybridProblem(Protocol):
     def slipped(self, step: Step) -> float:
         """How far (m) a coordinate that is not solved for ended from where its speed takes it."""
 
-    def overlooked(self, step: Step, allowed: float) -> float:
+    def overlooked(self, step: Step, allowed: float) -> float:  # noqa: ARG002
         """Part of a step after which a force is not what its stages tell; 1 if nowhere.
 
         `allowed` is how far (m) that may have moved anything by the end of the run.
         """
+        return 1.0
 
-    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:
+    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:  # noqa: ARG002
         """Tell whether a stage, or the end, of the last step tried fell on one, or it passed one.
 
         There rounding decides on what follows from the coordinates solved for. A step that has to
         end where it does, `at_stop`, may end nearer to one.
         """
+        return False, False, False
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
@@ -80,8 +86,9 @@ class HybridProblem(Protocol):
     def late(self, event: Event, step: Step) -> float:
         """How long (s) before a step's end the event was; negative: after. 0 if near enough."""
 
-    def arrives(self, event: Event, step: Step) -> bool:
+    def arrives(self, event: Event, step: Step) -> bool:  # noqa: ARG002
         """Tell that a step ends at its event, or near enough."""
+        return True
 
 
 class ImplicitStepper:
