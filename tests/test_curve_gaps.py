@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_physics_tools import scene
 
-from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach
@@ -47,8 +47,7 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
     rng = np.random.default_rng(3)
     x, v = rng.normal(scale=0.1, size=6), rng.normal(size=6)
     if held:
-        contact.side = Side.PRESSED
-        contact.follow(x)
+        contact.follow(x, presses=True)
     h = 1e-6
     seen = [contact.touch(x + by * v, v) for by in (-h, 0.0, h)]
     assert seen[1].gap_rate == pytest.approx((seen[2].gap - seen[0].gap) / (2 * h), abs=1e-8)
@@ -73,14 +72,13 @@ def test_the_stiffness_across_the_normal_is_the_force_times_the_second_derivativ
     own = replace(assembly.mechanism.contacts[0], side=1.0 if side == "left" else -1.0)
     layout = tree_layout(assembly.mechanism)
     contact = PenaltyContact(layout, own, own.law)
-    contact.side = Side.PRESSED
     curve = own.curve
     u = 0.4 * (curve.start + curve.end)
     inside = curve.point(u) - own.side * 0.01 * curve.normal(u)
     x = np.zeros(6)
     moves = layout.path(layout.frames[0].link)[:2]
     x[moves] = inside - [0.01, 0.02]  # the point of the bead
-    contact.follow(x)
+    contact.follow(x, presses=True)
     touch, h = contact.touch(x, np.zeros(6)), 1e-4
     assert touch.gap == pytest.approx(-0.03, abs=1e-12)  # with the roller's radius
 

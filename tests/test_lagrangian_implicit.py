@@ -13,9 +13,9 @@ from benchmarks.series import deviation, read_series
 from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator, together
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian import problem
-from exudyn_flexlink.engines.lagrangian.problem import Side
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
+from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import radau
 from exudyn_flexlink.integrate.control import ErrorControl
@@ -267,8 +267,8 @@ def test_a_lever_that_is_never_reached_makes_no_events(
         assert solve(prepared) == ""
         kept = prepared.recorder.all_kept()
         (contact,) = prepared.model.contacts
-        behind = approach(contact, kept.poses[-1], kept.rates[-1]).gap < 0
-        (side,) = prepared.problem.sides
+        behind = approach(contact, kept.own.poses[-1], kept.own.rates[-1]).gap < 0
+        (side,) = prepared.problem.touches.sides
         assert side == (Side.BEHIND if behind else Side.APART)
         seen.add(side)
     assert len(seen) == 2

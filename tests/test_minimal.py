@@ -291,7 +291,7 @@ def test_pairs_that_press_are_where_they_are_among_all() -> None:
 def test_stages_together_are_what_they_are_alone() -> None:
     assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
     tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    tree.walls.change(2)
+    tree.walls.choose(np.arange(len(tree.walls.contacts)) == 2)
     q, v = tree.coordinates.independent()
     t, scale = np.array([0.0, 0.1, 0.2]), np.array([[1.0], [1.01], [0.99]])
     together = tree.evaluate_all(t, scale * q, scale * v)

@@ -8,6 +8,7 @@ from test_physics_tools import FLOOR, MODELS, alone, angle, arm_and_ball, scene,
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.run import prepare
+from exudyn_flexlink.engines.touching import Change
 from exudyn_flexlink.loading import load_scene
 
 G = 9.81
@@ -322,7 +323,7 @@ def test_the_lagrangian_says_so_where_a_lasting_contact_takes_up_an_impact():
     run = prepare(load_scene(MODELS / "rigid.yaml", settings))
     problem = run.problem
     problem.v[-1] = 10.0  # rad/s, of the lever: the gap on its upper side closes
-    problem.begin_contact(0.0, 1, problem.seen, (0.0, 0.0))
+    problem.change(0.0, 1, Change.CLOSES, problem.seen)
     problem.look_now()
     problem.impacts.meet(0.0, 0)
     assert problem.impacts.together == [(0.0, ("strike", "second"))]

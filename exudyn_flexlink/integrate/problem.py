@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 NO_CONTACT = np.zeros((0, 2))
 
@@ -30,7 +30,7 @@ class Evaluation(NamedTuple):
         """Accelerations (n,), or (states, n)."""
         return np.asarray(np.linalg.solve(self.mass, self.force[..., None])[..., 0])
 
-    def pick(self, which: int | slice | None) -> Evaluation:
+    def pick(self, which: int | slice | IndexArray | None) -> Evaluation:
         """Return one of several states, some of them, or (None) the only one as one of one."""
         kept = None if self.kept is None else self.kept.pick(which)
         return Evaluation(self.mass[which], self.force[which], kept, self.touching[which])

@@ -26,7 +26,6 @@ from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, Step
 RETRY_FACTORS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.7, 1.25)
 # Near a singularity an error up to this many times the allowed one counts as rounding.
 ROUNDED = 10.0
-LANDINGS = 4  # steps that try to end right at an event
 CORRECTIONS = 3  # by Newton's method, of where a step's end is moved to an event
 END_SHIFT = 1e-2  # of a step: its end is moved along its polynomial by no more than this
 
@@ -39,7 +38,10 @@ class Model(Equations, Followed, Protocol):
 
 
 class HybridProblem(Protocol):
-    """What changes the equations at events, and may choose other coordinates to be solved for."""
+    """What changes the equations at events, and may choose other coordinates to be solved for.
+
+    What a class that inherits says nothing of never happens in its equations.
+    """
 
     def begin(self, at: Evaluation) -> None:
         """Record the state at time 0."""
@@ -52,6 +54,7 @@ class HybridProblem(Protocol):
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be chosen."""
+        return False
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step that is good, and record it."""
@@ -62,18 +65,20 @@ class HybridProblem(Protocol):
     def slipped(self, step: Step) -> float:
         """How far (m) a coordinate that is not solved for ended from where its speed takes it."""
 
-    def overlooked(self, step: Step, allowed: float) -> float:
+    def overlooked(self, step: Step, allowed: float) -> float:  # noqa: ARG002
         """Part of a step after which a force is not what its stages tell; 1 if nowhere.
 
         `allowed` is how far (m) that may have moved anything by the end of the run.
         """
+        return 1.0
 
-    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:
+    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:  # noqa: ARG002
         """Tell whether a stage, or the end, of the last step tried fell on one, or it passed one.
 
         There rounding decides on what follows from the coordinates solved for. A step that has to
         end where it does, `at_stop`, may end nearer to one.
         """
+        return False, False, False
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
@@ -81,8 +86,9 @@ class HybridProblem(Protocol):
     def late(self, event: Event, step: Step) -> float:
         """How long (s) before a step's end the event was; negative: after. 0 if near enough."""
 
-    def misses(self, event: Event, step: Step) -> bool:
-        """Tell that a step ends too far from its event, whatever its error is."""
+    def arrives(self, event: Event, step: Step) -> bool:  # noqa: ARG002
+        """Tell that a step ends at its event, or near enough."""
+        return True
 
 
 class ImplicitStepper:
@@ -157,7 +163,7 @@ class ImplicitStepper:
         if event is not None and event.time < step.t + close:
             return replace(event, time=self.time)
         if event is not None and event.time < step.end - close:
-            landed = self._landed(event, step.h)
+            landed = self._landed(event)
             if landed is None:
                 return None
             step = landed
@@ -254,44 +260,29 @@ class ImplicitStepper:
 
     # --- up to an event -----------------------------------------------------------------------
 
-    def _landed(self, event: Event, longest: float) -> Step | None:
-        """Make a step to an event in one of length `longest` (s), which is met before its end.
+    def _landed(self, event: Event) -> Step | None:
+        """Make a step to an event; None, and a shorter one next, if it is not good enough.
 
-        None, and a shorter one next, if it is not good enough.
+        The polynomial in which the event was located is less accurate than a step's end. So that is
+        moved a little, to where the event is.
         """
-        step = self._to_its_end(event, longest)
-        if step is None or (self.control.fixed is None and self._misses(event, step)):
-            self.h = (event.time - self.time) / 3  # reach the event from nearer
+        h = event.time - self.time
+        step = self._step(h)
+        step = None if step is None else self._ending(event, step)
+        given = self.control.fixed is not None
+        if step is None or not (given or self._arrives(event, step)):
+            self.h = h / 3  # reach the event from nearer
             return None
         return step
 
-    def _to_its_end(self, event: Event, longest: float) -> Step | None:
-        """Make a step to an event, and so that it ends right there.
-
-        The polynomial in which it was located is less accurate than a step's end. None if the event
-        then seems to be later than `longest` (s), where no other event was looked for.
-        """
-        h = event.time - self.time
-        for _ in range(LANDINGS):
-            if h > longest:
-                return None
-            step = self._step(h)
-            late = 0.0 if step is None else self.problem.late(event, step)
-            if step is not None and event.bends and abs(late) < END_SHIFT * h:
-                return self._ending(event, step, late)
-            if abs(late) < instant(self.time, EVENT_TIME) or not 0.5 * h < h - late < 1.5 * h:
-                return step
-            h -= late
-        return step
-
-    def _ending(self, event: Event, step: Step, late: float) -> Step | None:
-        """Move a step's end a little to its event, which is `late` (s) before it."""
-        solved = step
+    def _ending(self, event: Event, step: Step) -> Step | None:
+        """Move a step's end a little along its polynomial, to its event."""
+        solved, farthest = step, END_SHIFT * step.h
         for _ in range(CORRECTIONS):
-            if late == 0.0 or abs(late) > END_SHIFT * step.h:
+            late = self.problem.late(event, step)
+            if late == 0.0 or abs(late) > farthest:
                 break
             step = step.ending(step.end - late)
-            late = self.problem.late(event, step)
         return step if step is solved else self._with_its_stages(step)
 
     def _with_its_stages(self, step: Step) -> Step | None:
@@ -305,10 +296,10 @@ class ImplicitStepper:
         finish = step.finish._replace(a=accelerations[-1])
         return step._replace(finish=finish, stages=stages, accelerations=accelerations)
 
-    def _misses(self, event: Event, step: Step) -> bool:
-        """Tell that a step made anew, up to an event, is not good enough."""
-        if event.leaps:  # where a force leaps the error counts anew
-            missed = not self.control.passes(step.error)
-        else:
-            missed = self.problem.misses(event, step)
-        return missed or self.knots.part(step) < 1
+    def _arrives(self, event: Event, step: Step) -> bool:
+        """Tell that a step ends at its event, and that nothing keeps it from being good.
+
+        Where a force leaps its error counts anew.
+        """
+        good = self.control.passes(step.error) if event.leaps else self.problem.arrives(event, step)
+        return good and self.knots.part(step) >= 1

@@ -31,7 +31,7 @@ class Window:
         return min(max(time, self._after), self._before)
 
     def all_inside(self, times: FloatArray) -> FloatArray:
-        """As `inside`, of many times in order; the same array where they are."""
-        if self._after <= times[0] and times[-1] <= self._before:
+        """As `inside`, of times (n,) in order; the same array where they are."""
+        if not len(times) or (self._after <= times[0] and times[-1] <= self._before):
             return times
         return np.minimum(np.maximum(times, self._after), self._before)

@@ -17,10 +17,11 @@ from functools import cached_property
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
+from exudyn_flexlink.engines.histories import push_of
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
-from exudyn_flexlink.engines.lagrangian.recording import Kept
-from exudyn_flexlink.mechanism import approach
+from exudyn_flexlink.engines.lagrangian.recording import LinkKept
+from exudyn_flexlink.engines.recording import Kept
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,16 @@ class Forces:
     model: Model
     kept: Kept
 
+    @property
+    def _own(self) -> LinkKept:
+        own: LinkKept = self.kept.own
+        return own
+
     def drive_torques(self) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
         torques, layout = {}, self.model.layout
         if layout.motor is not None:
-            torques[layout.motor.name] = layout.way * self.kept.motor
+            torques[layout.motor.name] = layout.way * self._own.motor
         for torque, ramp in layout.torques:
             torques[torque.name] = ramp.values(self.kept.t)
         return torques
@@ -48,12 +54,8 @@ class Forces:
             rows = self.kept.press[:, k] != 0
             if not rows.any():
                 continue
-            at = approach(contact, self.kept.poses[rows], self.kept.rates[rows])
-            press = self.kept.press[rows, k]
-            push = press[:, None] * at.normal
-            if contact.friction is not None:
-                rub = contact.friction.force(press, at.slip)
-                push = push + rub[:, None] * at.along
+            at = self._own.poses[rows], self._own.rates[rows]
+            push = push_of(contact, *at, self.kept.press[rows, k])
             found[k, rows] = push if contact.point.part in rods else -push
         return found
 
@@ -71,18 +73,18 @@ class Forces:
     @cached_property
     def slot(self) -> FloatArray:
         """Force of the track on P: all that the link lacks, or what it lacks along the guide."""
-        lacking = _plane(self.kept.momentum_rate) - self._on_link
+        lacking = _plane(self._own.momentum_rate) - self._on_link
         if self.model.layout.play:
             return np.asarray(lacking)
-        normal = self.model.mechanism.slots[0].curve.normal(self.kept.place)
-        along = _plane(np.exp(1j * self.kept.poses[:, self.model.layout.guide.part, 2]))
+        normal = self.model.mechanism.slots[0].curve.normal(self.kept.places[:, 0])
+        along = _plane(np.exp(1j * self._own.poses[:, self.model.layout.guide.part, 2]))
         left = np.sum(lacking * along, axis=1)
         return np.asarray((left / np.sum(normal * along, axis=1))[:, None] * normal)
 
     def joints(self) -> dict[str, FloatArray]:
         """Force of each pivot on its joint's second point."""
         layout = self.model.layout
-        on_guide = _plane(self.kept.momentum_rate) - self._on_link - self.slot + self._of_walls
+        on_guide = _plane(self._own.momentum_rate) - self._on_link - self.slot + self._of_walls
         forces = {layout.guide.joint: self._pivot(layout.guide, on_guide)}
         for lever in layout.levers:
             pushes = np.zeros((len(self.kept.t), 2))
@@ -95,8 +97,8 @@ class Forces:
     def _pivot(self, pivot: Pivot, given_on: FloatArray) -> FloatArray:
         """Force of a pivot whose part gives the force `given_on` on to others."""
         k, numbers = self.model.layout.coordinate(pivot.part), self.model.numbers
-        a, mass = self.kept.accelerations[:, k], self.model.mechanism.parts[pivot.part].mass
-        angle, speed = (own[:, pivot.part, 2] for own in (self.kept.poses, self.kept.rates))
+        a, mass = self._own.accelerations[:, k], self.model.mechanism.parts[pivot.part].mass
+        angle, speed = (own[:, pivot.part, 2] for own in (self._own.poses, self._own.rates))
         swing = (1j * a - speed**2) * numbers.moments[k] * np.exp(1j * angle)
         force = _plane(swing - mass * numbers.gravity) + given_on
         return np.asarray(force if pivot.second else -force)

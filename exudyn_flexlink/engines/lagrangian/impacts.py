@@ -20,6 +20,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED, REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.lagrangian.system import Motion
+from exudyn_flexlink.engines.touching import Change
 from exudyn_flexlink.integrate.events import fall
 from exudyn_flexlink.intervals import Interval
 
@@ -90,7 +91,7 @@ class Impacts:
         place = float(before.place[k])
         hit = self._jump(k, 0.0 if over else e)
         if not over:
-            recorder.hit(k, Interval(
+            problem.touches.bounce(k, Interval(
                 time, time, place, place, hit.approach_speed, hit.separation_speed,
                 hit.impulse, hit.energy_lost, peak_force=inf, motor_work=hit.work,
             ))  # fmt: skip
@@ -99,7 +100,7 @@ class Impacts:
             before, totals = problem.seen, recorder.totals_of(k)
         self._settle(time, k)
         if (over or e == 0) and self._gap_acceleration(k) < 0:
-            problem.begin_contact(time, k, before, totals)
+            problem.change(time, k, Change.CLOSES, before, totals)
 
     def _gap_acceleration(self, k: int) -> float:
         """G'' of a contact as long as it does not act."""
@@ -140,4 +141,4 @@ class Impacts:
             self._jump(k, 0.0)
         for k, rate in rates.items():
             if k != struck and rate > REST_SPEED:
-                problem.end_contact(time, k, off=False)
+                problem.change(time, k, Change.OPENS, problem.seen)

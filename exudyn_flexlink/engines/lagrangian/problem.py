@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
 from functools import partial
 from math import inf, sqrt
 from typing import NamedTuple
@@ -17,7 +16,6 @@ from exudyn_flexlink.engines.lagrangian.model import turning_row
 from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.pair_events import (
-    EXACT,
     NODES,
     POLYNOMIAL,
     Seen,
@@ -26,6 +24,7 @@ from exudyn_flexlink.engines.pair_events import (
     first_of,
     late_by,
 )
+from exudyn_flexlink.engines.touching import Change, Moment, Side
 from exudyn_flexlink.integrate.events import Event, fall, zero
 from exudyn_flexlink.integrate.turning import chebyshev_sum
 from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
@@ -39,15 +38,7 @@ LAST = len(NODES) - 1
 AT_NODES = slice(len(NODES))
 
 
-class Side(IntEnum):
-    """Where the point of a lever's contact is; behind the face, it passed beside it: it is free."""
-
-    APART = 0
-    PRESSED = 1
-    BEHIND = 2
-
-
-class Change(NamedTuple):
+class OfContact(NamedTuple):
     """A contact, of this number, begins or ends."""
 
     contact: int
@@ -82,13 +73,13 @@ class Problem:
         self.q, self.v = q[system.model.first :], v[system.model.first :]
         self.time, self.trouble = 0.0, ""  # what keeps P from being found in a trial step
         contacts = system.contacts
-        self.sides = np.zeros(contacts.faces, dtype=int)
+        self.touches = system.touches
         self.impacts = Impacts(self)
         self._ahead: tuple[Path, Motion, Seen] | None = None  # the last step looked at
         self._speeding = np.zeros(contacts.faces)
         self.seen = Seen(*np.zeros((4, len(contacts.all))))
         self.look_now()
-        self.sides[self.seen.gap[: contacts.faces] < -EXACT] = Side.BEHIND
+        self.touches.start(self.seen.gap[: contacts.faces])
         self._settle_walls(0.0)
 
     # --- where it is --------------------------------------------------------------------------
@@ -127,7 +118,7 @@ class Problem:
         faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
         limits = [2 * TURN / faster if faster > 0 else inf]
         contacts = self.system.contacts
-        for k in np.flatnonzero(self.sides == Side.PRESSED).tolist():
+        for k in np.flatnonzero(self.touches.pressed[: contacts.faces]).tolist():
             _, lossy, transition = contacts.law_numbers(k)
             rate, bend = float(self.seen.gap_rate[k]), float(self._speeding[k])
             if lossy > 0 and abs(rate) >= transition and rate * bend < 0:
@@ -190,21 +181,21 @@ class Problem:
         contacts = self.system.contacts
         if not contacts.all:
             return []
-        path, pressing = self._from_sides(path), self.system.touching
+        path, pressing = self._from_sides(path), self.touches.pressed
         found = self._turns(step, path)
         restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
             if len(walls):
-                return [Event(step.t, Change(int(walls[0])), bends=True)]
+                return [Event(step.t, OfContact(int(walls[0])), bends=True)]
             path, lengths = self._without_ends(path)
             first = first_of(restless, path, lengths, pressing, step.h)
             if first is not None:
                 bends = first[1] >= contacts.faces
-                found.append(Event(step.t + first[0] * step.h, Change(first[1]), bends=bends))
+                found.append(Event(step.t + first[0] * step.h, OfContact(first[1]), bends=bends))
         if contacts.rigid.any():
             lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
-            found += [Event(time, Change(k)) for time, k in lifted]
+            found += [Event(time, OfContact(k)) for time, k in lifted]
         return found
 
     def _from_sides(self, path: Seen) -> Seen:
@@ -213,11 +204,11 @@ class Problem:
         What is held closed is as if behind a face that never opens.
         """
         contacts, faces = self.system.contacts, self.system.contacts.faces
-        closed = contacts.held | (contacts.rigid & self.system.touching)
+        closed = contacts.held | (contacts.rigid & self.touches.pressed)
         if closed.any():
             path = path.closed(closed)
-        behind = np.flatnonzero(self.sides == Side.BEHIND)
-        if faces and len(behind):
+        behind = [k for k in range(faces) if self.touches.sides[k] is Side.BEHIND]
+        if behind:
             way = np.ones(len(closed))
             way[behind] = -1.0
             path = path._replace(gap=way * path.gap, gap_rate=way * path.gap_rate)
@@ -225,8 +216,8 @@ class Problem:
 
     def _without_ends(self, path: Seen) -> tuple[Seen, FloatArray]:
         """Levers' contacts that do not press, as if their faces had no ends; and all lengths."""
-        free = np.zeros(len(self.system.touching), dtype=bool)
-        free[: len(self.sides)] = self.sides != Side.PRESSED
+        free = ~self.touches.pressed
+        free[self.system.contacts.faces :] = False
         place, slip = np.where(free, ON_FACE / 2, path.place), np.where(free, 0.0, path.slip)
         lengths = np.where(free, ON_FACE, self.system.contacts.length)
         return path._replace(place=place, slip=slip), lengths
@@ -234,7 +225,7 @@ class Problem:
     def _turns(self, step: Path, path: Seen) -> list[Event]:
         """Where the force of a lever's contact leaps, as its point turns."""
         found = []
-        for k in np.flatnonzero(self.sides == Side.PRESSED).tolist():
+        for k in np.flatnonzero(self.touches.pressed[: self.system.contacts.faces]).tolist():
             _, lossy, transition = self.system.contacts.law_numbers(k)
             before, after = path.gap_rate[0, k], path.gap_rate[-1, k]
             if lossy == 0 or before * after >= 0 or abs(before) <= AT_REST * transition:
@@ -243,23 +234,23 @@ class Problem:
                 path.gap[None, :, k], step.h * path.gap_rate[None, :, k]
             )
             speed = partial(chebyshev_sum, POLYNOMIAL.derivative(of_gap)[0].tolist())
-            found.append(Event(step.t + step.h * zero(speed, 0.0, 1.0), Change(k), leaps=True))
+            found.append(Event(step.t + step.h * zero(speed, 0.0, 1.0), OfContact(k), leaps=True))
         return found
 
     def _changed(self, time: float, there: int | None = None) -> BoolArray:
         """Walls' pairs that now (s) begin or cease to press, or did so unseen, (c,)."""
         contacts = self.system.contacts
         seen = self._from_sides(self.seen)
-        found = changed(seen, contacts.length, self.system.touching, time, there)
+        found = changed(seen, contacts.length, self.touches.pressed, time, there)
         found[: contacts.faces] = False
         return found
 
     def late(self, event: Event, step: Path) -> float:
         """How long (s) before a step's end a contact's event was; negative: after."""
-        if event.leaps or not isinstance(event.what, Change):
+        if event.leaps or not isinstance(event.what, OfContact):
             return 0.0
         k, contacts = event.what.contact, self.system.contacts
-        if k < contacts.faces and contacts.rigid[k] and self.sides[k] == Side.PRESSED:
+        if k < contacts.faces and contacts.rigid[k] and self.touches.pressed[k]:
             return 0.0
         path, lengths = self._without_ends(self._from_sides(self._nodes(step)[1]))
         return late_by(path.pick(-1), lengths, k, step.t + step.h)
@@ -270,7 +261,7 @@ class Problem:
         """Go to the end of a step, and record it."""
         motion, path = self._nodes(step)
         seen = path.pick(-1)
-        self._speeding = (seen.gap_rate - self.seen.gap_rate)[: len(self.sides)] / step.h
+        self._speeding = (seen.gap_rate - self.seen.gap_rate)[: self.system.contacts.faces] / step.h
         self.time = step.t + step.h
         own, at = self.system.model.first, motion.frame
         self.all_q, self.seen = at.q[LAST], seen
@@ -278,14 +269,11 @@ class Problem:
         self.recorder.take(step, motion)
         self.system.track.u = float(motion.place[LAST])
         contacts = self.system.contacts
-        if contacts.faces:
-            faces = slice(contacts.faces)
-            beside = np.minimum(seen.place, contacts.length - seen.place)[faces] < 0
-            passed = beside & (self.sides != Side.PRESSED)
-            behind = seen.gap[faces][passed] < -EXACT
-            self.sides[passed] = np.where(behind, Side.BEHIND, Side.APART)
+        inside = np.minimum(seen.place, contacts.length - seen.place)[: contacts.faces]
+        for k in np.flatnonzero(inside < 0).tolist():
+            self.touches.beside(k, float(seen.gap[k]))
         for channel in self.system.model.mechanism.channels:
-            walls = self.system.touching & (np.arange(len(seen.gap)) >= contacts.faces)
+            walls = self.touches.pressed & (np.arange(len(seen.gap)) >= contacts.faces)
             if seen.gap[walls].min(initial=0.0) < -deepest_allowed(channel):
                 self.stop(broken_wall(channel), BROKEN_WALL_ADVICE)
 
@@ -322,43 +310,39 @@ class Problem:
         """Let all pairs that do so at an event of `there` begin or cease to press."""
         longest = inf
         for k in np.flatnonzero(self._changed(time, there)).tolist():
-            begins = not self.system.touching[k]
-            self.system.touching[k] = begins
-            if begins:
-                self.recorder.opened(time, k, self.seen, self.recorder.totals_of(k))
+            what = self._happening(k)
+            self.change(time, k, what, self.seen)
+            if what is Change.CLOSES:
                 longest = min(longest, IN_CONTACT * self._halves[k])
-            else:
-                self.recorder.closed(time, k, self.seen, slides_off=False)
         return longest
 
-    def _change_face(self, time: float, k: int) -> float:
-        side, contacts = self.sides[k], self.system.contacts
+    def _happening(self, k: int) -> Change:
         gap, place = float(self.seen.gap[k]), float(self.seen.place[k])
-        inside = min(place, contacts.length[k] - place)
-        if side == Side.BEHIND or (side == Side.APART and inside < 0):
-            self.sides[k] = Side.APART if side == Side.BEHIND else Side.BEHIND
+        return self.touches.crossing(k, gap, min(place, self.system.contacts.length[k] - place))
+
+    def _change_face(self, time: float, k: int) -> float:
+        what, rigid = self._happening(k), bool(self.system.contacts.rigid[k])
+        if what is Change.PASSES:
+            self.change(time, k, what, self.seen)
             return inf
-        off = side == Side.PRESSED and inside < (EXACT if contacts.rigid[k] else -gap)
-        jumps = off or (side == Side.APART and bool(contacts.rigid[k]))
-        self.recorder.keep_last(before=jumps)
-        longest = inf
-        if side == Side.PRESSED:
-            self.end_contact(time, k, off=off)
-        elif contacts.rigid[k]:
+        begins = what is Change.CLOSES
+        self.recorder.keep_last(before=what is Change.SLIDES_OFF or (begins and rigid))
+        if begins and rigid:
             self.impacts.meet(time, k)
         else:
-            self.begin_contact(time, k, self.seen, self.recorder.totals_of(k))
-            longest = IN_CONTACT * self._halves[k]
+            self.change(time, k, what, self.seen)
         self.recorder.keep(self.begin_motion())
-        return float(longest)
+        return float(IN_CONTACT * self._halves[k]) if begins and not rigid else inf
 
-    def begin_contact(self, time: float, k: int, seen: Seen, totals: tuple[float, float]) -> None:
-        """A lever's contact begins to press, where it is `seen`; `totals` are those so far."""
-        self.sides[k], self.system.touching[k] = Side.PRESSED, True
-        self.recorder.opened(time, k, seen, totals)
-
-    def end_contact(self, time: float, k: int, *, off: bool) -> None:
-        """It ends: the point slid `off` an end of the face, or leaves it."""
-        self.sides[k] = Side.BEHIND if off else Side.APART
-        self.system.touching[k] = False
-        self.recorder.closed(time, k, self.seen, slides_off=off)
+    def change(
+        self,
+        time: float,
+        k: int,
+        what: Change,
+        seen: Seen,
+        since: tuple[float, float] | None = None,
+    ) -> None:
+        """Let a contact begin or end, where it is `seen`; what it takes counts from `since` on."""
+        totals = self.recorder.totals_of(k) if since is None else since
+        now = Moment(time, float(seen.place[k]), float(seen.gap_rate[k]), totals)
+        self.touches.change(k, what, now)

@@ -16,11 +16,11 @@ from time import perf_counter
 import numpy as np
 import scipy
 
-from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting, keeping
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.forces import Forces
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
@@ -39,10 +39,8 @@ from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     Mechanism,
-    approach,
     end_of_run,
     half_period,
-    pair_sides,
     pairs,
     sample_times,
     turn_goal,
@@ -50,12 +48,10 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import (
     INTERRUPTED,
-    ContactHistory,
     EnergyHistory,
     Event,
     Outcome,
     Result,
-    SleeveHistory,
 )
 from exudyn_flexlink.scene import Scene
 
@@ -177,10 +173,18 @@ def finish(prepared: Prepared, complaint: str) -> Result:
     """Put the Result together; its timings are still to come."""
     recorder, model, mechanism = prepared.recorder, prepared.model, prepared.model.mechanism
     kept = recorder.all_kept()
-    poses, rates, forces = kept.poses, kept.rates, Forces(model, kept)
-    deepest = float(recorder.seeker.deepest.max(initial=0.0))
+    (poses, rates), forces, deepest = (
+        recorder.motion(kept),
+        Forces(model, kept),
+        recorder.seeker.deepest,
+    )
+    places = prepared.problem.seen.place
+    histories = Histories(
+        mechanism, poses, rates, kept.press, deepest,
+        lambda first, count: recorder.intervals(first, places[first:][:count]),
+    )  # fmt: skip
     by_explicit = isinstance(prepared.stepper, ExplicitStepper)
-    energies = recorder.energies(kept)
+    energies = recorder.energies(kept, poses, rates)
     return Result(
         scene=prepared.scene,
         engine="lagrangian",
@@ -201,41 +205,16 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         joint_forces=forces.joints(),
         slot_forces={mechanism.slots[0].name: forces.slot},
         spring_forces={},  # linear springs are refused
-        contacts=_contacts(prepared, poses, rates, kept.press),
+        contacts=histories.contacts(),
         bearings={},
-        sleeves=_sleeves(prepared, kept.press),
+        sleeves=histories.sleeves(),
         energy=EnergyHistory(*energies.T),
         extremes=recorder.seeker.extremes(),
         laps=tuple(lap for lap in prepared.laps if lap.time < prepared.solution.end),
-        checks=checks(prepared.stepper, recorder, deepest),
+        checks=checks(prepared.stepper, recorder, float(deepest.max(initial=0.0))),
         warnings=tuple(passed_on(prepared.problem.impacts.together, "each in turn")),
         outcome=_outcome(prepared, complaint),
     )  # fmt: skip
-
-
-def _contacts(
-    prepared: Prepared, poses: FloatArray, rates: FloatArray, press: FloatArray
-) -> dict[str, ContactHistory]:
-    histories, seen = {}, prepared.problem.seen
-    for k, contact in enumerate(prepared.model.mechanism.contacts):
-        at = approach(contact, poses, rates)
-        touches = prepared.recorder.touches(k, 1, seen)
-        histories[contact.name] = ContactHistory(at.gap, at.place, press[:, k], touches)
-    return histories
-
-
-def _sleeves(prepared: Prepared, press: FloatArray) -> dict[str, SleeveHistory]:
-    found, recorder = {}, prepared.recorder
-    first = prepared.system.contacts.faces
-    for channel in prepared.model.mechanism.channels:
-        names = tuple(contact.name for contact in pairs(channel))
-        free = channel.clearance > 0
-        touches = recorder.touches(first, len(names) if free else 0, prepared.problem.seen)
-        deepest = float(recorder.seeker.deepest[first:].max(initial=0.0))
-        found[channel.name] = SleeveHistory(
-            names, pair_sides(channel), press[:, first:], touches, deepest
-        )
-    return found
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

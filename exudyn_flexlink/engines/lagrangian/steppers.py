@@ -18,11 +18,12 @@ from exudyn_flexlink.integrate.explicit import Dense
 from exudyn_flexlink.integrate.problem import Evaluation, Press, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import slow_motions
+from exudyn_flexlink.integrate.stepper import HybridProblem
 
 LEAST_SINE = 1e-9  # of the angle between guide and track
 
 
-class ImplicitProblem(Problem):
+class ImplicitProblem(Problem, HybridProblem):
     """The problem as `integrate.stepper` and `integrate.radau` ask for it."""
 
     differences = None  # many coordinates, and forces that leap
@@ -134,27 +135,11 @@ class ImplicitProblem(Problem):
         stiffness = self.system.model.numbers.stiffness[first:, first:]
         return slow_motions(at.mass, stiffness, self._end, self._least)
 
-    def repartition_due(self) -> bool:
-        """Coordinates are always the same."""
-        return False
-
     def slipped(self, step: Step) -> float:
         """How far (m) P, which follows the guide's angle, ended from where its speed takes it."""
         begin, stages = step.begin.kept.frame, step.stages.kept.frame
         moved = step.h * (WEIGHTS @ stages.going[:, 0])
         return float(abs(stages.points[-1, 0] - begin.points[0] - moved))
-
-    def overlooked(self, step: object, allowed: float) -> float:  # noqa: ARG002
-        """Drives are numbers with ramps, whose ends are stops."""
-        return 1.0
-
-    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:  # noqa: ARG002
-        """At a dead centre there is no motion."""
-        return False, False, False
-
-    def misses(self, event: Event, step: object) -> bool:  # noqa: ARG002
-        """A step ends right at its event; see `late`."""
-        return False
 
 
 class ExplicitStep(NamedTuple):

@@ -13,6 +13,7 @@ from exudyn_flexlink.engines.lagrangian.contacts import Contacts, Pushed
 from exudyn_flexlink.engines.lagrangian.equations import Frame, frame_of, mass_and_force
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
+from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.result import Event
 
 BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a held contact (Baumgarte 1972)
@@ -66,12 +67,12 @@ def joined(parts: Sequence[Motion]) -> Motion:
 
 
 class System:
-    """The equations of a model, with the contacts that press now: `touching` (c,) of them."""
+    """The equations of a model, with the contacts that press now."""
 
     def __init__(self, model: Model, laps: list[Event]) -> None:
         self.model = model
         self.contacts = Contacts(model)
-        self.touching = np.zeros(len(self.contacts.all), dtype=bool)
+        self.touches = Touches(self.contacts.all, self.contacts.faces)
         state, layout = model.assembly.state, model.layout
         slot = model.mechanism.slots[0]
         self.track = TrackPoint(slot, float(state.places[0]), state.laps[0], laps)
@@ -85,12 +86,12 @@ class System:
     @property
     def giving_way(self) -> IndexArray:
         """Contacts that press with a penalty."""
-        return np.flatnonzero(self.touching & ~self.contacts.rigid)
+        return np.flatnonzero(self.touches.pressed & ~self.contacts.rigid)
 
     @property
     def held(self) -> IndexArray:
         """Contacts by impulse whose gaps stay closed."""
-        return np.flatnonzero(self.touching & self.contacts.rigid)
+        return np.flatnonzero(self.touches.pressed & self.contacts.rigid)
 
     @property
     def dead_centre(self) -> str:

@@ -19,14 +19,18 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.curves import Evaluator
-from exudyn_flexlink.engines.exudyn.minimal.closure_solver import ROUNDING, ClosureSolver, Placed
+from exudyn_flexlink.engines.exudyn.minimal.closure_solver import (
+    ROUNDING,
+    ClosureSolver,
+    Partition,
+    Placed,
+    StepStages,
+    partition,
+)
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closures
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, StepEnd, TreeState
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
-from exudyn_flexlink.engines.exudyn.minimal.partition import Partition, partition
-from exudyn_flexlink.engines.exudyn.minimal.step_stages import StepStages
-from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
+from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.integrate.radau import Step
@@ -152,7 +156,7 @@ class ClosedCoordinates:
         return self._moving(t, v, self._placed(t, self._guess(t, z)))
 
     def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps of which `end_of` has told the end."""
+        """As `states`, at instants within several steps since the last event."""
         nodes = np.array([_at_nodes(step) for step in at.steps])
         z, v = at.coordinates()
         return self._moving(at.t, v, self._placed(at.t, self._filled(at.t, z, at.through(nodes))))

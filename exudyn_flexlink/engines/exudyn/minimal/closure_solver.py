@@ -6,11 +6,75 @@ from itertools import count
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import qr
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
-from exudyn_flexlink.engines.exudyn.minimal.partition import Partition
 from exudyn_flexlink.engines.track_follower import DeadCentreError
+from exudyn_flexlink.integrate.collocation import STAGES, C
+from exudyn_flexlink.integrate.events import EVENT_TIME
+
+RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
+
+
+class Partition(NamedTuple):
+    """Indices of dependent and independent coordinates, and of the closures' rows in use."""
+
+    dependent: IndexArray
+    free: IndexArray
+    rows: IndexArray
+
+
+def partition(jacobian: FloatArray, known: IndexArray) -> Partition:
+    """Choose by pivoting the closures' scaled Jacobian (rows, coordinates).
+
+    The `known` coordinates are those of motors: neither independent nor dependent, and their
+    columns are 0. Rows that others imply are left out.
+    """
+    upper, order = qr(jacobian, mode="r", pivoting=True)
+    pivots = np.abs(np.diag(upper))
+    rank = int(np.sum(pivots > RANK * pivots[0]))
+    dependent = np.sort(order[:rank])
+    rows = np.sort(qr(jacobian[:, dependent].T, mode="r", pivoting=True)[1][:rank])
+    fixed = {*dependent.tolist(), *known.tolist()}
+    free = np.array([i for i in range(jacobian.shape[1]) if i not in fixed], dtype=int)
+    return Partition(dependent, free, rows)
+
+
+CLOSE = 1e-9  # of a step: instants so little before it are within
+FARTHEST = 2.0  # lengths of a step beyond its end: so far its polynomial tells places
+DEGREES = np.arange(STAGES)
+BY_STAGES = np.linalg.inv(C[:, None] ** DEGREES)  # coefficients of the polynomial through stages
+
+
+class StepStages(NamedTuple):
+    """Instants (stages,), s, independent coordinates z (stages, independent), and all y.
+
+    `reach` (stages, all, independent) are the derivatives of y by z.
+    """
+
+    t: FloatArray
+    z: FloatArray
+    y: FloatArray
+    reach: FloatArray
+
+    def near(self, t: FloatArray, z: FloatArray) -> FloatArray | None:
+        """Coordinates (n, all) about those at instants (n,) with these independent ones.
+
+        None where those are far: there another way of closing the loops may be nearer.
+        """
+        if t is self.t or np.array_equal(t, self.t):
+            return np.asarray(self.y + (self.reach @ (z - self.z)[:, :, None])[:, :, 0])
+        h = max((self.t[-1] - self.t[0]) / (C[-1] - C[0]), EVENT_TIME)
+        parts = 1 + (t - self.t[-1]) / h
+        if parts.min() < -CLOSE or parts.max() > 1 + FARTHEST:
+            return None
+        weights = parts[:, None] ** DEGREES @ BY_STAGES
+        _, coordinates, free = self.reach.shape
+        reach = weights @ self.reach.reshape(STAGES, coordinates * free)
+        moved = reach.reshape(len(t), coordinates, free) @ (z - weights @ self.z)[:, :, None]
+        return np.asarray(weights @ self.y + moved[:, :, 0])
+
 
 MOST_ITERATIONS = 12
 NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre

@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
+from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
-from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.mechanism import Anchor, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import TreeLayout
 

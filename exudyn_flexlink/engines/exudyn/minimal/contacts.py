@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from math import inf, tanh
 
 import numpy as np
@@ -21,49 +20,17 @@ from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
-OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 AT_REST = 0.1  # of the speed at which the force changes from loading to unloading
 
 
-class Side(Enum):
-    """Where the point is; behind the face it came beside it, and is not held."""
-
-    APART = "apart"
-    PRESSED = "pressed"
-    BEHIND = "behind"
-
-
 class MinimalContact:
-    """A contact of any shape; both parts may be anywhere in the tree, or on the ground.
-
-    `peak` (N) is the largest force since it began to press.
-    """
+    """A contact of any shape; both parts may be anywhere in the tree, or on the ground."""
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
-        self.side = Side.APART
-        self.peak = 0.0
         self._shape = shape_of(layout, contact)
         self.length = self._shape.length
         self._count = len(layout.links)
-
-    @property
-    def acts(self) -> bool:
-        """Whether it presses."""
-        return self.side is Side.PRESSED
-
-    def passes_line(self, touch: Touch) -> bool:
-        """Take up that the point crosses the line of the face, but beside it or from behind.
-
-        False where it meets the face.
-        """
-        if touch.inside < 0:
-            self.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
-        elif self.side is Side.BEHIND:
-            self.side = Side.APART
-        else:
-            return False
-        return True
 
     def touch(self, x: FloatArray, v: FloatArray) -> Touch:
         """Gap, place and rates at coordinates and speeds of the tree."""
@@ -74,14 +41,13 @@ class MinimalContact:
 
     @property
     def along_curve(self) -> OnCurve | None:
-        """Its shape, if it presses on a curve: it is followed along the pieces of that."""
-        shape = self._shape
-        return shape if self.acts and isinstance(shape, OnCurve) else None
+        """Its shape, if that is a curve: what presses is followed along its pieces."""
+        return self._shape if isinstance(self._shape, OnCurve) else None
 
-    def follow(self, x: FloatArray) -> None:
+    def follow(self, x: FloatArray, *, presses: bool) -> None:
         """Take up a state in which the contact goes on, begins or ends."""
         if isinstance(self._shape, OnCurve):
-            if self.acts:
+            if presses:
                 self._shape.follow(x.tolist())
             else:
                 self._shape.free()
@@ -91,7 +57,7 @@ class MinimalContact:
 
         0 if it is not about to.
         """
-        if not self.acts or touch.slip == 0 or touch.inside == inf:
+        if touch.slip == 0 or touch.inside == inf:
             return 0.0
         beyond = touch.place - self.length if touch.slip > 0 else touch.place
         return beyond / touch.slip if abs(beyond) <= NEAR_END * self.length else 0.0

@@ -13,9 +13,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
-from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.transform import Transform, Which
+from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide, TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.within import Within
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
@@ -58,16 +57,6 @@ class StepEnd(NamedTuple):
     exact: bool
 
 
-def joined(states: Sequence[TreeState]) -> TreeState:
-    """Coordinates of several instants each, all in a row."""
-    *columns, transforms = zip(*states, strict=True)
-    transform: Transform = transforms[0]
-    if transform.chosen is None:
-        transform = Transform(np.concatenate([own.matrix for own in transforms]))
-    whole = [np.concatenate(own) for own in columns]
-    return TreeState(*whole, transform)  # type: ignore[arg-type, call-arg]
-
-
 class Coordinates(Protocol):
     """How the coordinates of a tree follow from the independent ones.
 
@@ -103,7 +92,7 @@ class Coordinates(Protocol):
         """
 
     def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps of which `end_of` has told the end."""
+        """As `states`, at instants within several steps since the last event."""
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
         """A step ended here, with these accelerations of the independent coordinates."""
@@ -206,15 +195,21 @@ class OpenCoordinates(Coordinates):
 
     def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates at instants, from the independent ones and their speeds."""
+        return self._following(t, z, v)
+
+    def _following(
+        self, t: FloatArray, z: FloatArray, v: FloatArray, near: FloatArray | None = None
+    ) -> TreeState:
+        """As `states`; places are searched from those (n, slots) that are known to be near."""
         free = len(self.free)
-        state = self._with_free(self._known(t), z[:, :free], v[:, :free])
+        state = self._with_free(self._known(t, near), z[:, :free], v[:, :free])
         if not self._follows:
             return state
         reach = np.empty((len(t), *self._picks.shape))
         reach[:] = self._picks
         places, rates = np.zeros((2, len(t), self._slots))
         state = TreeState(state.x, state.v, state.b.copy(), places, rates, Transform(reach))
-        self._slide(state)
+        self._slide(state, near)
         self._ride(state, z[:, free:], v[:, free:])
         return state
 
@@ -237,10 +232,10 @@ class OpenCoordinates(Coordinates):
         return StepEnd(end, exact=True)
 
     def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps of which `end_of` has told the end."""
+        """As `states`, at instants within several steps since the last event."""
         kept = [(step.begin.kept.state, step.stages.kept.state) for step in at.steps]
         nodes = np.array([[begin.places, *stages.places] for begin, stages in kept])
-        return self._with_free(self._known(at.t, at.through(nodes)), *at.coordinates())
+        return self._following(at.t, *at.coordinates(), at.through(nodes))
 
     def _known(self, t: FloatArray, near: FloatArray | None = None) -> TreeState:
         """What depends on time alone: motors, and slides of guides that those turn.

@@ -14,16 +14,16 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     MinimalContact,
     PenaltyContact,
     RigidContact,
-    Side,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinks import KinkWatch
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
-from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
+from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
+from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import GAP_ROUNDING, Event, fall, farthest, first_fall, zero
+from exudyn_flexlink.integrate.events import Event, fall, farthest, first_fall, zero
 from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
@@ -69,6 +69,7 @@ class EventFinder:
         self, model: MinimalModel, goal: Goal | None, x: FloatArray, v: FloatArray
     ) -> None:
         self.model, self.goal = model, goal
+        self._sides = model.touches
         self.touches = [contact.touch(x, v) for contact in model.contacts]
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
@@ -81,11 +82,15 @@ class EventFinder:
         self.walls.accept(end)
         before, h, self.x = self.touches, step.h, end.x
         self.touches = self._at_end(end)
-        for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
+        for k, (touch, old) in enumerate(zip(self.touches, before, strict=True)):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
-            if not contact.acts and touch.inside < 0:
-                contact.side = Side.BEHIND if touch.gap < -GAP_ROUNDING else Side.APART
-            contact.follow(end.x)
+            if touch.inside < 0:
+                self._sides.beside(k, touch.gap)
+            self.model.contacts[k].follow(end.x, presses=self.presses(k))
+
+    def presses(self, k: int) -> bool:
+        """Tell whether contact k does."""
+        return bool(self._sides.pressed[k])
 
     def first(self, step: Step, end: TreeState) -> Event | None:
         """What happens first within the step, which ends at these coordinates."""
@@ -151,7 +156,7 @@ class EventFinder:
         """
         stages, points = step.stages.kept.state, self.model.coordinates.points
         leaving = self._leaving(np.vstack([stages.places[:-1], end.places]), -SEAM)
-        curves = [contact.along_curve for contact in self.model.contacts]
+        curves = [self.model.contacts[k].along_curve for k in self.model.pressed_of_scene]
         followed: list[Following] = [
             *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),
             *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
@@ -194,7 +199,7 @@ class EventFinder:
             time = self._change(contact, k, step)
             if time is not None:
                 found.append(Event(time, ContactChange(k)))
-            elif contact.acts and isinstance(contact, PenaltyContact):
+            elif self.presses(k) and isinstance(contact, PenaltyContact):
                 turn = self._turn(contact, k, step)
                 if turn is not None:
                     found.append(Event(turn, ContactChange(k), leaps=True))
@@ -219,11 +224,11 @@ class EventFinder:
         """When within the step a contact's state changes; None if it does not."""
         if self._surely_unchanged(contact, k, step):
             return None
-        if isinstance(contact, RigidContact) and contact.acts:
-            return first_fall(partial(self._holds, contact, k, step), None, (step.t, step.end))
-        if contact.acts:
-            return first_fall(partial(self._stays, contact, step), None, (step.t, step.end))
-        way = 1.0 if contact.side is Side.APART else -1.0
+        if self.presses(k):
+            rigid = isinstance(contact, RigidContact)
+            stays = partial(self._holds, contact, k) if rigid else partial(self._stays, contact)
+            return first_fall(partial(stays, step), None, (step.t, step.end))
+        way = 1.0 if self._sides.sides[k] is Side.APART else -1.0
 
         def gap(t: float) -> float:
             return way * self._touch(contact, step, t).gap
@@ -238,7 +243,7 @@ class EventFinder:
         touch = self._touch(contact, step, t)
         return min(-touch.gap, touch.inside)
 
-    def _holds(self, contact: RigidContact, k: int, step: Step, t: float) -> float:
+    def _holds(self, contact: MinimalContact, k: int, step: Step, t: float) -> float:
         """Value that is positive as long as a rigid contact presses (N), on its face (m)."""
         q, v = step.at(np.array([t]))
         at = self.model.evaluate(t, q[0], v[0]).kept
@@ -247,7 +252,7 @@ class EventFinder:
     def _surely_unchanged(self, contact: MinimalContact, k: int, step: Step) -> bool:
         """Tell from both ends, or from the stages, that nothing can have changed in between."""
         ends = self.touches[k], self._at_end(self._at(step, step.end))[k]
-        apart = contact.side is not Side.PRESSED
+        apart = not self.presses(k)
         if apart and (_beside(contact.length, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
             return True
         x, v = step.stages.kept.state[:2]

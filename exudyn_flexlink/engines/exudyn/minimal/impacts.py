@@ -25,18 +25,18 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.intervals import Entry
-from exudyn_flexlink.engines.exudyn.minimal.contacts import OFF_THE_END, RigidContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, mobility
+from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.complementarity import complementary
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.intervals import ContactEvent, Interval
+from exudyn_flexlink.intervals import Interval
 
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding
 SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
@@ -107,6 +107,7 @@ class Impacts:
 
     def __post_init__(self) -> None:
         self.together: list[tuple[float, list[str]]] = []  # s, and contacts with one impact
+        self.hits: list[tuple[int, Interval]] = []  # by the number of the contact
         names = [contact.name for contact in self.model.assembly.mechanism.touching]
         self._bounces = {
             k: Bounces(names[k], contact.restitution) for k, contact in self._contacts.items()
@@ -118,14 +119,14 @@ class Impacts:
 
     def change(self, time: float, k: int) -> None:
         """Contact k closes, opens, or its point passes the face's line beside it."""
-        contact, touch = self._contacts[k], self.finder.touches[k]
-        if contact.acts:
-            off = touch.inside < OFF_THE_END
-            contact.side = Side.BEHIND if off else Side.APART
-            self._tell(time, k, "leaves the face" if off else "contact ends")
-            self._rest(time, self.model.rigid.closed())
-        elif not contact.passes_line(touch):
+        touch = self.finder.touches[k]
+        what = self.model.touches.crossing(k, touch.gap, touch.inside)
+        if what is Change.CLOSES:
             self._meet(time, k)
+            return
+        self._change(time, k, what)
+        if what is not Change.PASSES:
+            self._rest(time, self.model.rigid.closed())
 
     # --- impacts ------------------------------------------------------------------------------
 
@@ -138,7 +139,7 @@ class Impacts:
         free = gaps.free @ at.accelerations + gaps.bend
         over = np.array(
             [
-                self._contacts[k].acts or is_over(-gaps.touching[c, 1], restitution[c], free[c])
+                self.finder.presses(k) or is_over(-gaps.touching[c, 1], restitution[c], free[c])
                 for c, k in enumerate(which)
             ]
         )
@@ -158,16 +159,16 @@ class Impacts:
             if e == 0 and self.finder.touches[k].gap_rate <= slow[k]
         ]
         for k in which:
-            if self._contacts[k].acts and k not in resting:
-                self._open(time, k)
+            if self.finder.presses(k) and k not in resting:
+                self._change(time, k, Change.OPENS)
         stopped = [k for k, ended in zip(which, over, strict=True) if ended]
         self._rest(time, resting, struck, {k: max(0.0, -touches[k].gap_rate) for k in stopped})
 
     def _is_closed(self, time: float, k: int) -> bool:
-        contact, touch = self._contacts[k], self.finder.touches[k]
-        if contact.acts:
+        if self.finder.presses(k):
             return True
-        apart = contact.side is Side.APART and touch.inside >= 0
+        touch = self.finder.touches[k]
+        apart = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
         return apart and touch.gap_rate <= REST_SPEED and meets(touch, time)
 
     def _jump(self, time: float, jump: Jump, which: Sequence[int], over: BoolArray) -> None:
@@ -177,11 +178,13 @@ class Impacts:
         end = self.model.state(time, z, v + jump.speeds)
         coordinates.settle(time, end, np.zeros(len(z)))
         self.finder.look_again(end)
-        self.recorder.leap(which, jump.impulse, jump.lost, float(jump.motor_work.sum()))
         for c, k in enumerate(which):
+            own = (jump.impulse[c], jump.lost[c], jump.motor_work[c])
+            self.recorder.leap(k, *map(float, own))
             if not over[c] and jump.impulse[c] > 0:
                 hit = _interval(time, before[k].place, jump, c)
-                self.recorder.impacts.append((k, hit))
+                self.hits.append((k, hit))
+                self.model.touches.bounce(k, hit)
                 endless = self._bounces[k].endless(time, hit.approach_speed)
                 self.endless = self.endless or endless
 
@@ -200,10 +203,9 @@ class Impacts:
         """
         if not resting:
             return
-        acting = {k for k in resting if self._contacts[k].acts}
-        for k in resting:
-            self._contacts[k].side = Side.APART
-        at, gaps = self._look(time, resting)
+        with self.model.touches.without(resting):
+            at, gaps = self._look(time, resting)
+            soon = None if struck is None else self._free_soon(time, resting)
         now = at.accelerations
         free = gaps.free @ now + gaps.bend
         moved = mobility(gaps, at.mass)[1]
@@ -211,25 +213,21 @@ class Impacts:
         # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
         # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
-        soonest = free if struck is None else np.minimum(free, self._free_soon(time, resting))
+        soonest = free if soon is None else np.minimum(free, soon)
         still = soonest + moved @ press <= NO_ACCELERATION * parts
         pressed = (press > 0) | (still & (np.array(resting) == struck))
         for k, pressing in zip(resting, pressed.tolist(), strict=True):
-            contact = self._contacts[k]
-            contact.side = Side.PRESSED if pressing else Side.APART
-            if pressing and k not in acting:
-                contact.peak = 0.0
-                self._tell(time, k, "contact begins", approach.get(k, 0.0))
-            elif k in acting and not pressing:
-                self._open(time, k)
+            if pressing and not self.finder.presses(k):
+                self._change(time, k, Change.CLOSES, -approach.get(k, 0.0))
+            elif self.finder.presses(k) and not pressing:
+                self._change(time, k, Change.OPENS)
 
-    def _open(self, time: float, k: int) -> None:
-        self._contacts[k].side = Side.APART
-        self._tell(time, k, "contact ends")
-
-    def _tell(self, time: float, k: int, kind: ContactEvent, approach: float = 0.0) -> None:
-        touch, peak = self.finder.touches[k], self._contacts[k].peak
-        self.recorder.note(Entry(time, k, kind, touch, approach, peak))
+    def _change(self, time: float, k: int, what: Change, rate: float | None = None) -> None:
+        """Contact k begins or ends, with the `rate` of its gap (m/s) if that is not the present."""
+        touch = self.finder.touches[k]
+        rate = touch.gap_rate if rate is None else rate
+        now = Moment(time, touch.place, rate, self.recorder.totals_of(k))
+        self.model.touches.change(k, what, now)
 
     # --- the state now ------------------------------------------------------------------------
 

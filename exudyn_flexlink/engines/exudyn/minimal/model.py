@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
@@ -25,20 +25,20 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     OpenCoordinates,
     TreeState,
 )
-from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
+from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     PartPoints,
+    Transform,
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
 from exudyn_flexlink.engines.exudyn.minimal.rigid import RigidContacts
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
-from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.engines.pressing import press_by
+from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.integrate.window import Window
@@ -64,7 +64,7 @@ class TreeForces(NamedTuple):
     wall: WallPush | None  # what pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
-    def pick(self, which: int | slice | None) -> TreeForces:
+    def pick(self, which: int | slice | IndexArray | None) -> TreeForces:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
         wall = None if self.wall is None else self.wall.pick(which)
         return TreeForces(
@@ -94,8 +94,10 @@ class MinimalModel:
         self.window = Window()
         self.trouble: NoValueError | None = None  # of the last evaluation that failed
         self.contacts = [contact_of(layout, contact) for contact in mechanism.touching]
-        self.rigid = RigidContacts(self.contacts)
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
+        pairs = [*mechanism.touching, *self.walls.contacts]
+        self.touches = Touches(pairs, len(self.contacts))
+        self.rigid = RigidContacts(self.contacts, self.touches)
         self._build()
 
     # --- building -----------------------------------------------------------------------------
@@ -224,23 +226,15 @@ class MinimalModel:
                 pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i])
         return pushes, touching
 
-    @property
-    def left_to_itself(self) -> bool:
-        """Whether forces follow from coordinates and time alone, and are told everywhere.
-
-        They are not where something presses, nor where a formula may have no value.
-        """
-        return not (self.loads.by_formula or self.acting().any())
-
-    def acting(self) -> BoolArray:
-        """Tell which contacts press: those of the scene and of bearings, then pairs of sleeves."""
-        of_scene = [contact.acts for contact in self.contacts]
-        return np.concatenate([np.array(of_scene, dtype=bool), self.walls.touching])
-
     def giving_way(self) -> list[tuple[int, PenaltyContact]]:
         """Numbered contacts with a penalty force that acts."""
-        all_of_them = enumerate(self.contacts)
-        return [(k, c) for k, c in all_of_them if c.acts and isinstance(c, PenaltyContact)]
+        acting = [(k, self.contacts[k]) for k in self.pressed_of_scene]
+        return [(k, own) for k, own in acting if isinstance(own, PenaltyContact)]
+
+    @property
+    def pressed_of_scene(self) -> list[int]:
+        """Contacts that press, but for pairs of link and guide."""
+        return [k for k in self.touches.pressing if k < len(self.contacts)]
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs, dampers, loads, walls, friction, round contacts, and what rigid ones hold.
@@ -303,7 +297,7 @@ class MinimalModel:
     @property
     def differences(self) -> FloatArray | None:
         """As `shifts`, where coordinates are few and all is smooth; see `integrate.problem`."""
-        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.acting().any():
+        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.touches.pressing:
             return None
         return None if self.coordinates.on_dead_centre(at_stop=False)[0] else self.shifts()
 
@@ -317,16 +311,10 @@ class MinimalModel:
         """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
         return state.b + state.transform.expanded(free)
 
-    def constraint_forces(
-        self, instants: Sequence[TreeForces], accelerations: FloatArray
-    ) -> FloatArray:
-        """Those of motors, slots and loops (n, links), where all coordinates accelerate so.
-
-        The instants (n,) are several of each `TreeForces`, in a row.
-        """
-        mass = np.concatenate([whole.mass for whole in instants])
-        force = np.concatenate([whole.force for whole in instants])
-        return np.asarray((mass @ accelerations[:, :, None])[:, :, 0] - force)
+    @staticmethod
+    def constraint_forces(at: TreeForces, accelerations: FloatArray) -> FloatArray:
+        """Those of motors, slots and loops (n, links), where all coordinates accelerate so."""
+        return np.asarray((at.mass @ accelerations[:, :, None])[:, :, 0] - at.force)
 
     # --- places on curves ---------------------------------------------------------------------
 

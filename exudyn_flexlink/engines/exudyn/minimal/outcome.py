@@ -9,21 +9,18 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.ending import checks
-from exudyn_flexlink.engines.exudyn.histories import Histories, push_of
-from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
-from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder, TreeKept
 from exudyn_flexlink.engines.exudyn.reporting import versions
+from exudyn_flexlink.engines.histories import Histories, push_of
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
-from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     GROUND,
     Contact,
-    approach,
     force_at,
     left_of,
     line_of,
@@ -56,31 +53,23 @@ class RunReader:
     def __init__(self, run: MinimalRun) -> None:
         self.run = run
         self.model, self.mechanism = run.model, run.model.assembly.mechanism
-        recorder = run.recorder
-        samples = recorder.samples.kept
-        self.time, self.x, self.v = (
-            np.array([getattr(sample, name) for sample in samples]) for name in ("time", "x", "v")
-        )
-        self.places = np.array([s.places for s in samples]).reshape(len(samples), -1)
-        self.pressed = np.array([s.pressed for s in samples])
-        self.a, self.constraint_forces, self.totals = (
-            np.concatenate(rows)
-            for rows in (
-                recorder.samples.accelerations,
-                recorder.samples.constraint_forces,
-                recorder.totals,
-            )
-        )
-        model = self.model
-        self.moved: Motions = motions(model.layout, model.kinematics, self.x, self.v, self.a)
+        self.kept = run.recorder.all_kept()
+        own: TreeKept = self.kept.own
+        self.time, model = self.kept.t, self.model
+        self.moved: Motions = motions(model.layout, model.kinematics, own.x, own.v, own.a)
         self.pulls = {
             spring: spring_force(spring, self.moved.poses, self.moved.rates)
             for spring in self.mechanism.linear_springs
         }
-        self.pressing = np.zeros(self.pressed.shape)
         self.on_points = self._pressing()
+        recorder = run.recorder
         self.histories = Histories(
-            self.mechanism, self.moved.poses, self.moved.rates, self.pressing, self._written()
+            self.mechanism,
+            self.moved.poses,
+            self.moved.rates,
+            self.kept.press,
+            recorder.seeker.deepest,
+            lambda first, count: recorder.intervals(first, run.problem.places[first:][:count]),
         )
         self.forces = {
             force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
@@ -89,7 +78,7 @@ class RunReader:
         self.force_parts = {
             force.name: (force.point.part, GROUND) for force in self.mechanism.forces
         }
-        self.reactions = reactions_of(model, self.x, self.places, self.constraint_forces)
+        self.reactions = reactions_of(model, own.x, self.kept.places, own.forces)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
                 line = line_of(motor.slide, self.moved.poses)
@@ -97,18 +86,13 @@ class RunReader:
                 self.force_parts[motor.name] = motor.second, motor.first
 
     def _pressing(self) -> list[tuple[Contact, FloatArray]]:
-        """Fill in the forces of contacts; return those (samples, 2) on the first parts, N."""
-        found = []
-        for k in np.flatnonzero(self.pressed.any(axis=0)).tolist():
-            contact, rows = self.run.recorder.contacts[k], self.pressed[:, k]
-            at = approach(contact, self.moved.poses[rows], self.moved.rates[rows])
-            if isinstance(contact.law, Impulse):
-                press = np.array([s.forces[k] for s in self.run.recorder.samples.kept])[rows]
-            else:
-                press = contact.law.force(-at.gap, -at.gap_rate)
-            self.pressing[rows, k] = press
+        """Forces (samples, 2) of contacts on the first parts, N."""
+        found, pressed = [], self.kept.pressed
+        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
+            contact, rows = self.run.recorder.contacts[k], pressed[:, k]
+            at = self.moved.poses[rows], self.moved.rates[rows]
             push = np.zeros((len(rows), 2))
-            push[rows] = push_of(contact, self.moved.poses[rows], self.moved.rates[rows], press)
+            push[rows] = push_of(contact, *at, self.kept.press[rows, k])
             found.append((contact, push))
         return found
 
@@ -116,7 +100,7 @@ class RunReader:
         """Return the Result; its timings are still to come."""
         poses, rates = self.moved.poses, self.moved.rates
         recorder = self.run.recorder
-        energies = recorder.energies(poses, rates, self.totals, self.pressed)
+        energies = recorder.energies(self.kept, poses, rates)
         return Result(
             scene=self.run.scene,
             engine="exudyn",
@@ -149,20 +133,6 @@ class RunReader:
             ),
             warnings=warnings,
             outcome=outcome,
-        )
-
-    def _written(self) -> Written:
-        recorder = self.run.recorder
-        noted = zip(recorder.entries, recorder.at_notes, strict=True)
-        count = len(recorder.contacts)
-        peaks = [contact.peak for contact in self.model.contacts]
-        return Written(
-            recorder.entries,
-            [recorder.totals_of(entry.index, at) for entry, at in noted],
-            [recorder.totals_of(k) for k in range(count)],
-            [*peaks, *[0.0] * (count - len(peaks))],  # of walls the seeker knows it
-            recorder.seeker,
-            recorder.impacts,
         )
 
     def _settings(self) -> dict[str, float | str]:

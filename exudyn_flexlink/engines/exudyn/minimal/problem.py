@@ -15,12 +15,8 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    OFF_THE_END,
-    PenaltyContact,
     RigidContact,
-    Side,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import StepEnd, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
@@ -38,29 +34,22 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
-from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
+from exudyn_flexlink.engines.touching import Change, Moment
+from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.intervals import ContactEvent
-from exudyn_flexlink.mechanism import TOUCHING
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
-# Of the largest penetration: gap that may be open where a contact is ended.
-FARTHEST_OFF = 1e-3
-# Where the largest reaction in a step is looked for, on the polynomial through its nodes.
-TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ NODES
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
-# Of a contact's half period: shorter steps are not checked for ending off the face.
-SHORTEST_LOOK = 1e-3
 
 
 class _Looked(NamedTuple):
-    """A step, its end, and all coordinates at the samples `within` it, unless those wait."""
+    """A step, its end, and what is `found` at its `Recorder.instants`; None if that may wait."""
 
     step: Step
     end: StepEnd
-    within: TreeState | None
+    found: TreeState | None
 
 
 @dataclass
@@ -86,9 +75,8 @@ class MinimalProblem:
 
     def __post_init__(self) -> None:
         x, v = self.model.start
-        for contact in self.model.contacts:
-            if contact.touch(x, v).gap < -TOUCHING:
-                contact.side = Side.BEHIND
+        gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
+        self.model.touches.start(np.array(gaps))
         self._lasting = LastingErrors(self.model, self.end)
         self._overlooked = Overlooked(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
@@ -123,7 +111,7 @@ class MinimalProblem:
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
             self._jumped = False
-            self.recorder.keep_again(at)
+            self.recorder.keep(at)
         return at, State(q, v, at.accelerations)
 
     def position_per_speed_error(self, at: Evaluation) -> FloatArray:
@@ -136,33 +124,18 @@ class MinimalProblem:
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
-        (end, exact), within = self._look(step)[1:]
+        (end, exact), found = self._look(step)[1:]
         self._near = None if exact else step
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self._finder.accept(step, end)
-        for contact, touch in self._giving_way():
-            contact.peak = max(contact.peak, contact.force(touch))
-        self._note_reactions(step)
-        if within is None:
-            self.recorder.take_quiet(step, end, exact)
-        else:
-            self.recorder.take(step, within, end)
-        if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
-            self.recorder.mark()  # even samples miss the peaks of a contact's force
+        self.recorder.take(step, found)
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
-    def _note_reactions(self, step: Step) -> None:
-        """Keep the largest reactions of rigid contacts in a step."""
-        for k in self.model.rigid.closed():
-            nodes = [step.begin.kept.pushes[k, 0], *step.stages.kept.pushes[:, k, 0]]
-            contact = self.model.contacts[k]
-            contact.peak = max(contact.peak, float((TO_LOOKS @ nodes).max()))
-
     def _settle(self) -> None:
         """Go to the very end of the last step, if it was near to it only."""
-        self.recorder.work_off_waiting()
+        self.recorder.work_off()
         if self._near is not None:
             step, self._near = self._near, None
             end = self.model.state(step.end, step.finish.q, step.finish.v)
@@ -173,9 +146,9 @@ class MinimalProblem:
         return self._look(step).end.state
 
     def _look(self, step: Step) -> _Looked:
-        """All coordinates at the end of a step and at the samples in it, found once."""
+        """All coordinates at the end of a step, and within it where they can't wait."""
         if self._looked is None or self._looked.step is not step:
-            end = self._told_end(step) if self.recorder.waits(step) else None
+            end = self._told_end(step)
             self._looked = self._found(step) if end is None else _Looked(step, end, None)
         return self._looked
 
@@ -187,29 +160,21 @@ class MinimalProblem:
         return None
 
     def _found(self, step: Step) -> _Looked:
-        within = self.recorder.found_with_end(step)
-        told = None if len(within) else self.model.coordinates.end_of(step)
-        if told is not None and told.exact:
-            return _Looked(step, told, step.stages.kept.state.pick(slice(0)))
-        q, v = step.finish.q[None], step.finish.v[None]
-        if len(within):
-            inner = step.at(within)
-            q, v = np.concatenate([inner[0], q]), np.concatenate([inner[1], v])
-        found = self.model.states(np.append(within, step.end), q, v)
-        return _Looked(step, StepEnd(found.pick(-1), True), found.pick(slice(-1)))
-
-    def _giving_way(self) -> list[tuple[PenaltyContact, Touch]]:
-        """Contacts with a penalty force that acts, with where they are."""
-        return [(contact, self._finder.touches[k]) for k, contact in self.model.giving_way()]
+        times = self.recorder.instants(step)
+        q, v = step.at(times)
+        q[-1], v[-1] = step.finish.q, step.finish.v
+        found = self.model.states(times, q, v)
+        return _Looked(step, StepEnd(found.pick(-1), True), found)
 
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
         near = self.model.coordinates.longest(at.kept.state)
-        rests = [contact.rests_in(touch) for contact, touch in self._giving_way()]
+        touches = self._finder.touches
+        rests = [contact.rests_in(touches[k]) for k, contact in self.model.giving_way()]
         limits = [near, *rests]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
-            acting = [*(one.acts for one in self.model.contacts), *self.model.walls.touching]
-            limits += (IN_CONTACT * np.array(self.half_periods)[acting]).tolist()
+            acting = np.array(self.half_periods)[self.model.touches.pressed]
+            limits += (IN_CONTACT * acting).tolist()
         return min(limits)
 
     def slipped(self, step: Step) -> float:
@@ -233,45 +198,38 @@ class MinimalProblem:
         return self._finder.first(step, end) if exact else None
 
     def late(self, event: Event, step: Step) -> float:
-        """How long before the step's end a wall began or ceased to press, s, or a point slid off.
-
-        There it matters: a force is gone from one instant to the next. Likewise a rigid contact
-        closed: what gaps are off by would be as much as the smallest bounces.
-        """
-        if isinstance(event.what, WallChange):
-            return self._finder.walls.late(event.what.pair, self._end_of(step), step.end)
-        if isinstance(event.what, KinkPassed):
-            return self._finder.kinks.late(event.what, self._end_of(step), step.end)
-        if event.leaps or not isinstance(event.what, ContactChange):
+        """How long (s) before the step's end its event was; negative: after. 0 if near enough."""
+        what, end = event.what, self._end_of(step)
+        if isinstance(what, WallChange):
+            return self._finder.walls.late(what.pair, end, step.end)
+        if isinstance(what, KinkPassed):
+            return self._finder.kinks.late(what, end, step.end)
+        if event.leaps or not isinstance(what, ContactChange):
             return 0.0
-        end = self._end_of(step)
-        contact = self.model.contacts[event.what.contact]
+        contact = self.model.contacts[what.contact]
         touch = contact.touch(end.x, end.v)
-        if isinstance(contact, RigidContact) and not contact.acts:
-            return touch.gap / touch.gap_rate if touch.gap_rate != 0 else 0.0
-        return contact.left_since(touch)
+        slid = contact.left_since(touch) if self._finder.presses(what.contact) else 0.0
+        holds = self._finder.presses(what.contact) and isinstance(contact, RigidContact)
+        if slid or holds or meets(touch, step.end):
+            return slid
+        return touch.gap / touch.gap_rate if touch.gap_rate != 0 else 0.0
 
-    def misses(self, event: Event, step: Step) -> bool:
-        """Tell that a contact would end well off its face, or a rigid one close well off it.
+    def arrives(self, event: Event, step: Step) -> bool:
+        """Tell that a rigid contact closes where its gap is closed.
 
-        A tolerance may allow more than the contact is deep, but a force that pulls there, or is
-        gone too early, changes speeds by no little.
+        What it is off by would be as much as the smallest bounces.
         """
-        if not isinstance(event.what, ContactChange):
-            return False
-        k = event.what.contact
-        contact = self.model.contacts[k]
+        k = event.what.contact if isinstance(event.what, ContactChange) else None
+        if k is None or k not in self.model.rigid.all:
+            return True
         end = self._end_of(step)
-        touch = contact.touch(end.x, end.v)
-        if isinstance(contact, RigidContact):
-            return contact.side is Side.APART and touch.inside >= 0 and not meets(touch, step.end)
-        if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[k]:
-            return False
-        return touch.inside >= 0 and touch.gap > FARTHEST_OFF * contact.peak / contact.law.stiffness
+        touch = self.model.contacts[k].touch(end.x, end.v)
+        closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
+        return not closes or meets(touch, step.end)
 
     def cross(self, event: Event) -> float:
         """Change the equations; return how long (s) the next step may be."""
-        self.recorder.work_off_waiting()
+        self.recorder.work_off()
         longest = inf
         if isinstance(event.what, TurnsMade):
             self.reached = True
@@ -288,8 +246,6 @@ class MinimalProblem:
             longest = self._change_walls(event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
-            if k < self._of_scene:
-                self.recorder.mark()
             if k in self.model.rigid.all:
                 self._change_rigid(event.time, k)
                 return longest
@@ -297,6 +253,7 @@ class MinimalProblem:
         return longest
 
     def _change_rigid(self, time: float, k: int) -> None:
+        self.recorder.keep_last(before=True)
         self._jumped = True
         try:
             self.impacts.change(time, k)
@@ -304,37 +261,40 @@ class MinimalProblem:
             self.stop_reason, self.stop_advice = str(error), GIVE_WAY
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
-        for contact in self.model.rigid.all.values():  # one impact may begin or end others
-            contact.follow(self._finder.x)
+        for other, contact in self.model.rigid.all.items():  # one impact may begin or end others
+            contact.follow(self._finder.x, presses=self._finder.presses(other))
 
     def _change_contact(self, time: float, k: int, touch: Touch) -> float:
         """Let a contact begin or end; as `cross`."""
         contact = self.model.contacts[k]
-        if not contact.acts:
-            if not contact.passes_line(touch):
-                contact.side, contact.peak = Side.PRESSED, 0.0
-                self._tell(time, k, "contact begins", touch)
-        else:
-            off = self._jumped = touch.inside < min(-touch.gap, OFF_THE_END)
-            contact.side = Side.BEHIND if off else Side.APART
-            self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
-        contact.follow(self._finder.x)
-        return IN_CONTACT * self.half_periods[k] if contact.acts else inf
+        what = self.model.touches.crossing(k, touch.gap, touch.inside)
+        self._jumped = what is Change.SLIDES_OFF
+        if k < self._of_scene:
+            self.recorder.keep_last(before=self._jumped)
+        self._change(time, k, what, touch)
+        begins = what is Change.CLOSES
+        contact.follow(self._finder.x, presses=begins)
+        return IN_CONTACT * self.half_periods[k] if begins else inf
 
     def _change_walls(self, time: float, there: int | None = None) -> float:
         """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""
         longest, before, walls = inf, len(self.model.contacts), self._finder.walls
         for k in walls.changed(time, there).tolist():
-            self.model.walls.change(k)
-            begins = bool(self.model.walls.touching[k])
-            kind: ContactEvent = "contact begins" if begins else "contact ends"
-            self._tell(time, before + k, kind, walls.touch(k))
-            if begins:
-                longest = min(longest, IN_CONTACT * self.half_periods[before + k])
+            touch, number = walls.touch(k), before + k
+            what = self.model.touches.crossing(number, touch.gap, touch.inside)
+            self._change(time, number, what, touch)
+            if what is Change.CLOSES:
+                longest = min(longest, IN_CONTACT * self.half_periods[number])
+        self.model.walls.choose(self.model.touches.pressed[before:])
         self._lasting.touch(time)
         return longest
 
-    def _tell(
-        self, time: float, k: int, kind: ContactEvent, touch: Touch, peak: float = 0.0
-    ) -> None:
-        self.recorder.note(Entry(time, k, kind, touch, -touch.gap_rate, peak))
+    def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
+        now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
+        self.model.touches.change(k, what, now)
+
+    @property
+    def places(self) -> FloatArray:
+        """Where all contacts are on their faces now (c,), m."""
+        own = [touch.place for touch in self._finder.touches]
+        return np.concatenate([own, self._finder.walls.seen.place])

@@ -8,10 +8,10 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.closure_solver import RANK
 from exudyn_flexlink.engines.exudyn.minimal.closures import Track
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Points
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.partition import RANK
 from exudyn_flexlink.mechanism.tree import GuidedSlot
 
 

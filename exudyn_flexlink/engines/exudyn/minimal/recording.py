@@ -1,310 +1,264 @@
-"""From the loop's steps to samples, energies and checks.
+"""The recorder of trees: what is known at steps' nodes and samples, found for many steps together.
 
-Energies dissipated and supplied, impulses and works of contacts are integrals over the stages of
-every step, as accurate as the motion.
+Samples lie on the polynomial between steps; accelerations and reactions there follow from the
+equations of motion, since derivatives of the polynomial are of a lower order, which a force shows
+that is small beside those it balances.
+
+No error keeps steps short in which drives decide on everything, or prescribe motions by formulas:
+such steps count as several, which end at samples, for what is summed up or looked for within.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.intervals import Entry
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
-from exudyn_flexlink.engines.exudyn.minimal.driven import cut, shaken
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
-from exudyn_flexlink.engines.exudyn.minimal.quiet import QuietSteps
-from exudyn_flexlink.engines.exudyn.minimal.samples import Samples, solved
-from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
+from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush
+from exudyn_flexlink.engines.recording import AT_ONCE, BlockRecorder, Kept, Steps
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.collocation import STAGES, C
+from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.intervals import Interval
-from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
+from exudyn_flexlink.integrate.within import Within
+from exudyn_flexlink.mechanism import Ramp
 
-BLOCK = 512  # steps that are worked off together
+MOST_PARTS = 128  # of a step that is cut at its samples
+MOST_INSTANTS = 512  # that wait: more take memory, and little less time
+NODES = np.arange(1 + STAGES)
 
 
-class Recorder:
-    """Takes every step; keeps `samples` at `grid` (s, increasing) and where it is asked to.
+class TreeKept(NamedTuple):
+    """Coordinates of the tree, speeds and accelerations, and constraint forces (m, links)."""
 
-    For each sample `totals` are the energies dissipated in dampers and supplied by drives (J), then
-    the impulse of each contact (N s), then the work done on each (J), since time 0. `entries`
-    are the contacts' beginnings and ends, `at_notes` the totals then, `impacts` what is without
-    duration, by the number of the contact.
+    x: FloatArray
+    v: FloatArray
+    a: FloatArray
+    forces: FloatArray  # of motors, slots and loops
+
+
+class _Waiting(NamedTuple):
+    """A step, and instants in it, s: `samples` of them, then the stages of its parts.
+
+    `edges` (s) are where its parts end and begin; all coordinates at the instants, and then at its
+    end, are known or may be `found` later.
     """
 
+    step: Step
+    t: FloatArray
+    samples: int
+    edges: FloatArray
+    found: TreeState | None
+
+
+class Recorder(BlockRecorder):
+    """Takes the steps of a tree."""
+
     def __init__(self, model: MinimalModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
+        mechanism = model.assembly.mechanism
+        super().__init__(mechanism, grid, seeker, model.touches)
         self.model = model
-        self.seeker = seeker
-        self.mechanism = model.assembly.mechanism
-        self.meter = EnergyMeter(self.mechanism)
-        self.contacts = seeker.contacts
-        self._shaken = shaken(model.layout)
-        self.samples = Samples(model, grid)
-        self._quiet = QuietSteps(model)
-        self.totals: list[FloatArray] = []
-        self.entries: list[Entry] = []
-        self.at_notes: list[FloatArray] = []
-        self.impacts: list[tuple[int, Interval]] = []
-        self.energy_residual = 0.0
-        self.largest_kinetic_energy = 0.0
-        self.constraint_error = 0.0
-        self._steps: list[Step] = []
-        self._ends: list[TreeState] = []
-        self._pressed: list[BoolArray] = []
-        self._on_curves: list[FloatArray] = []  # places of the slots' points at their ends
-        self._notes: list[tuple[int, int]] = []  # steps and leaps of the block before each note
-        self._leaps: list[tuple[int, FloatArray]] = []  # of the totals, after so many steps
-        self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
-        self._start_energy: float | None = None
-        self._jumped = False  # since the last step
+        # How far a motor turns within a step is limited where anything is solved for: that is
+        # enough for a constant speed and its ramp, but a motion may shake a little, fast.
+        self._shaken = any(not isinstance(m.speed, Ramp) for m, _ in model.layout.motors.values())
+        self._waiting: list[_Waiting] = []
+        names = [point.slot.name for point in model.coordinates.points]
+        self._points = [names.index(slot.name) for slot in mechanism.slots]
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
-        start: TreeState = at.kept.state
-        self._on_curves = [self.samples.places(start.places)]
-        self._check([start], self._reached[None, :], self.model.acting()[None])
-        self._on_curves = []
-        self.samples.keep(at.pick(None), 0, np.zeros(1))
+        self._start(self._known(at.pick(None), at.accelerations[None]))
 
-    def found_with_end(self, step: Step) -> FloatArray:
-        """Samples (n,), s, whose coordinates a step's end is found along with; see `take`."""
-        due = self.samples.due(step)
-        return due[:0] if self._cuts(step) else due
+    def keep(self, at: Evaluation) -> None:
+        """Keep a state as it is now, after what happened there."""
+        self.work_off()
+        self._keep_now(self._known(at.pick(None), at.accelerations[None]))
 
-    def _cuts(self, step: Step) -> bool:
-        return self._shaken or len(step.finish.q) == 0
+    # --- steps --------------------------------------------------------------------------------
 
-    def waits(self, step: Step) -> bool:
-        """Tell whether samples in a step may be found later; see `take_quiet`."""
-        return self.model.left_to_itself and not self._cuts(step)
+    def instants(self, step: Step) -> FloatArray:
+        """Instants (n,) in the last step tried, s, at which it has to be known, the last its end.
 
-    def take_quiet(self, step: Step, end: TreeState, exact: bool) -> None:
-        """Take a step in which samples may wait to its `end`, which waits too if not `exact`."""
-        self._take(step, end)
-        self._quiet.add(len(self._steps) - 1, step, self.samples.pass_to(step.end), not exact)
-        if self._quiet.full:
-            self._find_quiet()
-
-    def _find_quiet(self) -> None:
-        """Find what waits of quiet steps."""
-        found = self._quiet.find()
-        if found is None:
-            return
-        on_curves = self.samples.places(found.ends.places)
-        for i, row in enumerate(found.steps.tolist()):
-            self._ends[row], self._on_curves[row] = found.ends.pick(i), on_curves[i]
-        if len(found.t):
-            self.samples.take(found.t, found.within, found.rows, found.parts)
-
-    def work_off_waiting(self) -> None:
-        """Find what waits: it is asked for, or what decides on it changes."""
-        self._find_quiet()
-        self.samples.work_off_waiting()
-
-    def take(self, step: Step, within: TreeState, end: TreeState) -> None:
-        """Take a step to `end`, `within` it those samples that `found_with_end` told of."""
-        self._find_quiet()
-        if not self._cuts(step):
-            self._take(step, end)
-            wanted = self.samples.pass_to(step.end)
-            if len(wanted):
-                row, parts = len(self._steps) - 1, (wanted - step.t) / step.h
-                self.samples.take(self.model.window.all_inside(wanted), within, row, parts)
-            return
-        for part in cut(self.model, step, self.samples.to_come()):
-            last = part.end >= step.end
-            self._take(part, end if last else part.stages.kept.state.pick(-1))
-            wanted = self.samples.pass_to(part.end)
-            if len(wanted):
-                found = self._at_samples(step, part, wanted)
-                row, parts = len(self._steps) - 1, (wanted - part.t) / part.h
-                self.samples.keep(found, row, parts)
-
-    def _take(self, step: Step, end: TreeState) -> None:
-        if len(self._steps) == BLOCK:
-            self.flush()
-        self._steps.append(step)
-        self._jumped = False
-        self._pressed.append(self.model.acting())
-        self._ends.append(end)
-        self._on_curves.append(self.samples.places(end.places))
-
-    def _at_samples(self, whole: Step, part: Step, wanted: FloatArray) -> Evaluation:
-        """Mass matrix and forces at samples (s) within a part of the `whole` step."""
-        if part is not whole and np.array_equal(wanted, part.stages.kept.t[-1:]):
-            return part.stages.pick(slice(-1, None))  # cut there, and evaluated
-        return self.model.evaluate_all(wanted, *whole.at(wanted))
-
-    def mark(self) -> None:
-        """Keep a sample at the end of the last step, too."""
-        self._find_quiet()
-        if self._steps and self.samples.last < self._steps[-1].end:
-            last, row = self._steps[-1], len(self._steps) - 1
-            end = last.stages.pick(slice(-1, None))
-            self.samples.keep(end, row, np.ones(1))
-
-    def note(self, entry: Entry) -> None:
-        """Write down what a contact does at the end of the last step, with the totals then."""
-        self.entries.append(entry)
-        self._notes.append((len(self._steps), len(self._leaps)))
-
-    def leap(
-        self, contacts: Sequence[int], impulse: FloatArray, lost: FloatArray, supplied: float
-    ) -> None:
-        """Take an impact: impulses (N s) and losses (J) of contacts (c,), work (J) of drives."""
-        totals, which = np.zeros_like(self._reached), np.asarray(contacts)
-        totals[1] = supplied
-        totals[2 + which], totals[2 + len(self.contacts) + which] = impulse, lost
-        self._leaps.append((len(self._steps), totals))
-
-    def keep_again(self, at: Evaluation) -> None:
-        """Keep the state after all jumps at one instant, beside that before them."""
-        self._find_quiet()
-        if self._jumped or at.kept.t == 0:
-            self.samples.drop_last()
-        else:
-            self.samples.put_before(at.kept.t)
-        self._jumped = True
-        self.samples.keep(at.pick(None), len(self._steps), np.zeros(1))
-
-    def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:
-        """Impulse (N s) and energy lost (J) of a contact so far, or `at` a note's totals.
-
-        What a contact stores counts as lost: as it begins and ends it stores nothing, and what it
-        stored as its point slid off the face is lost.
+        Samples that it would have on a dead centre are left out, but for that of the run's end.
         """
-        totals = self._reached if at is None else at
-        count = len(self.contacts)
-        return float(totals[2 + contact]), float(totals[2 + count + contact])
+        last = min(self._until(step.end), len(self.grid) - 1)
+        wanted = self.grid[self._next : last]
+        if len(wanted):
+            near = self.model.coordinates.near_dead_centre(step, wanted)
+            if near.any():
+                self.grid = np.delete(self.grid, self._next + np.flatnonzero(near))
+        samples = self._due(step.end)
+        edges = self._edges(step, samples)
+        stages = edges[:-1, None] + np.diff(edges)[:, None] * C if len(edges) > 2 else edges[:0]
+        return self.model.window.all_inside(np.concatenate([samples, stages.ravel(), edges[-1:]]))
 
-    # --- blocks -------------------------------------------------------------------------------
+    def _edges(self, step: Step, samples: FloatArray) -> FloatArray:
+        """Where the parts of a step begin and end, s: at its samples, if it has parts."""
+        ends = np.array([step.t, step.end])
+        if not self._shaken and len(step.finish.q):
+            return ends
+        near = instant(step.end, EVENT_TIME)
+        first, last = np.searchsorted(samples, [step.t + near, step.end - near])
+        inner = samples[first:last]
+        return np.concatenate([ends[:1], inner[:: 1 + len(inner) // MOST_PARTS], ends[1:]])
 
-    def flush(self) -> None:
-        """Work off the block: integrals over its steps, what its samples lack, checks."""
-        self._find_quiet()
-        steps = self._steps
-        rows, parts = self.samples.work_off()
-        if not steps:
-            if not self.totals:  # not even a first step was made
-                self.totals.append(np.repeat(self._reached[None, :], len(rows), axis=0))
-                self.at_notes += [self._reached for _ in self._notes]
+    def take(self, step: Step, found: TreeState | None) -> None:
+        """Take a step with what was `found` at its `instants`; None if that may wait."""
+        samples, t = self._due(step.end), self.instants(step)
+        self._waiting.append(_Waiting(step, t, len(samples), self._edges(step, samples), found))
+        self._pass(step.end)
+        instants = sum(len(one.t) for one in self._waiting)
+        # A formula without a value ends the run where it has none.
+        if self.model.loads.by_formula or instants > MOST_INSTANTS or self._is_long:
+            self.work_off()
+
+    @property
+    def _is_long(self) -> bool:
+        return len(self._waiting) >= AT_ONCE
+
+    def work_off(self) -> None:
+        """Work off the steps that wait: the same contacts press in all of them."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
             return
-        stages: list[TreeForces] = [step.stages.kept for step in steps]
-        free = np.concatenate([step.accelerations for step in steps])
-        state = joined([whole.state for whole in stages])
-        forces = self.model.constraint_forces(stages, self.model.whole_accelerations(state, free))
-        rates = self._rates_of(stages, state, forces).reshape(len(steps), STAGES, -1)
-        lengths = np.array([step.h for step in steps])
-        gained = lengths[:, None] * (WEIGHTS @ rates)
-        nothing = 0 * self._reached
-        reached = self._reached + np.vstack([nothing, np.cumsum(gained, axis=0)])
-        leapt = np.cumsum([nothing, *(leap for _, leap in self._leaps)], axis=0)
-        leapt_after = [row for row, _ in self._leaps]
-        leaps = np.searchsorted(leapt_after, rows, side="right")
-        # A sample right after an impact that no step of the block follows is at none of its part.
-        inner = np.minimum(rows, len(steps) - 1)
-        nodes = np.concatenate([self._rates_at_starts(inner)[:, None], rates[inner]], axis=1)
-        gained = np.einsum("si,sij->sj", _shares(parts), nodes)
-        self.totals.append(reached[rows] + leapt[leaps] + lengths[inner, None] * gained)
-        self.at_notes += [reached[row] + leapt[leap] for row, leap in self._notes]
-        pressed = np.array(self._pressed)
-        before = np.searchsorted(leapt_after, np.arange(1, len(steps) + 1))
-        self._check(self._ends, reached[1:] + leapt[before], pressed)
-        self._seek(state, lengths, pressed)
-        self._reached = reached[-1] + leapt[-1]
-        self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
-        self._notes, self._leaps = [], []
+        found, free = [], []
+        for step in (one.step for one in waiting):
+            begin = step.begin.pick(None)
+            found += [begin, step.stages]
+            # At the stages those of the polynomial: so energies are balanced as the motion is.
+            free += [begin.accelerations, step.accelerations]
+        state, t = self._states(waiting), np.concatenate([one.t for one in waiting])
+        last = np.cumsum([len(one.t) for one in waiting]) - 1
+        inner = np.delete(np.arange(len(t)), last)
+        if len(inner):
+            found.append(self.model.forces_at(t[inner], state.pick(inner)))
+            free.append(found[-1].accelerations)
+        whole = _evaluations(found)
+        known = self._known(whole, np.concatenate(free))
+        rates, steps, ends = self._rates(whole, known), _steps(waiting), state.pick(last)
+        # What is kept of the ends of steps are accelerations and forces of the equations, too.
+        rows = steps.nodes[:, -1]
+        solved = whole.pick(rows)
+        for column, found_there in zip(
+            known.own, self._known(solved, solved.accelerations).own, strict=True
+        ):
+            column[rows] = found_there
+        # The last round of a step's iteration moved its end away from the last stage.
+        at = known.pick(rows)
+        which = np.cumsum([len(one.edges) - 1 for one in waiting]) - 1
+        at.own.x[which], at.own.v[which], at.places[which] = ends.x, ends.v, self._places(ends)
+        self._book(steps, known, rates, at)
 
-    def _rates_at_starts(self, steps: IndexArray) -> FloatArray:
-        """Rates of the totals (n, ...) as these steps of the block begin."""
-        which, back = np.unique(steps, return_inverse=True)
-        begins = [self._steps[k].begin.pick(None) for k in which.tolist()]
-        if not begins:
-            return np.zeros((0, len(self._reached)))
-        state, _, forces = solved(self.model, begins)
-        return self._rates_of([at.kept for at in begins], state, forces)[back]
+    def _states(self, waiting: list[_Waiting]) -> TreeState:
+        """All coordinates at the instants of steps, in their order."""
+        later = [one for one in waiting if one.found is None]
+        if later:
+            counts = [len(one.t) for one in later]
+            which = np.repeat(np.arange(len(later)), counts)
+            times = np.concatenate([one.t for one in later])
+            at = Within([one.step for one in later], which, times)
+            whole = self.model.coordinates.states_within(at)
+            if len(later) == len(waiting):
+                return whole
+            parts = iter(np.split(np.arange(len(times)), np.cumsum(counts)[:-1]))
+        return _joined([whole.pick(next(parts)) if w.found is None else w.found for w in waiting])
 
-    def _seek(self, state: TreeState, lengths: FloatArray, pressed: BoolArray) -> None:
-        """Look for extremes within the block's steps, with the coordinates at their stages."""
-        begins: list[TreeState] = [step.begin.kept.state for step in self._steps]
-        x = _at_nodes([begin.x for begin in begins], state.x)
-        v = _at_nodes([begin.v for begin in begins], state.v)
-        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
-        times = np.array([step.t for step in self._steps])
-        self.seeker.take(times, lengths, (found.poses, found.rates), pressed)
+    # --- what is known ------------------------------------------------------------------------
 
-    def _rates_of(
-        self, stages: Sequence[TreeForces], state: TreeState, forces: FloatArray
-    ) -> FloatArray:
-        """Rates of the totals (n, ...) at coordinates (n, ...), with constraint forces (n, links).
+    def _known(self, at: Evaluation, free: FloatArray) -> Kept:
+        """What is known at instants, but for the totals, with accelerations (m, independent)."""
+        whole: TreeForces = at.kept
+        state, count = whole.state, len(whole.t)
+        a = self.model.whole_accelerations(state, free)
+        forces = self.model.constraint_forces(whole, a)
+        press = np.zeros((count, len(self.contacts)))
+        press[:, : len(self.model.contacts)] = whole.pushes[..., 0]
+        if whole.wall is not None:
+            press[:, len(self.model.contacts) + whole.wall.which] = whole.wall.press
+        pressed = np.broadcast_to(self.touches.pressed, press.shape)
+        own = TreeKept(state.x, state.v, a, forces)
+        return Kept(whole.t, self._places(state), press, pressed, np.zeros((count, 2)), own)
 
-        The instants (n,) are those of all stages in a row.
-        """
-        count, first = len(self.contacts), len(self.model.contacts)
-        v = state.v
-        rates = np.zeros((len(v), 2 + 2 * count))
-        rates[:, 0] = self.model.all_springs.lost(state.x, v)
-        rates[:, 1] = np.sum(forces * v, axis=1)
-        rates[:, 1] += np.concatenate([whole.supply for whole in stages])
-        forces, powers = rates[:, 2 : 2 + count], rates[:, 2 + count :]
-        pushes = np.concatenate([whole.pushes for whole in stages])
-        forces[:, :first], powers[:, :first] = pushes[..., 0], pushes[..., 1]
-        done = 0
-        for whole in stages:
-            rows = slice(done, done + len(whole.t))
-            if whole.wall is not None:
-                forces[rows, first + whole.wall.which] = whole.wall.press
-                powers[rows, first + whole.wall.which] = whole.wall.power
-            done = rows.stop
+    def _places(self, state: TreeState) -> FloatArray:
+        """Places (m, slots) on the whole curves, in the order of the mechanism's slots."""
+        places = np.empty((len(state.x), len(self._points)))
+        for slot, k in enumerate(self._points):
+            places[:, slot] = self.model.coordinates.points[k].place(state.places[:, k])
+        return places
+
+    def _rates(self, at: Evaluation, known: Kept) -> FloatArray:
+        """Rates (m, ...) of the totals at instants."""
+        whole: TreeForces = at.kept
+        own, count, first = known.own, len(self.contacts), len(self.model.contacts)
+        rates = np.zeros((len(known.t), 2 + 2 * count))
+        rates[:, 0] = self.model.all_springs.lost(own.x, own.v)
+        rates[:, 1] = (own.forces * own.v).sum(axis=1) + whole.supply
+        rates[:, 2 : 2 + count] = known.press
+        powers = rates[:, 2 + count :]
+        powers[:, :first] = whole.pushes[..., 1]
+        if whole.wall is not None:
+            powers[:, first + whole.wall.which] = whole.wall.power
         return rates
 
-    def _check(self, kept: list[TreeState], totals: FloatArray, pressed: BoolArray) -> None:
-        x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
+    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
+        """Poses and rates (m, parts, 3) at instants that are kept."""
+        x, v = at.own.x, at.own.v
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
-        energies = self.energies(found.poses, found.rates, totals, pressed)
-        total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
-        if self._start_energy is None:
-            self._start_energy = float(total[0])
-        on_curves = np.array(self._on_curves).reshape(len(kept), -1)
-        errors = joint_residuals(self.mechanism, found.poses, on_curves)
-        residual = float(np.abs(total - self._start_energy).max())
-        self.energy_residual = max(self.energy_residual, residual)
-        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
-        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
-
-    def energies(
-        self, poses: FloatArray, rates: FloatArray, totals: FloatArray, pressed: BoolArray
-    ) -> FloatArray:
-        """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
-        kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
-        lost = totals[:, 0] + totals[:, 2 + len(self.contacts) :].sum(axis=1)
-        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
-            contact, rows = self.contacts[k], pressed[:, k]
-            if isinstance(contact.law, Impulse):
-                continue  # rigid: it stores nothing
-            elastic = contact.law.stored_energy(-approach(contact, poses[rows], rates[rows]).gap)
-            stored[rows] += elastic
-            lost[rows] -= elastic
-        return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1)
+        return found.poses, found.rates
 
 
-def _at_nodes(starts: Sequence[FloatArray], stages: FloatArray) -> FloatArray:
-    """Values (steps, nodes, links) at the starts of steps, (links,) each, and at all stages."""
-    inner = stages.reshape(len(starts), STAGES, -1)
-    return np.concatenate([np.array(starts)[:, None], inner], axis=1)
+def _steps(waiting: list[_Waiting]) -> Steps:
+    """Number the nodes of steps, and of parts of those that are cut, and the samples in them.
 
-
-def _shares(parts: FloatArray) -> FloatArray:
-    """Weights (instants, 1 + stages) of an integral up to parts of a step: its start, its stages.
-
-    Of the polynomial through them, as places and speeds have it. Up to the end these are the
-    weights of the method, of which the start has none, since that rule is exact for it.
+    Known are starts and stages of all steps, and then the instants within them but for their ends.
     """
-    powers = np.arange(1, STAGES + 2)
-    return np.asarray((parts[:, None] ** powers / powers) @ NODES)
+    begins, lengths, nodes, samples, of = [], [], [], [], []
+    count, row = 0, len(waiting) * len(NODES)
+    for k, one in enumerate(waiting):
+        own, parts = len(NODES) * k + NODES[None], len(one.edges) - 1
+        inner = row + np.arange(one.samples)
+        if parts > 1:
+            stages = row + one.samples + np.arange(parts * STAGES).reshape(parts, STAGES)
+            own = np.column_stack([[own[0, 0], *stages[:-1, -1]], stages])
+        begins.append(one.edges[:-1])
+        lengths.append(np.diff(one.edges) if parts > 1 else np.array([one.step.h]))
+        nodes.append(own)
+        samples.append(inner)
+        # A sample where one part ends is in that one.
+        part = np.searchsorted(one.edges[1:-1], one.t[: one.samples])
+        of.append(count + part)
+        count, row = count + parts, row + len(one.t) - 1
+    columns = begins, lengths, nodes, samples, of
+    return Steps._make(np.concatenate(own) for own in columns)
+
+
+def _evaluations(parts: Sequence[Evaluation]) -> Evaluation:
+    """Evaluations at several instants each, all in a row; the same contacts press in all."""
+    *numbers, kept, touching = zip(*[(*at[:2], at.kept, at.touching) for at in parts], strict=True)
+    t, states, *columns, walls, supply = zip(*kept, strict=True)
+    wall: WallPush | None = walls[0]
+    if wall is not None:
+        pushes = zip(*(own[1:] for own in walls), strict=True)
+        wall = WallPush(wall.which, *map(np.concatenate, pushes))
+    forces = map(np.concatenate, columns)
+    whole = TreeForces._make(
+        (np.concatenate(t), _joined(states), *forces, wall, np.concatenate(supply))
+    )
+    return Evaluation._make((*map(np.concatenate, numbers), whole, np.concatenate(touching)))
+
+
+def _joined(states: Sequence[TreeState]) -> TreeState:
+    """Coordinates of several instants each, all in a row."""
+    *columns, transforms = zip(*states, strict=True)
+    transform: Transform = transforms[0]
+    if transform.chosen is None:
+        transform = Transform(np.concatenate([own.matrix for own in transforms]))
+    whole = [np.concatenate(own) for own in columns]
+    return TreeState(*whole, transform)  # type: ignore[arg-type, call-arg]

@@ -18,6 +18,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
 
@@ -64,12 +65,13 @@ class Projector(NamedTuple):
 class RigidContacts:
     """Those of a model's contacts that are rigid, by their numbers."""
 
-    def __init__(self, contacts: Sequence[MinimalContact]) -> None:
+    def __init__(self, contacts: Sequence[MinimalContact], touches: Touches) -> None:
+        self._touches = touches
         self.all = {k: c for k, c in enumerate(contacts) if isinstance(c, RigidContact)}
 
     def closed(self) -> list[int]:
         """Numbers of those that press."""
-        return [k for k, contact in self.all.items() if contact.acts]
+        return [k for k in self.all if self._touches.pressed[k]]
 
     def gaps(self, which: Sequence[int], state: TreeState) -> Gaps:
         """Gaps at instants (n,)."""

@@ -96,7 +96,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
     with interrupts(run.asked.set):
         try:
             run.solution.run()
-            run.recorder.work_off_waiting()
+            run.recorder.work_off()
         except DeadCentreError as error:
             complaint = str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
@@ -104,7 +104,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
         except NoValueError as error:  # of a drive, as it goes on past a knot, or at a sample
             complaint = str(error), NO_VALUE_ADVICE
     if run.stepper.time < run.problem.end * (1 - 1e-9):
-        run.recorder.mark()  # stopped early: the last state is kept
+        run.recorder.keep_last()  # stopped early
     run.recorder.flush()
     return complaint
 
@@ -133,10 +133,9 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
 def _shortened(run: MinimalRun) -> list[str]:
     """Say where the user's own step was too long for a contact that came to be."""
     given, halves = run.problem.given, run.problem.half_periods
-    touched = {entry.index for entry in run.recorder.entries}
     if given is None:
         return []
-    found = [halves[k] for k in touched if IN_CONTACT * halves[k] < given]
+    found = [halves[k] for k in run.model.touches.ever if IN_CONTACT * halves[k] < given]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
 
 

@@ -1,25 +1,120 @@
-"""The forces of sleeves' walls on a tree's coordinates: all pairs of link and guide.
+"""Sleeves' walls on a tree's coordinates: all pairs of link and guide, their forces and events.
 
 A pair presses while its gap is negative and its point between the ends of its face. Which do is
-given, and changes by events only (see `wall_events`); until then their law is continued, so that a
+given, and changes by events only (see `pair_events`); until then their law is continued, so that a
 step sees smooth forces. Forces are worked out for the few pairs that press, at all stages of a step
 together; how they give way goes into the matrices of the iteration.
+
+With C a point, O the origin of the link that carries a face, w its angular velocity, and e the
+face's direction (complex numbers, global axes), the point is in the face's axes at
+
+    z = e* (C - O) - z_0,      z' = e* (C' - O') - i w (z + z_0),
+
+along the face by Re z, to its left by Im z; z_0 is where the face starts. What moves the point
+against the face are the links that carry the one but not the other: each as if it carried the
+point, counted negative if it carries the face.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
-from exudyn_flexlink.engines.exudyn.minimal.wall_faces import WallFaces
-from exudyn_flexlink.engines.pair_events import Seen
-from exudyn_flexlink.mechanism import Channel, deepest_allowed, pairs
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
+from exudyn_flexlink.engines.pair_events import Seen, calm, changed, first_of, late_by
+from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.mechanism import Channel, FaceContact, deepest_allowed, pairs
 from exudyn_flexlink.mechanism.tree import TreeLayout
+
+
+class Gradients(NamedTuple):
+    """Derivatives of gaps and of places by the coordinates, (..., pairs, links) each."""
+
+    gap: FloatArray
+    place: FloatArray
+
+
+class WallFaces:
+    """Pairs of a point and a face; both may be anywhere in the tree, or on the ground."""
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, contacts: Sequence[FaceContact]
+    ) -> None:
+        self._kinematics = kinematics
+        points = [layout.place(contact.point) for contact in contacts]
+        starts = [layout.place(contact.start) for contact in contacts]
+        self._links = np.array([link for link, _, _ in points], dtype=int)  # -1: the ground
+        self._bases = np.array([link for link, _, _ in starts], dtype=int)
+        self._own = np.array([complex(x, y) for _, x, y in points])
+        along = [_direction(layout, contact) for contact in contacts]
+        self._back = np.conj(np.array(along, dtype=complex))
+        self._start = self._back * np.array([complex(x, y) for _, x, y in starts])
+        self.length = np.array([contact.length for contact in contacts])
+        self._side = np.array([contact.side for contact in contacts])
+        self.held = self._side == 0
+        self._any_held = bool(self.held.any())
+        carried = kinematics.moved_by
+        self._moved = carried[self._links].astype(float) - carried[self._bases]
+
+    def some(self, which: IndexArray) -> WallFaces:
+        """Return those of these numbers alone."""
+        some = copy(self)
+        some._links, some._bases = self._links[which], self._bases[which]
+        some._own, some._start = self._own[which], self._start[which]
+        some._back, some._moved = self._back[which], self._moved[which]
+        some._side, some.held = self._side[which], self.held[which]
+        some.length = self.length[which]
+        some._any_held = bool(some.held.any())
+        return some
+
+    def look(self, x: FloatArray, v: FloatArray) -> Seen:
+        """Look at all pairs at coordinates and speeds (..., links)."""
+        at = self._kinematics.places(x)
+        rates = self._kinematics.rates(at, x, v)
+        links, bases = self._links, self._bases
+        arms, back, moved = self._between(at)
+        moving = rates.origin.take(links, axis=-1) - rates.origin.take(bases, axis=-1)
+        moving += rates.spin.take(links, axis=-1) * arms
+        rate = back * moving - rates.spin.take(bases, axis=-1) * moved
+        return self._seen(moved - self._start, rate)[0]
+
+    def look_and_gradients(self, x: FloatArray, v: FloatArray) -> tuple[Seen, Gradients]:
+        """Look, with the gradients of gaps and places, from which the rates follow."""
+        at = self._kinematics.places(x)
+        arms, back, moved = self._between(at)
+        points = at.origin.take(self._links, axis=-1) + arms
+        rows = (back[..., None] * self._moved) * self._kinematics.carries(at, points)
+        seen, side = self._seen(moved - self._start, (rows @ v[..., None])[..., 0])
+        return seen, Gradients(side[..., None] * rows.imag, rows.real)
+
+    def _between(self, at: Places) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Arms of the points, conjugate directions of the faces, and e* (C - O)."""
+        links, bases = self._links, self._bases
+        arms = at.axis.take(links, axis=-1) * self._own
+        back = at.axis.take(bases, axis=-1).conj() * self._back
+        apart = at.origin.take(links, axis=-1) - at.origin.take(bases, axis=-1)
+        return arms, back, back * (apart + arms)
+
+    def _seen(self, place: ComplexArray, rate: ComplexArray) -> tuple[Seen, FloatArray]:
+        """From places in the faces' axes and their rates; and on which side the gaps are."""
+        side = self._side
+        if self._any_held:
+            side = np.where(self.held, np.where(place.imag > 0, -1.0, 1.0), side)
+        return Seen(side * place.imag, place.real, side * rate.imag, rate.real), side
+
+
+def _direction(layout: TreeLayout, contact: FaceContact) -> complex:
+    """Direction of a face in the axes of the link that carries it."""
+    along = complex(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
+    turned = np.exp(1j * layout.frame(contact.start.part).angle)
+    return complex(along / abs(along) * turned)
+
 
 MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
 
@@ -42,7 +137,7 @@ class WallPush(NamedTuple):
     normal: FloatArray
     along: FloatArray
 
-    def pick(self, which: int | slice | None) -> WallPush:
+    def pick(self, which: int | slice | IndexArray | None) -> WallPush:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
         return WallPush(self.which, *(own[which] for own in self[1:]))
 
@@ -59,18 +154,13 @@ class Walls:
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
         self._any_friction = bool(self._laws[3].any())
-        self.touching = np.zeros(len(self.contacts), dtype=bool)
-        self.touched = self.touching.copy()  # at any time so far
-        self._choose()
+        self.touched = np.zeros(len(self.contacts), dtype=bool)  # at any time so far
+        self.choose(self.touched)
 
-    def change(self, k: int) -> None:
-        """Pair k begins to press, or ceases to."""
-        self.touching = self.touching.copy()  # others keep what it was
-        self.touching[k] = not self.touching[k]
-        self.touched[k] = True
-        self._choose()
-
-    def _choose(self) -> None:
+    def choose(self, touching: BoolArray) -> None:
+        """Let these of the pairs (pairs,) press."""
+        self.touching = touching
+        self.touched = self.touched | touching
         self.which = np.flatnonzero(self.touching)
         self._acting = self.faces.some(self.which)
         self._of_acting = self._laws[:, self.which]
@@ -137,3 +227,61 @@ def _numbers(channel: Channel) -> tuple[float, float, float, float, float]:
         0.0 if friction is None else friction.coefficient,
         1.0 if friction is None else friction.slip_speed,
     )
+
+
+class WallWatch:
+    """Looks at steps; `seen` are all pairs at the end of the last one accepted."""
+
+    def __init__(self, walls: Walls, x: FloatArray, v: FloatArray) -> None:
+        self.walls = walls
+        self._lengths, self._held = self.walls.faces.length, self.walls.faces.held
+        self._any_held = bool(self._held.any())
+        self.seen = self.walls.faces.look(x, v)
+        self._ahead: tuple[TreeState, Seen] | None = None  # at the end of the last step looked at
+
+    def _with_held_pairs_closed(self, seen: Seen) -> Seen:
+        return seen.closed(self._held) if self._any_held else seen
+
+    def accept(self, end: TreeState) -> None:
+        """Take the coordinates at the end of a step."""
+        if self.walls.contacts:
+            self.seen = self._at_end(end)
+
+    def _at_end(self, end: TreeState) -> Seen:
+        """All pairs at the end of a step, which is asked for again as it is accepted."""
+        if self._ahead is None or self._ahead[0] is not end:
+            self._ahead = end, self.walls.faces.look(end.x, end.v)
+        return self._ahead[1]
+
+    def touch(self, k: int) -> Touch:
+        """Where pair k is."""
+        return Touch(*(float(column[k]) for column in self.seen))
+
+    def changed(self, time: float, there: int | None = None) -> IndexArray:
+        """Pairs that now (s), at an event of pair `there`, begin or cease to press."""
+        seen = self._with_held_pairs_closed(self.seen)
+        return np.flatnonzero(changed(seen, self._lengths, self.walls.touching, time, there))
+
+    def first(self, step: Step, end: TreeState) -> tuple[float, int] | None:
+        """Instant (s) and pair of the first event within a step; None if there is none."""
+        if not self.walls.contacts:
+            return None
+        x, v = step.stages.kept.state[:2]
+        x, v = np.concatenate([x[:-1], end.x[None]]), np.concatenate([v[:-1], end.v[None]])
+        stages = self.walls.faces.look(x, v)
+        self._ahead = end, stages.pick(-1)
+        path = self._with_held_pairs_closed(self.seen.then(stages))
+        pressing = self.walls.touching
+        restless = np.flatnonzero(~calm(path, self._lengths, pressing, step.h))
+        if not len(restless):
+            return None
+        at_once = self.changed(step.t)
+        if len(at_once):
+            return step.t, int(at_once[0])
+        found = first_of(restless, path, self._lengths, pressing, step.h)
+        return None if found is None else (step.t + found[0] * step.h, found[1])
+
+    def late(self, k: int, end: TreeState, time: float) -> float:
+        """How long (s) before a step's end at this time pair k's event was; negative: after."""
+        seen = self._with_held_pairs_closed(self._at_end(end))
+        return late_by(seen, self._lengths, k, time)

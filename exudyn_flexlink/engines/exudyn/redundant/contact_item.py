@@ -10,9 +10,9 @@ from __future__ import annotations
 from math import inf
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
+from exudyn_flexlink.engines.exudyn.redundant.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingCircles, PressingFace
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System

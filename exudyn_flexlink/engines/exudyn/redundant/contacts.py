@@ -8,9 +8,9 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray
-from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BroadPhase
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import AHEAD, ContactItem
+from exudyn_flexlink.engines.exudyn.redundant.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.mechanism import Channel, FaceContact
 

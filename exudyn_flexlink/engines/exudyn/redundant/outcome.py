@@ -10,8 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import of_turns
-from exudyn_flexlink.engines.exudyn.histories import Histories
-from exudyn_flexlink.engines.exudyn.intervals import Written
+from exudyn_flexlink.engines.exudyn.redundant.intervals import Written
 from exudyn_flexlink.engines.exudyn.redundant.recording import just_before
 from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System
@@ -22,6 +21,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     no_solution_advice,
     versions,
 )
+from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.mechanism import (
     Assembly,
     Pin,
@@ -58,7 +58,10 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         key: np.concatenate(value) for key, value in vars(prepared.loop.recorder.samples).items()
     }
     poses, rates, mechanism = kept["poses"], kept["rates"], prepared.assembly.mechanism
-    histories = Histories(mechanism, poses, rates, kept["forces"], _written(prepared))
+    written = _written(prepared)
+    deepest = written.seeker.deepest
+    forces = kept["forces"]
+    histories = Histories(mechanism, poses, rates, forces, deepest, written.intervals)
     return Result(
         scene=prepared.scene,
         engine="exudyn",

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Contact, Mechanism, approach, pair_sides, pairs
 from exudyn_flexlink.result import ContactHistory, SleeveHistory
@@ -19,14 +18,16 @@ class Histories:
     """Those of a run's contacts, bearings and channels, at samples.
 
     `poses` and `rates` are (samples, parts, 3), `forces` (samples, contacts), N, press in contacts
-    in the order of the run's numbers.
+    in the order of the run's numbers, which go `deepest` (contacts,), m. `touches` of so many
+    contacts are told from a number on, as pairs of one.
     """
 
     mechanism: Mechanism
     poses: FloatArray
     rates: FloatArray
     forces: FloatArray
-    written: Written
+    deepest: FloatArray
+    touches: Callable[[int, int], Intervals]
 
     def contacts(self) -> dict[str, ContactHistory]:
         """Of the scene's contacts."""
@@ -40,7 +41,7 @@ class Histories:
         found = {}
         for k, contact in enumerate(contacts, start=first):
             at, force = approach(contact, self.poses, self.rates), self.forces[:, k]
-            touches = self.written.intervals(k)
+            touches = self.touches(k, 1)
             found[contact.name] = ContactHistory(at.gap, at.place, force, touches)
         return found
 
@@ -51,9 +52,9 @@ class Histories:
         for channel in self.mechanism.channels:
             names = tuple(contact.name for contact in pairs(channel))
             count, last = len(names), first + len(names)
-            deepest = float(self.written.seeker.deepest[first:last].max())
+            deepest = float(self.deepest[first:last].max())
             free = channel.clearance > 0
-            touches = self.written.intervals(first, count) if free else Intervals.of()
+            touches = self.touches(first, count) if free else Intervals.of()
             found[channel.name] = SleeveHistory(
                 names, pair_sides(channel), self.forces[:, first:last], touches, deepest
             )

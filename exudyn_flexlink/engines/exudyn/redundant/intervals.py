@@ -34,8 +34,7 @@ class Written:
 
     `totals` are impulse (N s) and energy lost (J) of its contact since time 0 at every entry,
     `at_end` those of every contact at the run's end, `peaks` the largest force (N) that the steps
-    of its last interval showed. `seeker` knows the peaks within steps. `impacts` are what is
-    without duration, by the number of the contact.
+    of its last interval showed. `seeker` knows the peaks within steps.
     """
 
     entries: Sequence[Entry]
@@ -43,11 +42,10 @@ class Written:
     at_end: Sequence[Totals]
     peaks: Sequence[float]
     seeker: ExtremeSeeker
-    impacts: Sequence[tuple[int, Interval]] = ()
 
     def intervals(self, first: int = 0, count: int = 1) -> Intervals:
         """Return the intervals of the contacts from number `first` on; those are its pairs."""
-        found = [own for k, own in self.impacts if first <= k < first + count]
+        found = list[Interval]()
         begun: dict[int, tuple[Entry, Totals]] = {}
         for entry, total in zip(self.entries, self.totals, strict=True):
             if not first <= entry.index < first + count:

@@ -1,0 +1,278 @@
+"""The recorder of every run that controls its error: samples, touches, energies and checks.
+
+A step is known at its nodes, its start and its stages, and at the samples within it. Energies
+dissipated and supplied, impulses and works of contacts are integrals over the stages, as accurate
+as the motion. An engine lets steps wait until they are many, or until an event changes the
+equations; then it says what is known at all their instants, and what changes the totals.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.touching import Touches
+from exudyn_flexlink.integrate.collocation import NODES as POWERS
+from exudyn_flexlink.integrate.collocation import STAGES, WEIGHTS
+from exudyn_flexlink.intervals import Intervals
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals
+
+AT_ONCE = 32  # steps that wait: more take memory, and little less time
+BLOCK = 512  # steps that are looked through for extremes together
+
+
+class Kept(NamedTuple):
+    """Instants (m,), s, that are kept, and what is known there.
+
+    `places` (m, slots) are those on the whole curves, `press` (m, c) the contacts' forces (N),
+    `pressed` (m, c) tells which of them press. `totals` (m, 2) are the energies lost, in dampers
+    and contacts, and supplied (J); `own` are the engine's arrays, with an axis of instants each.
+    """
+
+    t: FloatArray
+    places: FloatArray
+    press: FloatArray
+    pressed: BoolArray
+    totals: FloatArray
+    own: Any
+
+    def pick(self, which: slice | IndexArray) -> Kept:
+        """Return some of the instants."""
+        own = self.own._make(column[which] for column in self.own)
+        return Kept._make((*(column[which] for column in self[:-1]), own))
+
+
+class Steps(NamedTuple):
+    """Steps in a row, of lengths `h` (k,), s; the same contacts press in all of them.
+
+    `nodes` (k, 1 + stages) are the numbers of their nodes among the instants that are known,
+    `samples` (n,) those of the samples, in order, and `of` (n,) the steps that these are in.
+    """
+
+    t: FloatArray
+    h: FloatArray
+    nodes: IndexArray
+    samples: IndexArray
+    of: IndexArray
+
+
+class BlockRecorder(ABC):
+    """Takes every step; keeps samples at `grid` (s, increasing), at events and in contacts.
+
+    Contacts are those that `seeker` looks at. While one of the scene's presses, the ends of steps
+    are kept: even samples miss the peaks of its force.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, grid: FloatArray, seeker: ExtremeSeeker, touches: Touches
+    ) -> None:
+        self.mechanism, self.grid, self.seeker = mechanism, grid, seeker
+        self.touches, self._marked = touches, len(mechanism.contacts)
+        self.contacts, self.meter = seeker.contacts, EnergyMeter(mechanism)
+        self.energy_residual = self.largest_kinetic_energy = self.constraint_error = 0.0
+        # Totals so far: lost in dampers, supplied (J), then impulses of contacts (N s), then what
+        # was done on each (J).
+        self._reached = np.zeros(2 + 2 * len(self.contacts))
+        self._next = 1  # sample
+        self._kept: list[Kept] = []
+        self._last: Kept  # where the last step ended, as it was before an event there
+        self._ends: list[Kept] = []  # of the block
+        self._steps: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]] = []
+        self._counted = 0
+        self._start_energy: float | None = None
+
+    # --- what an engine says ------------------------------------------------------------------
+
+    @abstractmethod
+    def work_off(self) -> None:
+        """Work off the steps that wait, see `_book`."""
+
+    @abstractmethod
+    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
+        """Poses and rates (m, parts, 3) at instants that are kept."""
+
+    # --- samples ------------------------------------------------------------------------------
+
+    def _until(self, end: float) -> int:
+        """Return how many samples there are up to an instant (s), that one too."""
+        return int(np.searchsorted(self.grid, end * (1 + 1e-14), side="right"))
+
+    def _due(self, end: float) -> FloatArray:
+        """Samples (n,), s, of a step up to its end (s)."""
+        return self.grid[self._next : max(self._next, self._until(end))]
+
+    def _pass(self, end: float) -> None:
+        self._next = max(self._next, self._until(end))
+
+    def _start(self, known: Kept) -> None:
+        """Keep the state (1,) at time 0."""
+        self._keep_now(known)
+        self._ends.append(self._last)
+
+    def _keep_now(self, known: Kept) -> None:
+        """Keep a state (1,) as it is now, after what happened there."""
+        known.totals[:] = self._told(self._reached[None])
+        self._last = known
+        self._keep(known)
+
+    def _keep(self, found: Kept) -> None:
+        """Keep instants, in place of what is kept already at the first of them."""
+        if self._kept and self._kept[-1].t[-1] >= found.t[0]:
+            self._drop_last()
+        self._kept.append(found)
+
+    def _drop_last(self) -> None:
+        last = self._kept.pop()
+        if len(last.t) > 1:
+            self._kept.append(last.pick(slice(-1)))
+
+    def keep_last(self, *, before: bool = False) -> None:
+        """Keep the end of the last step; `before` an event there, by the least time there is."""
+        self.work_off()
+        last = self._last
+        if self._kept[-1].t[-1] < last.t[0]:
+            self._kept.append(last)
+        if before:
+            self._drop_last()
+            last = last._replace(t=np.nextafter(last.t, 0.0))
+            if not self._kept or self._kept[-1].t[-1] < last.t[0]:
+                self._kept.append(last)
+
+    def all_kept(self) -> Kept:
+        """All that is kept in one; no force pulls."""
+        found = together(self._kept)
+        return found._replace(press=np.maximum(found.press, 0.0))
+
+    # --- steps --------------------------------------------------------------------------------
+
+    def _book(self, steps: Steps, known: Kept, rates: FloatArray, ends: Kept) -> None:
+        """Take steps of which all is `known` but totals; `rates` (m, ...) are those of these.
+
+        The balance of energy is checked at the `ends` (k,) of steps.
+        """
+        nodes, lengths = steps.nodes, steps.h[:, None]
+        gained = np.cumsum(lengths * (WEIGHTS @ rates[nodes[:, 1:]]), axis=0)
+        reached = self._reached + np.vstack([0 * self._reached, gained])
+        known.totals[nodes[:, -1]] = ends.totals[:] = self._told(reached[1:])
+        if len(steps.samples):
+            h = steps.h[steps.of]
+            parts = np.divide(known.t[steps.samples] - steps.t[steps.of], h, where=h > 0,
+                              out=np.zeros(len(h)))  # fmt: skip
+            within = np.einsum("si,sij->sj", _shares(parts), rates[nodes[steps.of]])
+            known.totals[steps.samples] = self._told(reached[steps.of] + h[:, None] * within)
+        self._reached = reached[-1]
+        self.touches.note(known.press[nodes])
+        self._keep_samples(steps, known)
+        self._last = known.pick(nodes[-1, -1:])
+        self._ends.append(ends)
+        own = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
+        at = self.motion(known.pick(own.ravel()))
+        poses, rates = (column.reshape(*own.shape, *column.shape[1:]) for column in at)
+        own_steps = steps.t[steps.h > 0], steps.h[steps.h > 0]
+        self._steps.append((*own_steps, poses, rates, known.pressed[own[:, 0]]))
+        self._counted += len(own)
+        if self._counted >= BLOCK:
+            self._look_through()
+
+    def _told(self, totals: FloatArray) -> FloatArray:
+        """Energies lost and supplied (m, 2) of totals (m, ...)."""
+        lost = totals[:, 0] + totals[:, 2 + len(self.contacts) :].sum(axis=1)
+        return np.stack([lost, totals[:, 1]], axis=1)
+
+    def _keep_samples(self, steps: Steps, known: Kept) -> None:
+        """Keep the samples; in contacts the ends of steps, too, where none is."""
+        rows, ends = steps.samples, steps.nodes[:, -1]
+        if known.pressed[ends[0], : self._marked].any():
+            last = np.full(len(ends), -inf)
+            last[steps.of] = known.t[rows]  # in order: the last of a step remains
+            rows = np.concatenate([rows, ends[last < known.t[ends]]])
+            rows = rows[np.argsort(known.t[rows], kind="stable")]
+        if len(rows):
+            self._keep(known.pick(rows))
+
+    # --- touches ------------------------------------------------------------------------------
+
+    def leap(self, k: int, impulse: float, lost: float, supplied: float) -> None:
+        """Take the impulse (N s) of a contact, what it loses (J), and what a drive does (J)."""
+        self.work_off()
+        self._reached = self._reached.copy()
+        self._reached[[1, 2 + k, 2 + len(self.contacts) + k]] += supplied, impulse, lost
+
+    def totals_of(self, k: int) -> tuple[float, float]:
+        """Impulse (N s) and energy (J) that a contact has taken so far.
+
+        What it stores counts as lost until it ends.
+        """
+        self.work_off()
+        return float(self._reached[2 + k]), float(self._reached[2 + len(self.contacts) + k])
+
+    def intervals(self, first: int, places: FloatArray) -> Intervals:
+        """Touches of the contacts from `first` on, which are at `places` (pairs,), m, now."""
+        numbered = enumerate(places.tolist(), start=first)
+        now = [(place, self.totals_of(k)) for k, place in numbered]
+        return self.touches.intervals(first, now, self.seeker)
+
+    # --- blocks -------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """Work off all that waits."""
+        self.work_off()
+        self._look_through()
+
+    def _look_through(self) -> None:
+        """Look for extremes within steps, and check their ends."""
+        if self._steps:
+            columns = (np.concatenate(own) for own in zip(*self._steps, strict=True))
+            t, h, poses, rates, pressed = columns
+            self.seeker.take(t, h, (poses, rates), pressed)
+        if self._ends:
+            self._check(together(self._ends))
+        self._steps, self._ends, self._counted = [], [], 0
+
+    def _check(self, ends: Kept) -> None:
+        poses, rates = self.motion(ends)
+        energies = self.energies(ends, poses, rates)
+        total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
+        if self._start_energy is None:
+            self._start_energy = float(total[0])
+        errors = joint_residuals(self.mechanism, poses, ends.places)
+        residual = float(np.abs(total - self._start_energy).max())
+        self.energy_residual = max(self.energy_residual, residual)
+        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
+        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
+
+    def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
+        """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
+        kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
+        lost, supplied = at.totals.T.copy()
+        for k in np.flatnonzero(at.pressed.any(axis=0)).tolist():
+            contact, rows = self.contacts[k], at.pressed[:, k]
+            if isinstance(contact.law, Impulse):
+                continue  # rigid: it stores nothing
+            elastic = contact.law.stored_energy(-approach(contact, poses[rows], rates[rows]).gap)
+            stored[rows] += elastic
+            lost[rows] -= elastic
+        return np.stack([kinetic, stored, lost, supplied], axis=1)
+
+
+def together(parts: list[Kept]) -> Kept:
+    """Return instants one after the other."""
+    *columns, owns = zip(*parts, strict=True)
+    own = owns[0]._make(np.concatenate(column) for column in zip(*owns, strict=True))
+    return Kept._make((*map(np.concatenate, columns), own))
+
+
+def _shares(parts: FloatArray) -> FloatArray:
+    """Weights (m, 1 + stages) of an integral up to parts of a step: its start, its stages.
+
+    Of the polynomial through them, as places and speeds have it. Up to the end these are the
+    weights of the method, of which the start has none, since that rule is exact for it.
+    """
+    powers = np.arange(1, STAGES + 2)
+    return np.asarray((parts[:, None] ** powers / powers) @ POWERS)
