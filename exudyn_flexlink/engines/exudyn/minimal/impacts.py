@@ -107,7 +107,6 @@ class Impacts:
 
     def __post_init__(self) -> None:
         self.together: list[tuple[float, list[str]]] = []  # s, and contacts with one impact
-        self.hits: list[tuple[int, Interval]] = []  # by the number of the contact
         names = [contact.name for contact in self.model.assembly.mechanism.touching]
         self._bounces = {
             k: Bounces(names[k], contact.restitution) for k, contact in self._contacts.items()
@@ -183,7 +182,6 @@ class Impacts:
             self.recorder.leap(k, *map(float, own))
             if not over[c] and jump.impulse[c] > 0:
                 hit = _interval(time, before[k].place, jump, c)
-                self.hits.append((k, hit))
                 self.model.touches.bounce(k, hit)
                 endless = self._bounces[k].endless(time, hit.approach_speed)
                 self.endless = self.endless or endless
