@@ -28,7 +28,7 @@ def diagnosed(result: Result) -> Result:
     """Return a run with warnings of all that is doubtful; failed, where it is no motion at all."""
     warnings = (
         *result.warnings,
-        *input_notes(result.scene, assemble_scene(result.scene).mechanism),
+        *input_notes(result.scene, assemble_scene(result.scene)),
         *few_steps(result),
         *finer_than_asked(result),
         *soft_walls(result),
