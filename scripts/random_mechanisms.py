@@ -20,61 +20,31 @@ from __future__ import annotations
 
 import argparse
 import sys
-import warnings
-from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import yaml
 from benchmarks.side_by_side import add_numbers, judged, numbers_of
+from benchmarks.verdicts import CRASHED, LATE, REFUSED, RIGHT, SILENT, TOLD, Verdict, of_file, table
 from drawing.mechanisms import FAMILIES, TOLERANCE, draw
-from fuzzing.limits import TooLongError, limited
 from random_strikes import OF_ACCURACY
 
 from exudyn_flexlink import load_scene
-from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import common_times, separation
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.source import SceneError
 
 JUDGE, CHECK = 1e-3, 1e-2  # of the tolerance
 UNSURE = 0.5  # of the tolerance: what the two runs to judge by may differ by
 
-RIGHT, TOLD, SILENT = "right", "over and told", "over SILENTLY"
-STOPPED, OPEN, REFUSED = "stopped and said why", "nothing to judge by", "refused"
-LATE, CRASHED = "not waited for", "CRASHED"
+STOPPED, OPEN = "stopped and said why", "nothing to judge by"
 KINDS = (RIGHT, TOLD, SILENT, STOPPED, OPEN, REFUSED, LATE, CRASHED)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What became of a mechanism: by how many tolerances it is off, and what it says itself."""
-
-    family: str
-    kind: str
-    off: float = 0.0
-    told: str = ""
 
 
 def judge(text: str, family: str, seconds: float, measure: bool = True) -> Verdict:
     """Run a model file, and compare it with itself at tighter tolerances."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "drawn.yaml"
-        path.write_text(text, encoding="utf-8")
-        try:
-            with limited(seconds), warnings.catch_warnings():
-                warnings.simplefilter("error", RuntimeWarning)  # NumPy's may reach no user
-                return _verdict(path, family, measure)
-        except TooLongError:
-            return Verdict(family, LATE)
-        except (NotRepresentableError, SceneError) as error:
-            return Verdict(family, REFUSED, told=str(error).splitlines()[0])
-        except Exception as error:  # what a user would see as a traceback is looked for here
-            return Verdict(family, CRASHED, told=f"{type(error).__name__}: {error}")
+    return of_file(text, family, seconds, partial(_verdict, family=family, measure=measure))
 
 
 def _verdict(path: Path, family: str, measure: bool) -> Verdict:
@@ -116,18 +86,6 @@ def drawn(number: int, seed: int) -> tuple[str, str]:
     return family, yaml.safe_dump(model, sort_keys=False)
 
 
-def table(found: list[Verdict]) -> Iterator[str]:
-    """Lines that count the verdicts of each family."""
-    yield f"| | {' | '.join(KINDS)} | largest of the right, tolerances |"
-    yield "|---" * (len(KINDS) + 2) + "|"
-    for family in FAMILIES:
-        own = [verdict for verdict in found if verdict.family == family]
-        counts = Counter(verdict.kind for verdict in own)
-        largest = max((verdict.off for verdict in own if verdict.kind == RIGHT), default=0.0)
-        numbers = " | ".join(str(counts[kind]) for kind in KINDS)
-        yield f"| {family} | {numbers} | {largest:.2g} |"
-
-
 def main() -> int:
     """Print the verdicts that are not right, and a table of all."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
@@ -144,7 +102,7 @@ def main() -> int:
         found.append(one)
         if one.kind != RIGHT or options.only is not None:
             print(f"{number:4d} {one.family}, {one.kind}: {one.off:.2g}; {one.told}", flush=True)
-    print(*table(found), sep="\n")
+    print(*table(found, FAMILIES, KINDS, (RIGHT,), "largest of the right"), sep="\n")
     return 1 if any(one.kind in {SILENT, CRASHED} for one in found) else 0
 
 

@@ -147,6 +147,22 @@ def test_a_bead_given_by_few_digits_is_on_its_track():
     assert "the joints allow [0.1499" in said
 
 
+def test_a_place_that_gives_way_to_joints_is_told_with_its_amount():
+    track = Spline(((0, 0), (0.1, 0.03), (0.2, 0.02), (0.3, 0.05)), closed=False)
+    at = "initial: {{positions: {{bead: [{:.12f}, {:.12f}]}}}}\n"
+    place = track.point(0.1)
+    beside = place + 8e-8 * track.normal(0.1)
+    for tolerance, told in ((1e-6, False), (1e-7, True), (1e-8, True)):
+        asked = scene(BEAD + at.format(*beside)).with_({"accuracy.tolerance": tolerance})
+        found = fl.simulate(asked, measure=False)
+        said = [one for one in found.warnings if one.startswith("initial.positions.bead: moved")]
+        assert bool(said) == told
+        assert not told or "moved by 8e-08 m" in said[0]
+        np.testing.assert_allclose(found.poses[0, 0, :2], place, atol=1e-10)
+    said = refused(BEAD + at.format(*(place + np.array([0, 4.9e-7]))))
+    assert "4.9e-07 m missing" in said
+
+
 def test_yamls_merge_key_takes_over_what_a_section_does_not_say():
     found = scene("""
 bodies:

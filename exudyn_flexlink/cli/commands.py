@@ -39,7 +39,7 @@ def check_command(options: argparse.Namespace) -> int:
     if refused and formulation(scene) != "minimal":
         raise SceneError(scene.document, refused)
     tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
-    for told in input_notes(scene, assembly.mechanism):
+    for told in input_notes(scene, assembly):
         complain(f"warning: {told}")
     if options.figure is None:
         return DONE

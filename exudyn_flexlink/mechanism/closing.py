@@ -33,7 +33,7 @@ CLOSED = 1e-10  # m or rad: residual of a joint that counts as closed
 ITERATIONS = 60
 AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to tell it from others
 KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
-TYPED = 1e-5  # of a part's reach: so far off may be a place that was typed with few digits
+TYPED = 2e-6  # of a part's reach: 7 decimals of a metre leave so much open for one of 5 cm
 SHUFFLES = 12  # last starts, from random angles: these close six-bars that the others leave open
 
 

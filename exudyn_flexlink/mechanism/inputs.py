@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.curves import closing
+from exudyn_flexlink.mechanism.assembly import Assembly
+from exudyn_flexlink.mechanism.closing import CLOSED
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.schedule import end_of_run
 from exudyn_flexlink.mechanism.sensing import motor_place, motor_speed
@@ -16,16 +18,26 @@ from exudyn_flexlink.scene import Scene, SplineSpec, Table
 MANY_ROWS = 10_000  # of a table: fewer cost no run much time
 JUMP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
 STILL = 1e-2  # rad/s, m/s or m: what is less may be nothing but for a run's errors
+MOVED = 0.1  # of the tolerance: so far a place may give way to joints without a word
 SAME = 1e-6  # of a table's largest value: what a row adds to the line between its neighbours
 
 
-def input_notes(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
-    """Say which splines are closed by their last point, and which tables have idle rows."""
+def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
+    """Say which splines are closed by their last point, which places moved, which rows are idle."""
+    mechanism = assembly.mechanism
     for name, curve in scene.curves.items():
         for gap in _repeats(curve):
             told = "closes the curve, and is left out"
             yield f"curves.{name}: the last point, {gap:.3g} m from the first, {told}"
     yield from _jumps(scene, mechanism)
+    for body, given in scene.initial.positions.items():
+        found = assembly.state.q[mechanism.bodies[body][0], :2]
+        away = float(np.hypot(*(found - given)))
+        if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+            yield (
+                f"initial.positions.{body}: moved by {away:.2g} m, to [{found[0]:.12g}, "
+                f"{found[1]:.12g}], which its joints allow"
+            )
     begin, end = scene.initial.clock, end_of_run(scene, mechanism)
     for name, drive in scene.drives.items():
         for value in drive.value if isinstance(drive.value, tuple) else (drive.value,):

@@ -32,7 +32,7 @@ def diagnosed(result: Result) -> Result:
     """Return a run with warnings of all that is doubtful; failed, where it is no motion at all."""
     warnings = (
         *result.warnings,
-        *input_notes(result.scene, assemble_scene(result.scene).mechanism),
+        *input_notes(result.scene, assemble_scene(result.scene)),
         *few_steps(result),
         *coarse_for_clearance(result),
         *soft_walls(result),
