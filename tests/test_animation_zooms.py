@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.animation import film_of, zooms
+from exudyn_flexlink.animation import film_of, touches
 from exudyn_flexlink.animation.look import TOUCH
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.samples import PRECISE, kept_instants
 from exudyn_flexlink.animation.shots import Shots, largest_of
 from exudyn_flexlink.animation.speed import frames_of
-from exudyn_flexlink.animation.zooms import STRIKE_PART, Viewpoint, zooms_of
+from exudyn_flexlink.animation.touches import STRIKE_PART, Viewpoint, zooms_of
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import faces
@@ -46,7 +46,7 @@ def test_a_viewpoint_turns_and_moves_with_its_part():
 def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, monkeypatch):
     film = film_of(run)
     [face] = faces(film.takes[0].model)
-    monkeypatch.setattr(zooms, "faces", lambda _: [replace(face, side=side)])
+    monkeypatch.setattr(touches, "faces", lambda _: [replace(face, side=side)])
     zoom, poses = zoom_of(film), run.poses
     ends = np.stack([anchor_position(end, poses) for end in (face.start, face.end)], axis=1)
     length = np.linalg.norm(ends[0, 1] - ends[0, 0])
@@ -107,7 +107,7 @@ def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
 def test_what_slides_along_much_of_the_picture_needs_no_zoom(run, monkeypatch):
     film = film_of(run)
     part = zoom_of(film).length / film.size
-    monkeypatch.setattr(zooms, "SLIDES", 0.99 * part)
+    monkeypatch.setattr(touches, "SLIDES", 0.99 * part)
     assert zooms_of(film, film.takes[0]) == []
 
 
@@ -115,7 +115,7 @@ def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkey
     assert [zoom.name for zoom in zooms_of(film_of(run), film_of(run).takes[0])] == ["strike"]
     for film in (film_of(without_touches(run)), film_of(run, window=(0.0, 0.2))):
         assert zooms_of(film, film.takes[0]) == []
-    monkeypatch.setattr(zooms, "MOST_FACES", 0)
+    monkeypatch.setattr(touches, "MOST_FACES", 0)
     assert zooms_of(film_of(run), film_of(run).takes[0]) == []
 
 

@@ -27,7 +27,7 @@ from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, Measured
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import contact_totals, force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
-from exudyn_flexlink.page.reproducing import model_text
+from exudyn_flexlink.page.contents import model_text
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.result import Extremes, Outcome, Result
 from exudyn_flexlink.scene import parse_scene
@@ -365,7 +365,7 @@ def test_the_command_names_what_the_run_used(told: Callable[[Result], Element]) 
 def test_a_model_too_long_for_a_page_is_elsewhere(
     told: Callable[[Result], Element], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("exudyn_flexlink.page.reproducing.LARGEST_FILE", 1000)
+    monkeypatch.setattr("exudyn_flexlink.page.contents.LARGEST_FILE", 1000)
     page = told(rigid_link())
     assert "The model is too long for a page. It is in summary.json" in page.words
     assert not [one for one in page.all("a") if "download" in one.attributes]

@@ -35,7 +35,7 @@ from exudyn_flexlink.animation.look import (
     WIDTHS,
 )
 from exudyn_flexlink.animation.shots import Glow, Largest, Shots
-from exudyn_flexlink.animation.zooms import Viewpoint
+from exudyn_flexlink.animation.touches import Viewpoint
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position
 from exudyn_flexlink.plots.outline import Drawn, Line, Mark, coil, wall_lines, walled

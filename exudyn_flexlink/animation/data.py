@@ -16,12 +16,11 @@ from exudyn_flexlink.animation.film import Film, Take
 from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.slowing import Stretch
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, usual_speed
-from exudyn_flexlink.animation.touches import Touching, strength, touching_of
-from exudyn_flexlink.animation.zooms import Zoom, zooms_of
+from exudyn_flexlink.animation.touches import Touching, Zoom, strength, touching_of, zooms_of
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, pair_sides
 from exudyn_flexlink.observables import turns
-from exudyn_flexlink.plots.outline import Line, link_line
+from exudyn_flexlink.plots.outline import Line, through
 from exudyn_flexlink.plots.panels import length_unit
 
 
@@ -116,7 +115,7 @@ def _zoom(zoom: Zoom) -> dict[str, Any]:
     guide = None if channel is None else {
         "length": channel.length,
         "clearance": channel.clearance,
-        "link": _line(link_line(channel)),
+        "link": _line(through(channel.name, *channel.nodes)),
         "sides": list(pair_sides(channel)),
     }  # fmt: skip
     return {

@@ -11,11 +11,7 @@ import numpy as np
 from exudyn_flexlink.animation.slowing import Slow, Stretch, around, around_strikes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Mechanism, build_mechanism
-from exudyn_flexlink.observables import (
-    between_samples,
-    crank_angle,
-    crank_joint,
-)
+from exudyn_flexlink.observables import between_samples, crank_angle, crank_joint
 from exudyn_flexlink.plots.outline import (
     Drawn,
     Mark,

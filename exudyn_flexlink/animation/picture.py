@@ -25,11 +25,10 @@ from exudyn_flexlink.animation.film import Film
 from exudyn_flexlink.animation.look import INK, PALE, thickness
 from exudyn_flexlink.animation.shots import Largest, Shots, largest_of
 from exudyn_flexlink.animation.speed import Frames
-from exudyn_flexlink.animation.timeline import Timeline
-from exudyn_flexlink.animation.zoom_panel import ZoomPanel
+from exudyn_flexlink.animation.zoom_panel import Timeline, ZoomPanel
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.panels import length_unit
-from exudyn_flexlink.plots.saving import MISSING
+from exudyn_flexlink.plots.style import MISSING
 
 Pixels = NDArray[np.uint8]
 

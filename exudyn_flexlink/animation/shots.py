@@ -12,8 +12,7 @@ from exudyn_flexlink.animation.film import Film, Take
 from exudyn_flexlink.animation.look import GLOW_SECONDS, LABELLED
 from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.speed import Frames
-from exudyn_flexlink.animation.touches import Touching, strength, touching_of
-from exudyn_flexlink.animation.zooms import Zoom, zooms_of
+from exudyn_flexlink.animation.touches import Touching, Zoom, strength, touching_of, zooms_of
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position
 

@@ -1,15 +1,18 @@
-"""What stands on a page, section by section: all that a run has, and nothing that it has not."""
+"""What stands on a page, section by section: all that a run has, and how to run it again."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+
+import yaml
 
 from exudyn_flexlink.animation import film_of, player
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import joints_with_play
 from exudyn_flexlink.page.figures import Picture, pictures_of
-from exudyn_flexlink.page.reproducing import command_of, model_text
 from exudyn_flexlink.report import (
     Table,
     cost_table,
@@ -29,10 +32,16 @@ from exudyn_flexlink.report import (
     touch_table,
 )
 from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import LARGEST_FILE
 
 MOST_STRIKES = 100  # of a contact: some screens of a phone
 MOST_PAIRS = 10
 MOST_TOUCHES = 200  # folded, until the reader opens them
+MODEL = "model.yaml"
+"""Name under which the page offers the model file."""
+
+WIDTH = 100  # columns of the model file
 
 
 @dataclass(frozen=True)
@@ -55,29 +64,12 @@ class Section:
         return any((self.texts, self.pictures, self.tables, self.folded, self.player))
 
 
-@dataclass(frozen=True)
-class Contents:
-    """All that a page tells.
+def contents_of(result: Result) -> dict[str, Any]:
+    """Return what a page tells of a run, by the names that its template has for it.
 
-    `ending` is how the run ended, in a word, and `why` if it stopped, with what to try. `model` is
-    the scene as a model file, None if it is too long.
+    `why` it stopped is told with what to try. `model` is the scene as a model file, None if it is
+    too long.
     """
-
-    title: str
-    source: str
-    ending: str
-    why: Sequence[str]
-    warnings: Sequence[str]
-    facts: Table
-    sections: Sequence[Section]
-    model: str | None
-    command: str
-    settings: Table
-    versions: Table
-
-
-def contents_of(result: Result) -> Contents:
-    """Return what a page tells of a run."""
     pictures = pictures_of(result)
     sections = [
         Section("mechanism", "Mechanism", pictures=_of(pictures, "mechanism")),
@@ -90,19 +82,19 @@ def contents_of(result: Result) -> Contents:
         _effects(result),
         _errors(result),
     ]
-    return Contents(
-        result.scene.title,
-        result.scene.source,
-        _ending(result),
-        [] if result.outcome.completed else failure_text(result).split("\n"),
-        result.warnings,
-        _facts(result),
-        [section for section in sections if section],
-        model_text(result.scene),
-        command_of(result),
-        Table("Settings of the engine, in SI units", _rows(result.settings)),
-        Table("Versions", _rows(result.versions)),
-    )
+    return {
+        "title": result.scene.title,
+        "source": result.scene.source,
+        "ending": _ending(result),
+        "why": [] if result.outcome.completed else failure_text(result).split("\n"),
+        "warnings": result.warnings,
+        "facts": _facts(result),
+        "sections": [section for section in sections if section],
+        "model": model_text(result.scene),
+        "command": command_of(result),
+        "settings": Table("Settings of the engine, in SI units", _rows(result.settings)),
+        "versions": Table("Versions", _rows(result.versions)),
+    }
 
 
 def _ending(result: Result) -> str:
@@ -178,3 +170,27 @@ def _rows(told: Mapping[str, float | str]) -> list[list[str]]:
     return [
         [name, value if isinstance(value, str) else number(value)] for name, value in told.items()
     ]
+
+
+def model_text(scene: Scene) -> str | None:
+    """Return the scene as a model file, in SI units; None if it is too long to be read as one.
+
+    Points of splines, and tables, that came from files of their own are in it.
+    """
+    data = scene.to_data()
+    if len(json.dumps(data, ensure_ascii=False).encode("utf-8")) > LARGEST_FILE // 2:
+        return None  # YAML takes more room, and its reader some seconds
+    text: str = yaml.safe_dump(
+        data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=WIDTH
+    )
+    return text
+
+
+def command_of(result: Result) -> str:
+    """Return the command that makes the run again from its model file."""
+    words = ["python -m exudyn_flexlink simulate", MODEL]
+    if result.engine != "exudyn":
+        words.append(f"--engine {result.engine}")
+    if result.error is not None and not result.error.missing:
+        words.append("--horizon")
+    return " ".join(words)

@@ -1,9 +1,9 @@
-"""Error over processor time, every method of a study on one plot."""
+"""What accuracy costs, method by method, and how far benchmarks are from published numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import log10
+from math import isfinite, log10
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,9 @@ from exudyn_flexlink.plots.frame import framed_figure, links_of
 from exudyn_flexlink.plots.panels import legend_outside, sized
 from exudyn_flexlink.plots.style import (
     BLACK,
+    BLUE,
     ENGINE_COLOURS,
+    FAILED,
     GREEN,
     GREY,
     ORANGE,
@@ -26,6 +28,7 @@ from exudyn_flexlink.plots.style import (
     Style,
     styled,
 )
+from exudyn_flexlink.verification import VerifiedRun
 
 LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
          "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
@@ -35,6 +38,8 @@ LEGEND = 2.4  # inches on a screen, of the legend above in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
+ROW = 0.24  # inches on a screen, of a number
+LEAST = 1e-17  # a smaller difference, in any unit, is none: it is drawn here
 
 
 @styled
@@ -120,3 +125,33 @@ def _level(axes: Axes, source: Source) -> None:
         colour, name = _OF_SOURCES[source.kind]
         level = _drawn(source.errors)
         axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
+
+
+@styled
+def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure:
+    """Every number of some runs in a row of its own: its difference, and what is allowed."""
+    numbers = [(one, number) for one in runs for number in one.numbers]
+    title = "Benchmarks against published numbers"
+    subject = "Difference of each number, in its SI unit; a bar ends at what is allowed"
+    notes = [f"{one.benchmark}, {one.run}: {one.stopped}" for one in runs if one.stopped]
+    figure = framed_figure((title, subject), 0.9 + ROW * len(numbers), style, notes=notes)
+    axes = figure.subplots()
+    axes.set_xscale("log")
+    for row, (_, number) in enumerate(numbers):
+        colour = BLUE if number.fine else FAILED
+        axes.plot([LEAST, number.allowed], [row, row], color=GREY, linewidth=0.7)
+        axes.plot([number.allowed], [row], "|", color=BLACK, markersize=sized(8))
+        if isfinite(number.computed):
+            axes.plot([max(number.difference, LEAST)], [row], "o", color=colour)
+    for fine, colour, label in ((True, BLUE, "as near as allowed"), (False, FAILED, "off")):
+        if any(number.fine == fine for _, number in numbers):
+            axes.plot([], [], "o", color=colour, label=label)
+    axes.plot([], [], "|", color=BLACK, markersize=sized(8), label="allowed")
+    axes.set_yticks(
+        range(len(numbers)),
+        [f"{one.benchmark}, {one.run}: {n.name} ({n.unit})" for one, n in numbers],
+    )
+    axes.set_ylim(len(numbers) - 0.5, -0.5)
+    axes.set_xlabel("difference")
+    legend_outside(axes)
+    return figure

@@ -1,4 +1,4 @@
-"""The forces that act, with what is known of their errors, and the first strikes in a zoom."""
+"""The forces that act, the first strikes in a zoom; energies, and the error of their balance."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     along,
+    engine_colour,
     legend_outside,
     letter,
     limits,
@@ -25,12 +26,18 @@ from exudyn_flexlink.plots.panels import (
     shade_beyond,
     sized,
 )
-from exudyn_flexlink.plots.style import GREY, SCREEN, SERIES, Style, styled
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, RED, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import Result
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
 LEAST_HEIGHT = 1.75  # inches of a panel
 ENTRY = 0.23  # inches of a line of a legend beside a panel, with the room above it
+_ENERGIES = (
+    ("kinetic", BLUE, "-"),
+    ("stored", GREEN, "-"),
+    ("dissipated", RED, "--"),
+    ("supplied", BLACK, ":"),
+)
 
 
 @styled
@@ -177,3 +184,48 @@ def _acts(result: Result, force: Force) -> bool:
     contact = result.contacts.get(force.name) if force.quantity == "contact force" else None
     touched = contact is not None and len(contact.touches) > 0
     return touched or bool(np.any(force.size))
+
+
+@styled
+def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
+    """Energies over time and, on a logarithmic axis, what their balance misses.
+
+    None if there is nothing but one sample.
+    """
+    if len(result.time) < 2:
+        return None
+    figure = new_figure(result, "Energy, and the error of its balance", 5.2, style)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    series = [getattr(result.energy, name) for name, *_ in _ENERGIES]
+    largest = max(float(np.max(np.abs(values))) for values in series)
+    factor, unit = (1e3, "mJ") if largest < 1 else (1.0, "J")
+    thin = float(mpl.rcParams["lines.linewidth"])
+    widths = line_widths(series, thin)
+    for (name, colour, line), values, width in zip(_ENERGIES, series, widths, strict=True):
+        look = {"linestyle": line} if width == thin else {"alpha": 0.5}
+        upper.plot(result.time, factor * values, color=colour, linewidth=width, label=name, **look)
+    upper.set_ylabel(f"energy ({unit})")
+    _residual(lower, result, factor, unit)
+    lower.set_xlabel("time (s)")
+    lower.set_xlim(result.time[0], result.time[-1])
+    for axes in (upper, lower):
+        shade_beyond(axes, result, result.time, named=axes is upper)
+        legend_outside(axes)
+    letter([upper, lower])
+    return figure
+
+
+def _residual(axes: Axes, result: Result, factor: float, unit: str) -> None:
+    missed = np.abs(result.energy.residual)
+    shown = factor * np.where(missed > 0, missed, np.nan)
+    axes.set_ylabel(f"error ({unit})")
+    axes.set_yscale("log")
+    if np.all(np.isnan(shown)):
+        axes.text(0.5, 0.5, "zero throughout", ha="center", transform=axes.transAxes)
+        return
+    axes.plot(result.time, shown, color=engine_colour(result), linewidth=0.9, label="|error|")
+    kinetic = factor * result.checks.largest_kinetic_energy
+    if kinetic > 0:
+        axes.axhline(kinetic, color=BLACK, linestyle=":", label="largest kinetic\nenergy")
+    worst = float(np.nanmax(shown))
+    axes.set_ylim(bottom=worst * 1e-6)  # zero crossings would stretch the axis without end

@@ -8,10 +8,19 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import text_to_path
 
-from exudyn_flexlink.plots.saving import MISSING, figure_bytes
-from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, FAILED, GREY, SCREEN, Style
+from exudyn_flexlink.plots.style import (
+    BLACK,
+    ENGINE_COLOURS,
+    FAILED,
+    GREY,
+    MISSING,
+    SCREEN,
+    Style,
+    figure_bytes,
+)
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
@@ -72,14 +81,9 @@ def framed_figure(
     top = line_height * len(above) + 0.12 * bool(above)
     bottom = line_height * len(below) + 0.08 * bool(below)
     whole = style.scale * height + top + bottom
-    figure = ShownFigure(
-        figsize=(style.width, whole), dpi=style.dpi, layout="constrained", facecolor="white"
-    )
+    layout = ConstrainedLayoutEngine(rect=(0.0, bottom / whole, 1.0, style.scale * height / whole))
+    figure = ShownFigure((style.width, whole), style.dpi, layout=layout, facecolor="white")
     figure.set_label(subject)  # which a page shows as its caption
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        rect = (0.0, bottom / whole, 1.0, style.scale * height / whole)
-        engine.set(rect=rect)  # type: ignore[call-arg]
     left = EDGE / style.width
     for i, (line, size, colour, weight) in enumerate(above):
         place = left, 1 - (0.08 + line_height * i) / whole

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -62,7 +63,11 @@ class Posed:
     @cached_property
     def shown(self) -> list[Drawn]:
         """Curves, bodies and circles, as lines."""
-        return [own for own in drawn_lines(self.scene, self.model) if own.kind in SHOWN]
+        return self.drawn(SHOWN)
+
+    def drawn(self, kinds: Collection[str]) -> list[Drawn]:
+        """Lines of some kinds."""
+        return [own for own in drawn_lines(self.scene, self.model) if own.kind in kinds]
 
     @cached_property
     def unit(self) -> tuple[float, str]:

@@ -30,7 +30,6 @@ from exudyn_flexlink.report.frequencies import link_frequencies, sprung_frequenc
 from exudyn_flexlink.report.start import freedom_lines, start_lines
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.scene import (
-    Body,
     ContactLaw,
     Drive,
     FlexibleBody,
@@ -83,22 +82,16 @@ def run_duration(scene: Scene, assembly: Assembly) -> float | None:
     return end_of_run(scene, assembly.mechanism)
 
 
-# --- parts ----------------------------------------------------------------------------------
-
-
 def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
     rows = []
     for name, body in scene.bodies.items():
         parts = [part for part in mechanism.parts if part.body == name]
         count = f"{len(parts)} rigid part{'s' if len(parts) > 1 else ''}"
         mass = f"{sum(part.mass for part in parts):.5g} kg"
-        rows.append([name, body.type, count, mass, _length(body)])
+        length = getattr(body, "length", None)
+        told = "" if length is None else f"{number(length)} m long"
+        rows.append([name, body.type, count, mass, told])
     return ["Bodies", *table(rows)]
-
-
-def _length(body: Body) -> str:
-    length = getattr(body, "length", None)
-    return "" if length is None else f"{number(length)} m long"
 
 
 def _joints(scene: Scene) -> list[str]:
@@ -132,18 +125,18 @@ def _fit(sleeve: SleeveJoint) -> str:
 
 
 def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = []
-    for spring in mechanism.all_springs:
-        if spring.name in scene.springs:
-            where = _where(scene.springs[spring.name])
-            rows.append([spring.name, where, *_spring_numbers(spring)])
-    for name, body in scene.bodies.items():
+    rows = [
+        [spring.name, _where(scene.springs[spring.name]), *_spring_numbers(spring)]
+        for spring in mechanism.all_springs
+        if spring.name in scene.springs
+    ]
+    for name in scene.bodies:
         halves = [s for s in mechanism.linear_springs if s.name.startswith(f"{name} stretch ")]
-        if isinstance(body, FlexibleBody) and halves:
+        if halves:
             inner = halves[len(halves) // 2]  # at the ends half rods may be stiffer
             rows.append([f"{name}, {len(halves)} rods stretch", "each", *_spring_numbers(inner)])
         hinges = [s for s in mechanism.springs if s.name.startswith(f"{name} hinge ")]
-        if isinstance(body, FlexibleBody) and hinges:
+        if hinges:
             rows.append([f"{name}, {len(hinges)} hinges", "each", *_spring_numbers(hinges[0])])
     return ["Springs", *table(rows)] if rows else []
 
@@ -223,9 +216,6 @@ def _law(law: Law) -> list[str]:
         return ["rigid, by impulse", restitution, ""]
     friction = f"friction {number(law.friction)}" if law.friction > 0 else ""
     return [f"k {number(law.stiffness)} N/m", restitution, friction]
-
-
-# --- run and steps --------------------------------------------------------------------------
 
 
 def _run(scene: Scene, assembly: Assembly) -> list[str]:

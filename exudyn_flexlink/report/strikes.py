@@ -5,13 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from math import degrees, inf, isfinite
 
-from exudyn_flexlink.observables import (
-    Strike,
-    crank_joint,
-    lever_response,
-    strikes,
-    struck_bodies,
-)
+from exudyn_flexlink.observables import Strike, crank_joint, lever_response, strikes, struck_bodies
 from exudyn_flexlink.report.tables import Column, Table, table_of_items
 from exudyn_flexlink.result import Result
 
