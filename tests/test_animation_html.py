@@ -13,7 +13,7 @@ from browsing.chromium import browser, program
 
 from exudyn_flexlink.animation import Slow, film_of, page, player
 from exudyn_flexlink.animation.data import film_data, row
-from exudyn_flexlink.animation.touches import zooms_of
+from exudyn_flexlink.animation.zooms import zooms_of
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.animation import film_of, touches
+from exudyn_flexlink.animation import film_of, zooms
 from exudyn_flexlink.animation.look import TOUCH
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.samples import PRECISE, kept_instants
-from exudyn_flexlink.animation.shots import Shots, largest_of
+from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import frames_of
-from exudyn_flexlink.animation.touches import STRIKE_PART, Viewpoint, zooms_of
+from exudyn_flexlink.animation.zooms import STRIKE_PART, Viewpoint, zooms_of
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import faces
@@ -46,7 +46,7 @@ def test_a_viewpoint_turns_and_moves_with_its_part():
 def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, monkeypatch):
     film = film_of(run)
     [face] = faces(film.takes[0].model)
-    monkeypatch.setattr(touches, "faces", lambda _: [replace(face, side=side)])
+    monkeypatch.setattr(zooms, "faces", lambda _: [replace(face, side=side)])
     zoom, poses = zoom_of(film), run.poses
     ends = np.stack([anchor_position(end, poses) for end in (face.start, face.end)], axis=1)
     length = np.linalg.norm(ends[0, 1] - ends[0, 0])
@@ -62,8 +62,7 @@ def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, m
 def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
     film = film_of(run)
     zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 200, 0.05))
-    largest = largest_of([shots])
-    glows = [glow for i in range(len(shots.frames.times)) for glow in shots.glows(i, largest)]
+    glows = [glow for i in range(len(shots.frames.times)) for glow in shots.glows(i)]
     seen = [zoom.view.seen(glow.place[None], shots.poses[glow.frame])[0] for glow in glows]
     x = np.array(seen)[:, 0]
     assert len(x) > 20
@@ -76,11 +75,10 @@ def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
 def test_a_touch_that_ended_stays_on_the_face_which_moves_on(run):
     film = film_of(run)
     zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 400, 0.05))
-    largest = largest_of([shots])
     end = run.contacts["strike"].touches.end[1]
     first = int(np.searchsorted(shots.frames.times, end, side="right"))
     later = first + 60
-    was, now = (shots.glows(i, largest)[-1] for i in (first, later))
+    was, now = (shots.glows(i)[-1] for i in (first, later))
     lever = shots.poses[:, -1, 2]
     assert abs(lever[later] - lever[now.frame]) > 0.01
     assert 0 < now.fresh < was.fresh
@@ -107,7 +105,7 @@ def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
 def test_what_slides_along_much_of_the_picture_needs_no_zoom(run, monkeypatch):
     film = film_of(run)
     part = zoom_of(film).length / film.size
-    monkeypatch.setattr(touches, "SLIDES", 0.99 * part)
+    monkeypatch.setattr(zooms, "SLIDES", 0.99 * part)
     assert zooms_of(film, film.takes[0]) == []
 
 
@@ -115,7 +113,7 @@ def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkey
     assert [zoom.name for zoom in zooms_of(film_of(run), film_of(run).takes[0])] == ["strike"]
     for film in (film_of(without_touches(run)), film_of(run, window=(0.0, 0.2))):
         assert zooms_of(film, film.takes[0]) == []
-    monkeypatch.setattr(touches, "MOST_FACES", 0)
+    monkeypatch.setattr(zooms, "MOST_FACES", 0)
     assert zooms_of(film_of(run), film_of(run).takes[0]) == []
 
 

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from exudyn_flexlink.animation.film import Film, Take
+from exudyn_flexlink.animation.film import Film, Take, Touching, strength, touching_of
 from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.slowing import Stretch
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, usual_speed
-from exudyn_flexlink.animation.touches import Touching, Zoom, strength, touching_of, zooms_of
+from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, pair_sides
 from exudyn_flexlink.observables import turns

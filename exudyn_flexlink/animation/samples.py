@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from exudyn_flexlink.animation.film import Film, Take
-from exudyn_flexlink.animation.touches import zooms_of
+from exudyn_flexlink.animation.zooms import zooms_of
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.plots.outline import walled
 

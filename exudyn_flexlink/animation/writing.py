@@ -74,7 +74,7 @@ def film_bytes(
     """Return a film as the content of a file: ``"mp4"``, ``"gif"`` or ``"html"``.
 
     Raises:
-        FilmError: there is no such format, it can't be written so, or ffmpeg failed.
+        FilmError: there is no such format, it can't be written so, is too long, or ffmpeg failed.
 
     """
     if suffix not in FORMATS:
@@ -83,7 +83,7 @@ def film_bytes(
         raise FilmError("\n".join(mistakes))
     if suffix == "html":
         return page(film, filming.speed).encode("utf-8")
-    return (gif if suffix == "gif" else video)(film, filming, progress)
+    return (_gif if suffix == "gif" else _video)(film, filming, progress)
 
 
 def usual_formats() -> tuple[str, ...]:
@@ -96,13 +96,8 @@ def is_animation(content: bytes) -> bool:
     return GENERATOR.encode() in content
 
 
-def gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
-    """Return a film as the content of a GIF that repeats.
-
-    Raises:
-        FilmError: it would have too many frames.
-
-    """
+def _gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+    """Return a film as the content of a GIF that repeats."""
     ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
     frames = frames_of(film, 1 / (ticks * GIF_TICK), filming.speed or usual_speed(film))
     width = filming.width or GIF_WIDTH
@@ -123,13 +118,8 @@ def gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes
     return written.getvalue()
 
 
-def video(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
-    """Return a film as the content of an MP4.
-
-    Raises:
-        FilmError: ffmpeg failed.
-
-    """
+def _video(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+    """Return a film as the content of an MP4."""
     program = ffmpeg()
     assert program is not None  # see `Filming.mistakes`
     rate = filming.fps or VIDEO_FPS

@@ -18,9 +18,10 @@ from exudyn_flexlink.animation.actors import (
     mechanism_actors,
     words,
 )
+from exudyn_flexlink.animation.film import strength
 from exudyn_flexlink.animation.look import ARROW, INK, PALE, TOUCH
-from exudyn_flexlink.animation.shots import Largest, Shots
-from exudyn_flexlink.animation.touches import Zoom, strength
+from exudyn_flexlink.animation.shots import Shots
+from exudyn_flexlink.animation.zooms import Zoom
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Channel, pair_sides
 from exudyn_flexlink.observables import State, contact_states
@@ -45,9 +46,7 @@ class ZoomPanel:
     `scale` is that of the picture above, pixels per m.
     """
 
-    def __init__(
-        self, place: Place, takes: Sequence[Shots], name: str, largest: Largest, scale: float
-    ) -> None:
+    def __init__(self, place: Place, takes: Sequence[Shots], name: str, scale: float) -> None:
         zooms = {i: shots.zooms[name] for i, shots in enumerate(takes) if name in shots.zooms}
         own = next(iter(zooms.values()))
         larger = _fit(place, own, scale)
@@ -56,7 +55,7 @@ class ZoomPanel:
         self._actors: list[Actor] = []
         for i, zoom in zooms.items():
             seen = replace(place, rank=i if len(takes) > 1 else -1, view=zoom.view)
-            self._actors += _shown(seen, takes[i], zoom, largest)
+            self._actors += _shown(seen, takes[i], zoom)
         self._title = place.axes.text(
             0.012, 0.98, "", transform=place.axes.transAxes, va="top", color="#666666",
             fontsize=place.points(12),
@@ -79,15 +78,15 @@ class ZoomPanel:
         self.artists = [self._title, *(own for actor in self._actors for own in actor.artists)]
 
 
-def _shown(place: Place, shots: Shots, zoom: Zoom, largest: Largest) -> Iterator[Actor]:
+def _shown(place: Place, shots: Shots, zoom: Zoom) -> Iterator[Actor]:
     """What moves in the zoom of one run."""
     if zoom.channel is not None:
-        yield WalledLink(place, shots, zoom.channel, largest)
+        yield WalledLink(place, shots, zoom.channel)
         return
     yield from mechanism_actors(place, shots)
     if place.rank <= 0:
         yield PointsActor(place, shots, zoom.length)
-    yield GlowsActor(place, shots, largest, only=zoom.name)
+    yield GlowsActor(place, shots, only=zoom.name)
 
 
 def _fit(place: Place, own: Zoom, scale: float) -> str:
@@ -125,8 +124,8 @@ def draw_walls(place: Place, own: Channel) -> None:
 class WalledLink:
     """A link between the walls of its guide, and arrows for the forces on it."""
 
-    def __init__(self, place: Place, shots: Shots, channel: Channel, largest: Largest) -> None:
-        self._place, self._shots, self._largest = place, shots, largest
+    def __init__(self, place: Place, shots: Shots, channel: Channel) -> None:
+        self._place, self._shots = place, shots
         wide, pale = place.wide_and_pale
         colour = shots.take.colour or BLUE
         look: dict[str, Any] = {"color": colour, "alpha": pale, "marker": ".",
@@ -157,7 +156,7 @@ class WalledLink:
     def _arrow(self, at: FloatArray, force: float, side: float) -> None:
         """An arrow that presses on the link: down from the upper wall, up from the lower."""
         place = self._place
-        length = place.points(ARROW[0] + ARROW[1] * min(self._largest.part(force), 1.0) ** 0.5)
+        length = place.points(ARROW[0] + ARROW[1] * min(self._shots.film.part(force), 1.0) ** 0.5)
         arrow = {"arrowstyle": "-|>", "color": TOUCH, "linewidth": place.points(2.2),
                  "shrinkA": 0, "shrinkB": 0, "mutation_scale": place.points(11)}  # fmt: skip
         shaft = place.axes.annotate(
@@ -176,7 +175,7 @@ class WalledLink:
 class Timeline:
     """Touches as high as their force, and a mark at the frame."""
 
-    def __init__(self, place: Place, takes: Sequence[Shots], largest: Largest) -> None:
+    def __init__(self, place: Place, takes: Sequence[Shots]) -> None:
         axes, film, self._frames = place.axes, takes[0].film, takes[0].frames
         span = film.end - film.begin
         margin = EDGE * span / (1 - 2 * EDGE)
@@ -193,7 +192,7 @@ class Timeline:
         for shots in takes:
             for touching in shots.touching:
                 touches = touching.touches
-                high = [max(largest.part(v) ** 0.5, LEAST) for v in strength(touches).tolist()]
+                high = [max(film.part(v) ** 0.5, LEAST) for v in strength(touches).tolist()]
                 tops = BOTTOM + (TOP - BOTTOM) * np.array(high)
                 ends = touches.until(film.end)
                 bars = [

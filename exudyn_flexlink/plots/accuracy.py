@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from exudyn_flexlink.accuracy import Errors, Method, Point, Source, Study
+from exudyn_flexlink.accuracy import Errors, Method, Point, Study
 from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.plots.frame import framed_figure, links_of
 from exudyn_flexlink.plots.panels import legend_outside, sized
@@ -89,7 +89,10 @@ def _draw(axes: Axes, study: Study) -> None:
         points = [point for point in study.points if point.method == method]
         _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
     for source in study.sources:
-        _level(axes, source)
+        level = _drawn(source.errors)
+        if source.kind in _OF_SOURCES and level > LOWEST:
+            colour, name = _OF_SOURCES[source.kind]
+            axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
     label = f"target asked for, {study.target:.2g} m"
     axes.axhline(study.target, color=BLACK, linewidth=0.8, linestyle=(0, (1, 2)), label=label)
     low, high = axes.get_ylim()
@@ -105,26 +108,15 @@ def _draw(axes: Axes, study: Study) -> None:
 
 
 def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) -> None:
-    style = _style(method)
+    kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
+    marker, line = LOOKS.get(kind, LOOKS[""])
+    style: dict[str, Any] = {"linestyle": line, "marker": marker, "markersize": sized(5)}
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
     x = np.array([point.processor for point in points])
     y = np.array([_drawn(point.errors, floor) for point in points])
     axes.plot(x, y, color=colour, label=method.name, **style)
     hollow = {**style, "linestyle": "", "markerfacecolor": "white"}
     axes.plot(x[y < floor], y[y < floor], color=colour, **hollow)
-
-
-def _style(method: Method) -> dict[str, Any]:
-    kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
-    marker, line = LOOKS.get(kind, LOOKS[""])
-    return {"linestyle": line, "marker": marker, "markersize": sized(5)}
-
-
-def _level(axes: Axes, source: Source) -> None:
-    if source.kind in _OF_SOURCES and _drawn(source.errors) > LOWEST:
-        colour, name = _OF_SOURCES[source.kind]
-        level = _drawn(source.errors)
-        axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
 
 
 @styled

@@ -21,6 +21,8 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     Slot,
+    anchor_position,
+    angle_of,
     left_of,
     turned,
 )
@@ -78,6 +80,20 @@ class Mark:
 
     kind: str
     anchor: Anchor
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """Where something is seen from: an origin, and the angle (rad) of its x-axis in that part."""
+
+    origin: Anchor
+    angle: float = 0.0
+
+    def seen(self, points: FloatArray, poses: FloatArray) -> FloatArray:
+        """Points (..., n, 2) m of the ground in its axes, with the parts at `poses`."""
+        away = points - anchor_position(self.origin, poses)[..., None, :]
+        angle = self.angle + angle_of(self.origin.part, poses)
+        return np.asarray(turned(away, -np.asarray(angle)[..., None]))
 
 
 def through(name: str, *anchors: Anchor) -> Line:

@@ -24,9 +24,12 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
-from exudyn_flexlink.report.curves import curve_lines
-from exudyn_flexlink.report.effects import effects_table
-from exudyn_flexlink.report.frequencies import link_frequencies, sprung_frequencies
+from exudyn_flexlink.report.parts import (
+    curve_lines,
+    effects_table,
+    link_frequencies,
+    sprung_frequencies,
+)
 from exudyn_flexlink.report.start import freedom_lines, start_lines
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.scene import (
