@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.animation.film import Film, Take, Touching, strength, touching_of
 from exudyn_flexlink.animation.samples import kept_instants
-from exudyn_flexlink.animation.slowing import Stretch
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, usual_speed
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.arrays import FloatArray
@@ -38,8 +37,8 @@ def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
         "unit": {"factor": factor, "name": unit},
         "horizon": None if beyond is None else {"from": beyond[0], "words": beyond[1]},
         "slow_seconds": SLOW_SECONDS,
-        "slow": [_stretch(own) for own in film.slow],
-        "strikes": [_stretch(own) for own in film.strikes],
+        "slow": [[own.begin, own.end] for own in film.slow],
+        "strikes": [[own.begin, own.end] for own in film.strikes],
         "takes": [_take(film, take) for take in film.takes],
     }
 
@@ -48,10 +47,6 @@ def row(values: ArrayLike, kind: str = "f4") -> dict[str, str]:
     """Return numbers, in the order of their memory, as text."""
     packed = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
     return {kind: base64.b64encode(packed).decode("ascii")}
-
-
-def _stretch(own: Stretch) -> list[float]:
-    return [own.begin, own.end]
 
 
 def _take(film: Film, take: Take) -> dict[str, Any]:

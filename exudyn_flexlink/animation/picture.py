@@ -78,18 +78,15 @@ class Picture:
         """One frame, (height, width, 4): red, green, blue and 255, as canvas and ffmpeg know it."""
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", MISSING)
-            self._draw(frame)
+            self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+            self._told.set_text(self._text(frame))
+            self._figure.draw_artist(self._told)
+            for actor in self._actors:
+                actor.show(frame)
+                for artist in actor.artists:
+                    if artist.get_visible():
+                        self._figure.draw_artist(artist)
         return np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-
-    def _draw(self, frame: int) -> None:
-        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
-        self._told.set_text(self._text(frame))
-        self._figure.draw_artist(self._told)
-        for actor in self._actors:
-            actor.show(frame)
-            for artist in actor.artists:
-                if artist.get_visible():
-                    self._figure.draw_artist(artist)
 
     def _room(self, bottom: float, height: float) -> Axes:
         """Axes as wide as the picture, by places in pixels."""

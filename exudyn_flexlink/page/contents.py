@@ -41,6 +41,7 @@ MOST_TOUCHES = 200  # folded, until the reader opens them
 MODEL = "model.yaml"
 """Name under which the page offers the model file."""
 
+EFFECTS = "Effects, simulated or not"
 WIDTH = 100  # columns of the model file
 
 
@@ -71,6 +72,7 @@ def contents_of(result: Result) -> dict[str, Any]:
     too long.
     """
     pictures = pictures_of(result)
+    effects = effects_table(result.scene, build_mechanism(result.scene))
     sections = [
         Section("mechanism", "Mechanism", pictures=_of(pictures, "mechanism")),
         Section("animation", "Animation", player=_player(result)),
@@ -79,7 +81,7 @@ def contents_of(result: Result) -> dict[str, Any]:
         _touches(result, pictures),
         Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
         Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
-        _effects(result),
+        Section("effects", "Effects", tables=[replace(effects, caption=EFFECTS)]),
         _errors(result),
     ]
     return {
@@ -144,13 +146,6 @@ def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
         folded.append(touch_table(result, joint, MOST_TOUCHES))
     drawn = _of(pictures, "guide_contact")
     return Section("touches", "Touches", [], drawn, _filled(tables), _filled(folded))
-
-
-def _effects(result: Result) -> Section:
-    told = effects_table(result.scene, build_mechanism(result.scene))
-    return Section(
-        "effects", "Effects", tables=[replace(told, caption="Effects, simulated or not")]
-    )
 
 
 def _errors(result: Result) -> Section:

@@ -82,7 +82,8 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
     widths = line_widths(series, thin)
     for i, ((name, force), width) in enumerate(zip(panel.items(), widths, strict=True)):
         colour, faint = SERIES[i % len(SERIES)], 0.5 if width > thin else 1.0
-        label = force.name + _known(result, name)
+        error = _largest_error(result, name)
+        label = force.name + (f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else "")
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
         off = _band(result, name)
         if not np.all(np.isnan(off)):
@@ -115,12 +116,6 @@ def _deviation(result: Result, name: str) -> ForceDeviation:
     return unknown if result.error is None else result.error.forces.get(name, unknown)
 
 
-def _known(result: Result, name: str) -> str:
-    """Return how far a force may be off, for a legend: in the unit of its axis."""
-    off = _largest_error(result, name)
-    return f" \N{PLUS-MINUS SIGN} {told_error(off)}" if off > 0 else ""
-
-
 def _coarsen(axes: Axes, errors: Sequence[float]) -> None:
     """Let numbers at the axis be no finer than the least of the errors."""
     least = min(errors, default=0.0)
@@ -150,18 +145,6 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
     legend_outside(axes)
 
 
-def _momentary(result: Result) -> set[str]:
-    """Names of the forces of contacts that only have impacts without duration.
-
-    Between those they are zero, and a line at zero looks as if nothing had been struck.
-    """
-    return {
-        f"contact force of {name}"
-        for name, own in result.contacts.items()
-        if np.isinf(own.touches.peak_force).any() and not own.force.any()
-    }
-
-
 def _panels(result: Result) -> dict[str, dict[str, Force]]:
     """Forces by what an axis is called, with the unit, and by their own names.
 
@@ -169,7 +152,12 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     contacts, of which a turn needs eight.
     """
     found: dict[str, dict[str, Force]] = {}
-    momentary = _momentary(result)
+    # Between impacts without duration a line at zero looks as if nothing had been struck.
+    momentary = {
+        f"contact force of {name}"
+        for name, own in result.contacts.items()
+        if np.isinf(own.touches.peak_force).any() and not own.force.any()
+    }
     for name, force in forces_of(result).items():
         if name not in momentary:
             found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force

@@ -146,14 +146,11 @@ def caption_of(result: Result) -> str:
 
 def links_of(scene: Scene) -> list[str]:
     """Hinges and rods of flexible bodies, in words."""
-    return [
-        f"{name}: hinges {_stiffness(body)}, n = {body.rods}"
-        + (", half ends" if body.layout == "half_ends" else "")
-        for name, body in scene.bodies.items()
-        if isinstance(body, FlexibleBody)
-    ]
-
-
-def _stiffness(body: FlexibleBody) -> str:
-    rule = body.hinges.stiffness
-    return f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
+    told = []
+    for name, body in scene.bodies.items():
+        if isinstance(body, FlexibleBody):
+            rule = body.hinges.stiffness
+            hinges = f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
+            ends = ", half ends" if body.layout == "half_ends" else ""
+            told.append(f"{name}: hinges {hinges}, n = {body.rods}{ends}")
+    return told

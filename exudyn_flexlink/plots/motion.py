@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator, MultipleLocator, NullLocator
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.observables import (
@@ -34,7 +34,6 @@ from exudyn_flexlink.plots.panels import (
     letter,
     shade_beyond,
     sized,
-    ticks_in_degrees,
 )
 from exudyn_flexlink.plots.sleeve import strip, strip_height
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, SCREEN, SKY, Style, styled
@@ -104,7 +103,10 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
             look = lap_look(lap.number, cycle, every[-1].number, colours, name)
             axes.plot(lap.turned, position[lap.samples, i], **look)
     _mark_strikes(axes, result, position)
-    ticks_in_degrees(axes, max(float(np.max(lap.turned)) for lap in every))
+    largest = max(float(np.max(lap.turned)) for lap in every)
+    axes.set_xlim(0.0, largest or 2 * np.pi)  # a crank that stands still
+    axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
+    axes.xaxis.set_major_formatter(lambda x, _: f"{np.degrees(x):.0f}")
     axes.set_xlabel("crank angle within each lap (degrees)")
 
 
@@ -172,7 +174,7 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     axes.set_rorigin(middle)
     shown = [circle for circle in circles if start <= circle <= end]
     axes.set_rgrids(shown, [""] * len(shown))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
+    axes.xaxis.set_major_formatter(lambda x, _: f"{np.degrees(x):.0f}")
     axes.set_xlabel("crank angle (degrees)")
     inner = 0.5 * (start - middle) / (end - middle)  # of the circle's width, the hole's radius
     scale = axes.inset_axes((OFF, 0.5 + inner, 1e-3, 0.5 - inner), projection="rectilinear")

@@ -154,15 +154,11 @@ class Sketch(Posed):
         """Entries for all that is drawn."""
         scene, model = self.scene, self.model
         handles = self.body_legend()
-        mark: dict[str, Any] = {"color": BLACK, "markersize": sized(4)}
-        handles.append(
-            Line2D(
-                [], [], marker="o", linewidth=1.0, label=f"S: {watched_point(scene)}, path", **mark
-            )
-        )
-        if len(model.slots) == 1:
-            handles.append(Line2D([], [], marker="s", linestyle="", label="P: in the slot", **mark))
-        handles.append(Line2D([], [], marker="+", linestyle="", label="O: origin", **mark))
+        mark: dict[str, Any] = {"color": BLACK, "markersize": sized(4), "linewidth": 1.0}
+        told = {"S": f"S: {watched_point(scene)}, path", "P": "P: in the slot", "O": "O: origin"}
+        for name in ("S", "P", "O") if len(model.slots) == 1 else ("S", "O"):
+            mark["linestyle"] = "-" if name == "S" else ""
+            handles.append(Line2D([], [], marker=_MARKS[name], label=told[name], **mark))
         if pivots(model):
             pivot: dict[str, Any] = {"marker": "^", "color": BLACK, "mfc": "white", "linestyle": ""}
             handles.append(Line2D([], [], label="pivot on the ground", **pivot))

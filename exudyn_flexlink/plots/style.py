@@ -47,10 +47,7 @@ MISSING = "Glyph .* missing from font"
 
 # Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
 _RC: dict[Any, Any] = {"pdf.fonttype": 42, "svg.hashsalt": "exudyn-flexlink"}
-_UNDATED: dict[str, dict[str, Any]] = {
-    "pdf": {"CreationDate": None},
-    "svg": {"Date": None},
-}
+_UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
 
 @dataclass(frozen=True)
