@@ -1,7 +1,7 @@
 """A film as plain data that a page embeds: names and short lists as JSON, long rows as base64.
 
 Rows of numbers are little-endian: ``f4`` and ``f8`` are 32 and 64 bits of a float, ``i4`` of an
-integer. The player (`player.js`) reads them as typed arrays. Lengths in m, times in s, forces in N.
+integer. `player/film.js` reads them as typed arrays. Lengths in m, times in s, forces in N.
 """
 
 from __future__ import annotations

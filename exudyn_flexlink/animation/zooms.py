@@ -53,16 +53,11 @@ def zooms_of(film: Film, take: Take) -> list[Zoom]:
     found = [face for face in faces(take.model) if face.name in struck]
     shown = found if len(found) <= MOST_FACES else []
     at_faces = [_at_face(film, take, face, struck[face.name]) for face in shown]
-    return [
-        *(_in_guide(channel) for channel in walled(take.model)),
-        *(zoom for zoom in at_faces if zoom.length <= SLIDES * film.size),
-    ]
-
-
-def _in_guide(channel: Channel) -> Zoom:
-    length, reach = channel.length, ROOM * channel.clearance
-    along = -BESIDE * length, (1 + BESIDE) * length
-    return Zoom(channel.name, Viewpoint(channel.guide), along, (-reach, reach), channel)
+    guides = []
+    for own in walled(take.model):
+        along, reach = (-BESIDE * own.length, (1 + BESIDE) * own.length), ROOM * own.clearance
+        guides.append(Zoom(own.name, Viewpoint(own.guide), along, (-reach, reach), own))
+    return [*guides, *(zoom for zoom in at_faces if zoom.length <= SLIDES * film.size)]
 
 
 def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:

@@ -41,7 +41,6 @@ MOST_TOUCHES = 200  # folded, until the reader opens them
 MODEL = "model.yaml"
 """Name under which the page offers the model file."""
 
-EFFECTS = "Effects, simulated or not"
 WIDTH = 100  # columns of the model file
 
 
@@ -71,23 +70,29 @@ def contents_of(result: Result) -> dict[str, Any]:
     `why` it stopped is told with what to try. `model` is the scene as a model file, None if it is
     too long.
     """
-    pictures = pictures_of(result)
+    pictures, moves = pictures_of(result), result.time[0] < result.time[-1]
     effects = effects_table(result.scene, build_mechanism(result.scene))
+    effects = replace(effects, caption="Effects, simulated or not")
+    errors = replace(error_table(result), caption="How far the run is off")
     sections = [
         Section("mechanism", "Mechanism", pictures=_of(pictures, "mechanism")),
-        Section("animation", "Animation", player=_player(result)),
+        Section("animation", "Animation", player=player(film_of(result)) if moves else ""),
         Section("motion", "Motion", pictures=_of(pictures, "coordinates", "polar")),
         _strikes(result, pictures),
         _touches(result, pictures),
         Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
         Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
-        Section("effects", "Effects", tables=[replace(effects, caption=EFFECTS)]),
-        _errors(result),
+        Section("effects", "Effects", tables=[effects]),
+        Section("errors", "Errors", tables=_filled([errors, run_force_errors(result)])),
     ]
+    ending = "Completed"
+    if not result.outcome.completed:
+        interrupted = result.outcome.reason == INTERRUPTED
+        ending = "Interrupted" if interrupted else "Stopped before its end"
     return {
         "title": result.scene.title,
         "source": result.scene.source,
-        "ending": _ending(result),
+        "ending": ending,
         "why": [] if result.outcome.completed else failure_text(result).split("\n"),
         "warnings": result.warnings,
         "facts": _facts(result),
@@ -97,19 +102,6 @@ def contents_of(result: Result) -> dict[str, Any]:
         "settings": Table("Settings of the engine, in SI units", _rows(result.settings)),
         "versions": Table("Versions", _rows(result.versions)),
     }
-
-
-def _ending(result: Result) -> str:
-    if result.outcome.completed:
-        return "Completed"
-    return "Interrupted" if result.outcome.reason == INTERRUPTED else "Stopped before its end"
-
-
-def _player(result: Result) -> str:
-    """The player of the run's animation; empty if the run has one instant only."""
-    if not result.time[0] < result.time[-1]:
-        return ""
-    return player(film_of(result))
 
 
 def _facts(result: Result) -> Table:
@@ -146,11 +138,6 @@ def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
         folded.append(touch_table(result, joint, MOST_TOUCHES))
     drawn = _of(pictures, "guide_contact")
     return Section("touches", "Touches", [], drawn, _filled(tables), _filled(folded))
-
-
-def _errors(result: Result) -> Section:
-    own = replace(error_table(result), caption="How far the run is off")
-    return Section("errors", "Errors", tables=_filled([own, run_force_errors(result)]))
 
 
 def _of(pictures: Mapping[str, Picture], *names: str) -> list[Picture]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from exudyn_flexlink.accuracy import Errors, Method, Point, Study
 from exudyn_flexlink.observables import name_of
@@ -59,21 +59,17 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     axes.set_ylabel(f"largest error of\n{name_of(study.judged_by)} (m)")
     legend_outside(axes)
     axes.set_xlabel("processor time of the solve (s)")
-    _label_times(axes)
+    low, high = axes.get_xlim()
+    subs = (1.0, 2.0, 5.0) if log10(high / low) < FEW_DECADES else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=subs))
+    axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     return figure
 
 
 def _drawn(errors: Errors, floor: float = 0.0) -> float:
     """Where an error is drawn, m: far below the floor there is nothing to see."""
     return max(errors.largest, DEEPEST * floor, LOWEST)
-
-
-def _label_times(axes: Axes) -> None:
-    low, high = axes.get_xlim()
-    subs = (1.0, 2.0, 5.0) if log10(high / low) < FEW_DECADES else (1.0,)
-    axes.xaxis.set_major_locator(LogLocator(subs=subs))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _caption(study: Study) -> list[tuple[str, str]]:

@@ -52,7 +52,8 @@ def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
     panels = _panels(result)
     if not panels or len(result.time) < 2:
         return None
-    zooms = _first_strikes(result)
+    found = {name: strikes(result, name) for name in result.contacts}
+    zooms = {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
     entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
     heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
     figure = new_figure(result, "Forces", max(2.8, sum(heights)), style)
@@ -121,12 +122,6 @@ def _coarsen(axes: Axes, errors: Sequence[float]) -> None:
     least = min(errors, default=0.0)
     if least > 0 and float(np.min(np.diff(axes.get_yticks()))) < least:
         axes.yaxis.set_major_locator(MultipleLocator(10.0 ** ceil(log10(least))))
-
-
-def _first_strikes(result: Result) -> dict[str, Strike]:
-    """First strike of every contact whose force lasts, by the contact's name."""
-    found = {name: strikes(result, name) for name in result.contacts}
-    return {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:

@@ -144,7 +144,10 @@ def _name(axes: Axes, posed: Posed) -> None:
         *(x for of in lines.values() for x in of),
         *(own.line.at(posed.poses[0]) for own in posed.drawn(["curve"])[: len(posed.model.slots)]),
     ]
-    labels = Labels(axes, factor * np.concatenate([_along(line) for line in every]))
+    # Names keep away from points all along the lines.
+    spots = [np.linspace(a, b, SPOTS) for line in every for a, b in pairwise(line)]
+    alone = [line for line in every if len(line) == 1]
+    labels = Labels(axes, factor * np.concatenate([*spots, *alone]))
     marks = (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model))
     if marks:
         symbols = np.stack([_place(posed, mark.anchor) for mark in marks])
@@ -166,9 +169,3 @@ def _name(axes: Axes, posed: Posed) -> None:
     for place, names in groups:
         text = "\n".join(names)
         labels.write(text, factor * place, place - middle, color=BLACK, fontsize=small)
-
-
-def _along(line: FloatArray) -> FloatArray:
-    """Points (M, 2) all along a polyline, for names to keep away from."""
-    parts = [np.linspace(a, b, SPOTS) for a, b in pairwise(line)]
-    return np.concatenate(parts) if parts else line

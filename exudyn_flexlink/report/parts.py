@@ -166,6 +166,8 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     laws: dict[str, Law] = {n: j.acting for n, j in walled.items() if j.acting is not None}
     laws |= {name: contact.law for name, contact in scene.contacts.items()}
     rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
+    # The hinges of a link count as one, under the link's name.
+    damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
@@ -173,17 +175,11 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
         _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
         _effect("impact", list(scene.contacts)),
         _effect("friction", rough),
-        _effect("damping", _damped(mechanism)),
+        _effect("damping", list(dict.fromkeys(damped))),
         _effect("restitution below 1", [n for n, law in laws.items() if law.restitution < 1]),
         _effect("gravity", gravity if any(scene.gravity) else []),
     ]
     return Table("Effects", rows)
-
-
-def _damped(mechanism: Mechanism) -> list[str]:
-    """Springs with damping; the hinges of a link count as one, under the link's name."""
-    damped = [spring.name for spring in mechanism.all_springs if spring.damping > 0]
-    return list(dict.fromkeys(name.split(" hinge ")[0] for name in damped))
 
 
 def _effect(name: str, causes: Sequence[str]) -> list[str]:
