@@ -43,8 +43,7 @@ from exudyn_flexlink.observables import (
     positions,
     separation,
 )
-from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
-from exudyn_flexlink.plots.motion import X_COLOURS, draw_radius, radial_scale
+from exudyn_flexlink.plots.motion import by_lap, draw_radius, lap_look, radial_scale, shade_laps
 from exudyn_flexlink.plots.panels import BEYOND, columns_of
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.result import Result
@@ -176,9 +175,7 @@ def coordinates(column: Sequence[Axes], seen: Case, every: Sequence[Case]) -> No
         series = seen.position[:, row]
         shade_laps(one, seen.result, places, laps, series[:, None])
         for x, lap in zip(places, laps, strict=True):
-            look = lap_style(lap.number, LAPS, laps[-1].number, X_COLOURS)
-            label = lap_label(lap.number, LAPS, laps[-1].number)
-            one.plot(x, series[lap.samples], label=label or None, **look)
+            one.plot(x, series[lap.samples], **lap_look(lap.number, LAPS, laps[-1].number))
         _room_for(one, [other.position[:, row] for other in every])
     column[-1].set_xlabel("crank angle in the lap (degrees)")
     column[-1].set_xticks(range(0, 361, 90))

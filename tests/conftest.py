@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from cli_runs import Fake
 from matplotlib.figure import Figure
-from results import rigid_link
+from results import rigid_link, tilting_link
 from studies import studied
 
 from exudyn_flexlink.accuracy import Study
@@ -33,6 +33,18 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 def study() -> Study:
     """Return a study of a world in which all goes well."""
     return studied()
+
+
+@pytest.fixture(scope="session")
+def rigid() -> Result:
+    """Return the paper's run, a rigid link that strikes twice in four laps."""
+    return rigid_link(samples=401)
+
+
+@pytest.fixture(scope="session")
+def tilting() -> Result:
+    """Return a run of a link with clearance in its guide."""
+    return tilting_link()
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ from math import pi
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from exudyn_flexlink.curves import intersect_ray
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
@@ -401,3 +403,13 @@ def _begun(sleeve: SleeveHistory, end: float, count: int) -> SleeveHistory:
     touches = sleeve.touches.where(sleeve.touches.begin < end)
     lasts = np.where(touches.end > end, np.inf, touches.end)
     return replace(sleeve, force=sleeve.force[:count], touches=replace(touches, end=lasts))
+
+
+def texts(figure: Figure) -> list[Text]:
+    """Return all texts of a figure that say something."""
+    return [text for text in figure.findobj(Text) if text.get_text()]
+
+
+def words(figure: Figure) -> str:
+    """Return what a figure says."""
+    return "\n".join(text.get_text() for text in texts(figure))

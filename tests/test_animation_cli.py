@@ -38,18 +38,14 @@ def said(capsys, *arguments):
 
 
 def test_a_run_is_animated_in_its_folder(saved, capsys):
-    code, out, err = said(capsys, "run", "--format", "gif,html", *FEW)
+    asked = ["--format", "gif,gif", "--format", "html,gif"]  # formats add up
+    code, out, err = said(capsys, "run", *asked, *FEW)
     assert (code, out, err) == (0, "Written to run/: animation.gif, animation.html\n", "")
     assert Path("run/animation.gif").read_bytes().startswith(b"GIF89a")
     assert Path("run/animation.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     # Its own files are replaced, the run stays as it was.
     assert said(capsys, "run", "--format", "html")[0] == 0
     assert fl.load("run").outcome.completed
-
-
-def test_formats_add_up(saved, capsys):
-    code, out, _ = said(capsys, "run", "--format", "gif,gif", "--format", "html,gif", *FEW)
-    assert (code, out) == (0, "Written to run/: animation.gif, animation.html\n")
 
 
 def test_without_ffmpeg_a_gif_and_a_page_are_written(saved, capsys, monkeypatch):
@@ -160,12 +156,14 @@ ODD = {
     "a pendulum": results.pendulum,
     "a block in a slot": results.slider,
     "a link with clearance": lambda: results.tilting_link(samples=401),
+    "what stands still": lambda: results.block(np.zeros_like, np.zeros_like),
+    "what stopped": lambda: results.stopped(results.pendulum()),
 }
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("made", ODD.values(), ids=ODD)
-def test_any_model_is_animated(made, capsys):
+def test_any_run_is_animated(made, capsys):
     run = made()
     results.put(run, "odd")
     end = float(run.time[-1])
@@ -174,22 +172,7 @@ def test_any_model_is_animated(made, capsys):
 
 
 @pytest.mark.filterwarnings("error")
-def test_what_stands_still_is_animated(capsys):
-    still = results.block(np.zeros_like, np.zeros_like)
-    results.put(still, "still")
-    few = ["--fps", "5", "--speed", "1", "--width", "200", "--format", "gif,html"]
-    assert said(capsys, "still", *few)[0] == 0
-
-
-@pytest.mark.filterwarnings("error")
 def test_names_without_a_font_are_no_warning(run, capsys):
     for name in ("$\\foo{$", "\u6a5f\u69cb"):
         results.put(run, name)
     assert said(capsys, "$\\foo{$", "--with", "\u6a5f\u69cb", "--format", "gif", *FEW)[0] == 0
-
-
-@pytest.mark.filterwarnings("error")
-def test_a_stopped_run_is_animated_up_to_its_end(run, capsys):
-    results.put(results.stopped(results.pendulum()), "stopped")
-    few = ["--speed", "0.5", "--fps", "5", "--width", "200", "--format", "gif,html"]
-    assert said(capsys, "stopped", *few)[0] == 0

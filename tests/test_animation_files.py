@@ -154,21 +154,17 @@ def test_a_video_has_its_frames_and_shows_the_run(run, tmp_path):
     assert stream["pix_fmt"] == "yuv420p"  # which every player knows
 
 
-@needs_ffmpeg
-def test_what_ffmpeg_says_is_handed_on(run, monkeypatch):
-    monkeypatch.setattr(writing_room, "ffmpeg", lambda: shutil.which("false"))
-    with pytest.raises(FilmError, match="ffmpeg made no video: it did not say why"):
-        film_bytes(film_of(run, window=(0, 0.1)), "mp4", Filming(width=200))
+HALF = 'cat > /dev/null; for file; do :; done; echo half > "$file"; echo no space left >&2; exit 1'
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell stands in for ffmpeg")
-def test_a_video_that_ffmpeg_left_unfinished_is_none(run, monkeypatch, tmp_path):
+@pytest.mark.parametrize(("does", "told"), [("exit 1", "it did not say"), (HALF, "no space left")])
+def test_what_ffmpeg_says_of_a_video_that_it_did_not_finish_is_handed_on(
+    run, monkeypatch, tmp_path, does, told
+):
     program = tmp_path / "ffmpeg"
-    program.write_text(
-        "#!/bin/sh\ncat > /dev/null\nfor file; do :; done\n"
-        'echo half > "$file"\necho no space left >&2\nexit 1\n'
-    )
+    program.write_text(f"#!/bin/sh\n{does}\n")
     program.chmod(0o755)
     monkeypatch.setattr(writing_room, "ffmpeg", lambda: str(program))
-    with pytest.raises(FilmError, match="ffmpeg made no video: no space left"):
+    with pytest.raises(FilmError, match=f"ffmpeg made no video: {told}"):
         film_bytes(film_of(run, window=(0, 0.1)), "mp4", Filming(width=200))

@@ -23,11 +23,6 @@ def run():
     return results.rigid_link(samples=801)
 
 
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link()
-
-
 class Reader(HTMLParser):
     """What a page refers to, and the data in it."""
 

@@ -10,7 +10,7 @@ from exudyn_flexlink.animation import film_of, zooms
 from exudyn_flexlink.animation.look import TOUCH
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.samples import PRECISE, kept_instants
-from exudyn_flexlink.animation.shots import Shots, largest_of
+from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import frames_of
 from exudyn_flexlink.animation.zooms import STRIKE_PART, Viewpoint, zooms_of
 from exudyn_flexlink.intervals import Intervals
@@ -62,8 +62,7 @@ def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, m
 def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
     film = film_of(run)
     zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 200, 0.05))
-    largest = largest_of([shots])
-    glows = [glow for i in range(len(shots.frames.times)) for glow in shots.glows(i, largest)]
+    glows = [glow for i in range(len(shots.frames.times)) for glow in shots.glows(i)]
     seen = [zoom.view.seen(glow.place[None], shots.poses[glow.frame])[0] for glow in glows]
     x = np.array(seen)[:, 0]
     assert len(x) > 20
@@ -76,11 +75,10 @@ def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
 def test_a_touch_that_ended_stays_on_the_face_which_moves_on(run):
     film = film_of(run)
     zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 400, 0.05))
-    largest = largest_of([shots])
     end = run.contacts["strike"].touches.end[1]
     first = int(np.searchsorted(shots.frames.times, end, side="right"))
     later = first + 60
-    was, now = (shots.glows(i, largest)[-1] for i in (first, later))
+    was, now = (shots.glows(i)[-1] for i in (first, later))
     lever = shots.poses[:, -1, 2]
     assert abs(lever[later] - lever[now.frame]) > 0.01
     assert 0 < now.fresh < was.fresh

@@ -27,7 +27,7 @@ from exudyn_flexlink.measured_error import NOT_ASKED, ForceDeviation, ForceSprea
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import contact_totals, force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
-from exudyn_flexlink.page.reproducing import model_text
+from exudyn_flexlink.page.contents import model_text
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.result import Extremes, Outcome, Result
 from exudyn_flexlink.scene import parse_scene
@@ -36,6 +36,7 @@ from exudyn_flexlink.source import load_document, parse_document
 
 LARGEST = 3_000_000  # bytes: a page that is sent by mail, and read on a phone
 EVIL = "<script>alert('title')</script> & <img src=x onerror=alert(1)>"
+Told = Callable[[Result], Element]
 ADDRESSES = ("src", "srcset", "href", "action", "poster", "data", "background", "formaction")
 
 
@@ -84,7 +85,8 @@ def test_the_page_is_well_formed_and_can_be_read_aloud(whole: str) -> None:
         assert section.attributes["aria-labelledby"] in ids
 
 
-def test_the_page_loads_nothing(whole: str) -> None:
+def test_the_page_is_small_and_loads_nothing(whole: str) -> None:
+    assert len(whole.encode("utf-8")) < LARGEST
     page = read_page(whole)
     for one in page.all():
         for name in ADDRESSES:
@@ -133,10 +135,6 @@ def _width(address: str) -> float:
     return float(found[1])
 
 
-def test_the_page_is_small(whole: str) -> None:
-    assert len(whole.encode("utf-8")) < LARGEST
-
-
 def test_figures_say_in_words_what_they_show(whole: str) -> None:
     run = rigid_link()
     alts = {f.attributes["id"]: f.all("img")[0].attributes["alt"] for f in
@@ -152,7 +150,7 @@ def test_figures_say_in_words_what_they_show(whole: str) -> None:
 # --- numbers ----------------------------------------------------------------------------------
 
 
-def test_strikes_are_those_of_the_run(told: Callable[[Result], Element]) -> None:
+def test_strikes_are_those_of_the_run(told: Told) -> None:
     run = rigid_link()
     head, *rows = tables_of(told(run))["Strikes of contact 'strike'"]
     assert head == ["lap", "angle of crank (deg)", "time (s)", "approach (m/s)", "place (m)",
@@ -173,7 +171,7 @@ def test_strikes_are_those_of_the_run(told: Callable[[Result], Element]) -> None
     assert min(peaks) == pytest.approx(lever_response(run, "strike").least[0], abs=5e-6)
 
 
-def test_touches_are_those_of_the_run(told: Callable[[Result], Element]) -> None:
+def test_touches_are_those_of_the_run(told: Told) -> None:
     run = tilting_link()
     page = told(run)
     found = tables_of(page)
@@ -195,7 +193,7 @@ def test_touches_are_those_of_the_run(told: Callable[[Result], Element]) -> None
     assert sum(int(row[1]) for row in pairs) == totals.touches
 
 
-def test_forces_and_energies_are_those_of_the_run(told: Callable[[Result], Element]) -> None:
+def test_forces_and_energies_are_those_of_the_run(told: Told) -> None:
     run = rigid_link()
     found = tables_of(told(run))
     rows = {row[0]: row[1:] for row in found["Largest forces and torques"][1:]}
@@ -226,7 +224,7 @@ def test_the_largest_of_a_force_comes_from_every_step() -> None:
     assert "contact force of strike" not in force_peaks(replace(run, contacts={"strike": hit}))
 
 
-def test_errors_and_the_horizon_are_told(told: Callable[[Result], Element]) -> None:
+def test_errors_and_the_horizon_are_told(told: Told) -> None:
     spread = ForceSpread(0.03, 0.2, 0.01, 0.4)
     error = MeasuredError(
         points=("link.end",), worst="link.end", limit=1e-5, largest=3e-3, exceeds_from=1.25,
@@ -242,14 +240,14 @@ def test_errors_and_the_horizon_are_told(told: Callable[[Result], Element]) -> N
     assert rows["slot force of pin"][3] == "0.03 N"
 
 
-def test_effects_are_told_whether_simulated_or_not(told: Callable[[Result], Element]) -> None:
+def test_effects_are_told_whether_simulated_or_not(told: Told) -> None:
     rows = {row[0]: row[1:] for row in tables_of(told(rigid_link()))["Effects, simulated or not"]}
     assert rows["flexibility"] == ["simulated", "link"]
     assert rows["clearance"] == ["not in this scene", ""]
     assert rows["impact"] == ["simulated", "strike"]
 
 
-def test_page_and_terminal_tell_the_same(told: Callable[[Result], Element]) -> None:
+def test_page_and_terminal_tell_the_same(told: Told) -> None:
     run = rigid_link()
     said = " ".join(run_text(run).split())
     for caption in ("The run", "How far the run is off"):
@@ -262,22 +260,19 @@ def test_page_and_terminal_tell_the_same(told: Callable[[Result], Element]) -> N
 # --- runs that end otherwise, and scenes with less ------------------------------------------------
 
 
-def test_a_failed_run_says_why_it_stopped(told: Callable[[Result], Element]) -> None:
-    run = stopped(rigid_link())
-    outcome = told(run).all("section")[0].words
+def test_a_run_that_ended_early_says_why(told: Told) -> None:
+    """One that the user interrupted did not fail."""
+    failed = stopped(rigid_link())
+    outcome = told(failed).all("section")[0].words
     assert outcome.startswith("Outcome Stopped before its end")
-    assert f"the run stopped at {run.outcome.time:g} s: {run.outcome.reason}" in outcome
-    assert f"try: {run.outcome.advice}" in outcome
+    own = failed.outcome
+    assert f"the run stopped at {own.time:g} s: {own.reason} try: {own.advice}" in outcome
+    ended = told(replace(failed, outcome=Outcome(False, 0.5, "interrupted"))).all("section")[0]
+    assert ended.words.startswith("Outcome Interrupted")
+    assert "Stopped" not in ended.words
 
 
-def test_an_interrupted_run_did_not_fail(told: Callable[[Result], Element]) -> None:
-    run = replace(rigid_link(), outcome=Outcome(False, 0.5, "interrupted"))
-    outcome = told(run).all("section")[0].words
-    assert outcome.startswith("Outcome Interrupted")
-    assert "Stopped" not in outcome
-
-
-def test_outcome_and_warnings_stand_before_all_else(told: Callable[[Result], Element]) -> None:
+def test_outcome_and_warnings_stand_before_all_else(told: Told) -> None:
     page = told(replace(rigid_link(), warnings=("one", "two")))
     first = page.all("section")[0]
     assert first.attributes["id"] == "outcome"
@@ -297,7 +292,7 @@ def test_a_page_speaks_of_no_parts_that_a_scene_has_not() -> None:
         assert not re.search(rf"\b{word}\b", said.replace("support in the guide", "")), word
 
 
-def test_a_contact_that_never_was_is_said(told: Callable[[Result], Element]) -> None:
+def test_a_contact_that_never_was_is_said(told: Told) -> None:
     page = told(touched(rigid_link(turns=1, samples=401)))
     assert "Strikes of contact 'strike': none." in page.words
     assert "Strikes of contact 'strike'" not in tables_of(page)
@@ -313,7 +308,7 @@ def test_a_run_of_one_sample_has_a_page() -> None:
 # --- foreign text ---------------------------------------------------------------------------
 
 
-def test_foreign_text_stays_text(told: Callable[[Result], Element]) -> None:
+def test_foreign_text_stays_text(told: Told) -> None:
     run = rigid_link()
     scene = run.scene.changed(title=EVIL, source=EVIL)
     outcome = Outcome(False, 0.5, EVIL, EVIL)
@@ -336,7 +331,7 @@ def model_of(page: Element) -> str:
     return content
 
 
-def test_the_model_of_a_page_is_that_of_the_run(told: Callable[[Result], Element]) -> None:
+def test_the_model_of_a_page_is_that_of_the_run(told: Told) -> None:
     run = rigid_link()
     scene = run.scene.changed(title=f'{EVIL} "a: b" # \u00fc', source="it's\n  'assumed'")
     page = told(replace(run, scene=scene))
@@ -354,7 +349,7 @@ def test_every_model_is_written_so_that_it_reads_the_same(name: str) -> None:
     assert parse_scene(parse_document(text, "model.yaml")) == scene
 
 
-def test_the_command_names_what_the_run_used(told: Callable[[Result], Element]) -> None:
+def test_the_command_names_what_the_run_used(told: Told) -> None:
     run = replace(rigid_link(), engine="lagrangian", error=MeasuredError(largest=1e-6, limit=1e-5))
     words = told(run).words
     assert "simulate model.yaml --engine lagrangian" in words
@@ -364,9 +359,9 @@ def test_the_command_names_what_the_run_used(told: Callable[[Result], Element]) 
 
 
 def test_a_model_too_long_for_a_page_is_elsewhere(
-    told: Callable[[Result], Element], monkeypatch: pytest.MonkeyPatch
+    told: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("exudyn_flexlink.page.reproducing.LARGEST_FILE", 1000)
+    monkeypatch.setattr("exudyn_flexlink.page.contents.LARGEST_FILE", 1000)
     page = told(rigid_link())
     assert "The model is too long for a page. It is in summary.json" in page.words
     assert not [one for one in page.all("a") if "download" in one.attributes]

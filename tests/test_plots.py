@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import results
 from matplotlib.colors import same_color
-from matplotlib.text import Text
+from results import texts, words
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.intervals import Interval
@@ -49,21 +49,8 @@ accuracy: {tolerance: 1.0e-6}
 
 
 @pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link(samples=401)
-
-
-@pytest.fixture(scope="module")
 def drawn(rigid):
     return figures(rigid)
-
-
-def texts(figure):
-    return [text for text in figure.findobj(Text) if text.get_text()]
-
-
-def words(figure):
-    return "\n".join(text.get_text() for text in texts(figure))
 
 
 def labels(figure):
@@ -74,30 +61,27 @@ def labels(figure):
 # --- which figures there are
 
 
-def test_all_figures_of_the_papers_mechanism(rigid, tmp_path):
-    names = ["coordinates", "polar", "lever", "mechanism", "energy", "forces"]
-    assert list(figures(rigid)) == names
-    files = save_figures(rigid, tmp_path)
+ALWAYS = ["coordinates", "mechanism", "energy", "forces"]
+TURNING = ["coordinates", "polar", "lever", "mechanism", "energy", "forces"]
+PLAY = ["coordinates", "polar", "mechanism", "guide_contact", "energy", "forces"]
+
+
+@pytest.mark.parametrize(
+    ("make", "names"),
+    [
+        (lambda rigid: rigid, TURNING),
+        (lambda rigid: results.first_samples(rigid, 2), TURNING),
+        (lambda rigid: results.first_samples(rigid, 1), ["mechanism"]),
+        (lambda _: results.pendulum(), ALWAYS),
+        (lambda _: results.slider(), ALWAYS),
+        (lambda _: results.tilting_link(), PLAY),
+    ],
+    ids=["the paper's", "short", "stopped at once", "pendulum", "without crank", "with clearance"],
+)
+def test_a_run_has_the_figures_that_show_something(make, names, rigid, tmp_path):
+    files = save_figures(make(rigid), tmp_path)
     assert [file.name for file in files] == [f"{name}.png" for name in names]
     assert all(file.read_bytes().startswith(b"\x89PNG") for file in files)
-
-
-def test_a_pendulum_has_no_polar_path_and_no_lever():
-    assert list(figures(results.pendulum())) == ["coordinates", "mechanism", "energy", "forces"]
-
-
-def test_a_mechanism_without_crank_is_drawn(tmp_path):
-    files = save_figures(results.slider(), tmp_path)
-    assert [file.stem for file in files] == ["coordinates", "mechanism", "energy", "forces"]
-
-
-def test_a_run_that_stopped_at_once_is_drawn(rigid, tmp_path):
-    one = results.first_samples(rigid, 1)
-    assert [file.stem for file in save_figures(one, tmp_path)] == ["mechanism"]
-
-
-def test_a_short_run_is_drawn(rigid, tmp_path):
-    assert save_figures(results.first_samples(rigid, 2), tmp_path)
 
 
 def test_a_run_of_many_laps_names_laps_alike_together(rigid):
@@ -146,23 +130,16 @@ def test_a_failed_run_says_so_in_red(rigid):
         (note,) = (text for text in texts(figure) if text.get_text().startswith("stopped at t"))
         assert note.get_text() == "stopped at t = 0.5 s: no convergence at the smallest step"
         assert same_color(note.get_color(), "#C00000")
-
-
-def test_a_whole_run_has_no_such_note(rigid):
     assert "stopped" not in words(energy(rigid))
 
 
 # --- what stands in some
 
 
-def test_coordinates_show_every_lap(rigid):
+def test_coordinates_and_polar_show_every_lap(rigid):
     said = words(coordinates(rigid))
-    for lap in range(1, 5):
-        assert f"lap {lap}" in said
+    assert all(f"lap {lap}" in said for lap in range(1, 5))
     assert "first contact" in said
-
-
-def test_polar_shows_every_lap(rigid):
     assert len(polar(rigid).axes[0].lines) == 4
 
 
@@ -190,15 +167,11 @@ def test_lever_marks_strikes_and_peaks(rigid):
     assert peak in said
 
 
-def test_lever_that_is_never_struck(rigid):
-    figure = lever(results.touched(rigid))
-    assert "strike 1" not in words(figure)
-
-
-def test_mechanism_at_four_instants(rigid):
-    figure = mechanism(results.touched(rigid))
-    assert len(figure.axes) == 4
-    assert all(axes.get_aspect() == 1 for axes in figure.axes)
+def test_a_lever_that_is_never_struck(rigid):
+    untouched = results.touched(rigid)
+    assert "strike 1" not in words(lever(untouched))
+    instants = mechanism(untouched).axes
+    assert [axes.get_aspect() for axes in instants] == [1, 1, 1, 1]
 
 
 def test_mechanism_shows_the_strike_larger(rigid):
@@ -271,16 +244,6 @@ def test_the_users_own_style_does_not_matter(rigid):
 
 
 # --- a link with clearance in its guide
-
-
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link()
-
-
-def test_figures_of_a_link_with_clearance(tilting):
-    names = ["coordinates", "polar", "mechanism", "guide_contact", "energy", "forces"]
-    assert list(figures(tilting)) == names
 
 
 def test_no_clearance_no_strip_and_no_drawing(rigid):
@@ -420,23 +383,21 @@ def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
     assert png.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("script", ["s_trajectory.py", "lever_response.py"])
-def test_scripts_refuse_what_is_no_run(tmp_path, script):
-    done = run_script(script, tmp_path)
+@pytest.mark.parametrize(
+    ("script", "make", "more", "said"),
+    [
+        ("s_trajectory.py", None, [], "has no result.nc"),
+        ("lever_response.py", None, [], "has no result.nc"),
+        ("lever_response.py", results.pendulum, [], "no contact"),
+        ("s_trajectory.py", results.pendulum, ["--csv", "no/such/x.csv"], "can't write"),
+    ],
+)
+def test_scripts_refuse_what_they_can_not_do(tmp_path, script, make, more, said):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    if make:
+        save(make(), folder)
+    done = run_script(script, folder, *more)
     assert done.returncode == 2
-    assert "has no result.nc" in done.stderr
+    assert said in done.stderr
     assert "Traceback" not in done.stderr
-
-
-def test_lever_script_without_contact(tmp_path):
-    save(results.pendulum(), tmp_path / "run")
-    done = run_script("lever_response.py", tmp_path / "run")
-    assert done.returncode == 2
-    assert "no contact" in done.stderr
-
-
-def test_script_that_can_not_write(rigid, tmp_path):
-    save(rigid, tmp_path / "run")
-    done = run_script("s_trajectory.py", tmp_path / "run", "--csv", tmp_path / "no" / "x.csv")
-    assert done.returncode == 2
-    assert "can't write" in done.stderr

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import results
-from matplotlib.text import Text
+from results import words
 
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
@@ -115,8 +115,7 @@ def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
     poses[:, 0, 2] = 8 * turn
     drawn = figures(replace(rigid, poses=poses))
     for name in ("coordinates", "forces"):
-        labels = [text.get_text() for text in drawn[name].findobj(Text)]
-        assert "time (s)" in labels, name
+        assert "time (s)" in words(drawn[name]).splitlines(), name
 
 
 def test_five_hundred_turns_are_drawn(capsys):
@@ -140,7 +139,7 @@ def test_of_many_contacts_those_that_act_are_drawn_and_have_room():
     run = results.rigid_link(samples=101, scene=scene)
     own = {n: without_force(c) if "horn" in n else c for n, c in run.contacts.items()}
     figure = forces(replace(run, contacts=own))
-    said = "\n".join(text.get_text() for text in figure.findobj(Text))
+    said = words(figure)
     assert all((name in said) == ("side" in name) for name in names)
     figure.draw_without_rendering()
     panels = [axes.get_window_extent() for axes in figure.axes]
@@ -152,8 +151,7 @@ def test_of_many_contacts_those_that_act_are_drawn_and_have_room():
 
 def test_of_contacts_that_never_act_all_are_named(rigid):
     idle = {"strike": without_force(rigid.contacts["strike"])}
-    figure = forces(replace(rigid, contacts=idle))
-    assert "strike" in "\n".join(text.get_text() for text in figure.findobj(Text))
+    assert "strike" in words(forces(replace(rigid, contacts=idle)))
 
 
 def test_a_picture_has_room_for_a_cam_that_turns():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import results
 from matplotlib.colors import same_color
-from matplotlib.text import Text
+from results import texts, words
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
@@ -36,32 +36,13 @@ STARTS = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
 
 
 @pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link(samples=401)
-
-
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link()
-
-
-@pytest.fixture(scope="module")
 def parting(rigid):
     """A run that parts from another one in its third lap."""
     error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, exceeds_from=1.5, horizon=1.5)
     return replace(rigid, error=error)
 
 
-def words(figure):
-    return "\n".join(text.get_text() for text in figure.findobj(Text) if text.get_text())
-
-
 # --- formats
-
-
-def test_the_command_line_knows_formats_and_styles():
-    assert FIGURE_FORMATS == FORMATS
-    assert tuple(STYLES) == FIGURE_STYLES
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +53,7 @@ def written(rigid, tmp_path_factory):
 
 
 def test_several_formats_at_once(rigid, written):
+    assert (FORMATS, tuple(STYLES)) == (FIGURE_FORMATS, FIGURE_STYLES)  # of the command line
     files = written[0]
     assert {file.name for file in files} == {
         f"{name}.{suffix}" for name in figures(rigid) for suffix in FORMATS
@@ -115,13 +97,14 @@ def test_a_look_without_figures_is_refused(asked, capsys):
 # --- the style of print
 
 
-def test_print_is_a_column_wide_and_has_no_title(rigid, tilting):
+def test_print_is_a_column_wide_has_no_title_and_large_letters(rigid, tilting):
     for run in (rigid, tilting):
         for name, figure in figures(run, PRINT).items():
             assert figure.get_figwidth() * MILLIMETRES == pytest.approx(86), name
             said = words(figure)
             assert run.scene.title not in said.replace("\n", " ")
             assert "engine:" not in said
+            assert min(text.get_fontsize() for text in texts(figure)) >= 7
 
 
 def test_print_still_tells_that_a_run_failed(rigid):
@@ -129,24 +112,14 @@ def test_print_still_tells_that_a_run_failed(rigid):
         assert "stopped at t = 0.5 s: no convergence" in words(figure).replace("\n", " ")
 
 
-def test_letters_in_print_are_large_enough(rigid):
-    for figure in figures(rigid, PRINT).values():
-        sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text()]
-        assert min(sizes) >= 7
-
-
 @pytest.mark.parametrize("style", [SCREEN, PRINT])
 @pytest.mark.parametrize("make", [None, results.tilting_link, results.pendulum, results.slider])
 def test_nothing_is_cut_off(make, style, rigid):
     for name, figure in figures(make() if make else rigid, style).items():
         figure.draw_without_rendering()
-        seen = figure.get_tightbbox()
-        width, height = figure.get_size_inches()
-        slack = 0.02  # inches
-        assert seen.x0 > -slack, name
-        assert seen.y0 > -slack, name
-        assert seen.x1 < width + slack, name
-        assert seen.y1 < height + slack, name
+        seen, slack = figure.get_tightbbox(), 0.02  # inches
+        assert np.all(seen.min > -slack), name
+        assert np.all(seen.max < figure.get_size_inches() + slack), name
 
 
 @pytest.mark.parametrize("style", [SCREEN, PRINT])

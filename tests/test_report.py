@@ -1,5 +1,6 @@
 """What `check` and a run say, against closed forms and the model files."""
 
+import re
 from dataclasses import replace
 from math import inf, pi, sqrt
 from pathlib import Path
@@ -77,14 +78,6 @@ def test_a_saved_run_had_no_settings_without_a_use(tmp_path: Path) -> None:
     assert idle_settings(load(tmp_path)) == []
 
 
-def test_check_says_what_a_rigid_model_leaves_out(capsys: Capture) -> None:
-    main(["check", RIGID])
-    shown = capsys.readouterr().out
-    assert row(shown, "flexibility") == ["flexibility", "not", "in", "this", "scene"]
-    assert "Natural frequencies of link" not in shown
-    assert "Degrees of freedom: 2\n" in shown
-
-
 def test_check_compares_the_link_with_a_beam(capsys: Capture) -> None:
     beam = ["--set", "bodies.link.hinges.stiffness=beam", "--set", "bodies.link.layout=half_ends"]
     assert main(["check", NO_CLEARANCE, *beam, "--set", "bodies.link.rods=16"]) == 0
@@ -108,18 +101,26 @@ def test_check_leaves_out_frequencies_of_what_is_not_free(name: str, capsys: Cap
     assert f"  {name}  about" not in capsys.readouterr().out
 
 
-def test_check_counts_the_steps_of_a_fixed_step(capsys: Capture) -> None:
-    main(["check", NO_CLEARANCE, "--set", "accuracy.step=1e-4"])
-    shown = capsys.readouterr().out
-    assert "about 25,133 steps" in shown
-    assert "at most 3.142e-06 s in contact: 60 steps per contact, or more" in shown
+STEPS = "at most 3.142e-06 s in contact: 60 steps per contact, or more"
 
 
-def test_check_guesses_no_number_of_steps_under_error_control(capsys: Capture) -> None:
-    main(["check", NO_CLEARANCE])
-    shown = capsys.readouterr().out
-    assert "error control" in shown
-    assert " steps\n" not in shown
+@pytest.mark.parametrize(
+    ("asked", "told", "untold"),
+    [
+        ([RIGID], ["flexibility   not in this scene", "Degrees of freedom: 2\n"], "s of link"),
+        ([NO_CLEARANCE, "--set", "accuracy.step=1e-4"], ["about 25,133 steps", STEPS], "control"),
+        ([NO_CLEARANCE], ["error control"], " steps\n"),
+    ],
+    ids=["rigid", "fixed step", "error control"],
+)
+def test_check_tells_what_there_is(
+    asked: list[str], told: list[str], untold: str, capsys: Capture
+) -> None:
+    """No frequencies of a rigid link, and no guess at the number of steps that will be chosen."""
+    assert main(["check", *asked]) == 0
+    shown = re.sub(r"(?<=\S) {2,}", "   ", capsys.readouterr().out)
+    assert all(words in shown for words in told)
+    assert untold not in shown
 
 
 def test_a_run_that_stopped_says_that_its_error_was_not_measured() -> None:
@@ -173,6 +174,7 @@ def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> N
 def test_a_run_without_strikes_says_so() -> None:
     result = touched(rigid_link(turns=1, samples=401))
     assert "Strikes of contact 'strike': none" in run_text(result)
+    assert "Link in" not in run_text(result)  # there is no clearance
 
 
 def test_the_peak_of_the_lever_is_found_between_samples() -> None:
@@ -220,15 +222,7 @@ def test_a_short_run_in_a_guide_has_one_row() -> None:
     assert "longest touch" not in said
 
 
-def test_a_link_without_clearance_has_no_such_table() -> None:
-    assert "Link in" not in run_text(rigid_link(turns=1, samples=401))
-
-
 # --- tables -------------------------------------------------------------------------------------
-
-
-def test_a_table_that_fits_has_one_line_a_row():
-    assert table([["one", "two"], ["a b", "1 m"]]) == ["  one  two", "  a b  1 m"]
 
 
 def test_a_wide_table_keeps_its_columns_and_numbers_their_units():
@@ -244,7 +238,8 @@ def test_a_wide_table_keeps_its_columns_and_numbers_their_units():
     assert sorted(said.split()) == sorted(" ".join(" ".join([*r, *r[1:]]) for r in rows).split())
 
 
-def test_words_are_never_broken():
+def test_a_table_that_fits_has_one_line_a_row_and_words_are_never_broken():
+    assert table([["one", "two"], ["a b", "1 m"]]) == ["  one  two", "  a b  1 m"]
     word = "x" * (WIDTH + 5)
     assert table([[word, "y"]]) == [f"  {word}  y"]
 

@@ -112,13 +112,15 @@ def test_a_face_is_seen_beside_the_body_that_it_is_on() -> None:
 
 
 def test_symbols_are_those_of_the_parts() -> None:
-    _, axes = drawn("no_clearance")
-    legend = axes.get_legend()
-    assert legend is not None
-    told = [text.get_text() for text in legend.get_texts()]
+    """Rods that stretch are no joints or springs of the scene."""
+    told, of_rods = (
+        [text.get_text() for text in drawn(name)[1].get_legend().get_texts()]
+        for name in ("no_clearance", "spin_up_beam")
+    )
     assert told == ["guide", "link", "lever", "track", "revolute, on the ground", "in a slot",
                     "torsional spring", "drive", "point that may strike",
                     "face of a contact"]  # fmt: skip
+    assert not {*of_rods} & {"prismatic", "linear spring"}
 
 
 def test_springs_are_drawn_to_both_ends() -> None:
@@ -133,14 +135,6 @@ def test_a_drive_along_a_line_is_drawn_where_its_point_is() -> None:
     (drive,) = [line for line in axes.lines if line.get_marker() == r"$\circlearrowleft$"]
     (x,), (y,) = drive.get_xdata(), drive.get_ydata()
     assert (x, y) == pytest.approx((100, 0), abs=1e-6)  # mm: 0.1 m out, as its value at t = 0 says
-
-
-def test_rods_that_stretch_are_no_joints_and_springs_of_the_scene() -> None:
-    _, axes = drawn("spin_up_beam")
-    legend = axes.get_legend()
-    assert legend is not None
-    told = {text.get_text() for text in legend.get_texts()}
-    assert not told & {"prismatic", "linear spring"}
 
 
 @pytest.mark.filterwarnings("error")

@@ -34,11 +34,10 @@ from exudyn_flexlink.animation.look import (
     TRAIL_SECONDS,
     WIDTHS,
 )
-from exudyn_flexlink.animation.shots import Glow, Largest, Shots
-from exudyn_flexlink.animation.zooms import Viewpoint
+from exudyn_flexlink.animation.shots import Glow, Shots
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position
-from exudyn_flexlink.plots.outline import Drawn, Line, Mark, coil, wall_lines, walled
+from exudyn_flexlink.plots.outline import Drawn, Line, Mark, Viewpoint, coil, wall_lines, walled
 
 POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
 NEAR = 0.03  # of the picture: points nearer than this are named together
@@ -242,8 +241,8 @@ _LAYERS = ((1.0, 0.22), (0.72, 0.3), (0.42, 0.5))  # of a glow: parts of its rad
 class GlowsActor:
     """Touches, or `only` those of one name: a glow as large as the force, and the force."""
 
-    def __init__(self, place: Place, shots: Shots, largest: Largest, only: str = "") -> None:
-        self._place, self._shots, self._largest, self._only = place, shots, largest, only
+    def __init__(self, place: Place, shots: Shots, only: str = "") -> None:
+        self._place, self._shots, self._only = place, shots, only
         axes = place.axes
         self._disks = axes.scatter([], [], linewidths=0, zorder=8)
         self._rings = axes.scatter([], [], facecolors="none", linewidths=place.points(1.5))
@@ -254,7 +253,7 @@ class GlowsActor:
 
     def show(self, frame: int) -> None:
         """Move to a frame."""
-        glows = self._shots.glows(frame, self._largest)
+        glows = self._shots.glows(frame)
         glows = [glow for glow in glows if self._only in ("", glow.name)]
         for artist in (self._disks, self._rings):
             artist.set_visible(bool(glows))

@@ -1,7 +1,7 @@
 """A film as plain data that a page embeds: names and short lists as JSON, long rows as base64.
 
 Rows of numbers are little-endian: ``f4`` and ``f8`` are 32 and 64 bits of a float, ``i4`` of an
-integer. The player (`player.js`) reads them as typed arrays. Lengths in m, times in s, forces in N.
+integer. `player/film.js` reads them as typed arrays. Lengths in m, times in s, forces in N.
 """
 
 from __future__ import annotations
@@ -12,16 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from exudyn_flexlink.animation.film import Film, Take
+from exudyn_flexlink.animation.film import Film, Take, Touching, strength, touching_of
 from exudyn_flexlink.animation.samples import kept_instants
-from exudyn_flexlink.animation.slowing import Stretch
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, usual_speed
-from exudyn_flexlink.animation.touches import Touching, strength, touching_of
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, pair_sides
 from exudyn_flexlink.observables import turns
-from exudyn_flexlink.plots.outline import Line, link_line
+from exudyn_flexlink.plots.outline import Line, through
 from exudyn_flexlink.plots.panels import length_unit
 
 
@@ -39,8 +37,8 @@ def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
         "unit": {"factor": factor, "name": unit},
         "horizon": None if beyond is None else {"from": beyond[0], "words": beyond[1]},
         "slow_seconds": SLOW_SECONDS,
-        "slow": [_stretch(own) for own in film.slow],
-        "strikes": [_stretch(own) for own in film.strikes],
+        "slow": [[own.begin, own.end] for own in film.slow],
+        "strikes": [[own.begin, own.end] for own in film.strikes],
         "takes": [_take(film, take) for take in film.takes],
     }
 
@@ -49,10 +47,6 @@ def row(values: ArrayLike, kind: str = "f4") -> dict[str, str]:
     """Return numbers, in the order of their memory, as text."""
     packed = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
     return {kind: base64.b64encode(packed).decode("ascii")}
-
-
-def _stretch(own: Stretch) -> list[float]:
-    return [own.begin, own.end]
 
 
 def _take(film: Film, take: Take) -> dict[str, Any]:
@@ -116,7 +110,7 @@ def _zoom(zoom: Zoom) -> dict[str, Any]:
     guide = None if channel is None else {
         "length": channel.length,
         "clearance": channel.clearance,
-        "link": _line(link_line(channel)),
+        "link": _line(through(channel.name, *channel.nodes)),
         "sides": list(pair_sides(channel)),
     }  # fmt: skip
     return {

@@ -1,4 +1,4 @@
-"""What an animation shows: a run, or two over each other, from one instant to another."""
+"""What an animation shows: a run, or two over each other, and the touches in it."""
 
 from __future__ import annotations
 
@@ -10,20 +10,30 @@ import numpy as np
 
 from exudyn_flexlink.animation.slowing import Slow, Stretch, around, around_strikes
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import Anchor, Mechanism, build_mechanism
-from exudyn_flexlink.observables import (
-    between_samples,
-    crank_angle,
-    crank_joint,
+from exudyn_flexlink.intervals import Intervals
+from exudyn_flexlink.mechanism import (
+    Anchor,
+    CircleContact,
+    Contact,
+    CurveContact,
+    Mechanism,
+    anchor_position,
+    approach,
+    build_mechanism,
+    pairs,
 )
+from exudyn_flexlink.observables import between_samples, crank_angle, crank_joint
 from exudyn_flexlink.plots.outline import (
     Drawn,
+    Line,
     Mark,
     box_around,
     drawn_lines,
     joint_marks,
     named_points,
     pivots,
+    through,
+    walled,
 )
 from exudyn_flexlink.plots.panels import colours_of_both, horizon
 from exudyn_flexlink.result import Result
@@ -118,11 +128,94 @@ class Film:
         found = [beyond for take in self.takes if (beyond := horizon(take.result)) is not None]
         return min(found, default=None)
 
+    @cached_property
+    def largest(self) -> tuple[float, float]:
+        """Largest force (N) and impulse (N s) of all touches; 0 where there is none."""
+        every = [touching for take in self.takes for touching in touching_of(self, take)]
+        values = np.concatenate([np.zeros(1), *(strength(own.touches) for own in every)])
+        return float(values.max()), float(-values.min())
+
+    def part(self, value: float) -> float:
+        """How strong a touch is, see `strength`, as a part of the largest of its kind."""
+        largest = self.largest[value < 0]
+        return abs(value) / largest if largest > 0 else 0.0
+
     @property
     def size(self) -> float:
         """Larger side of the picture, m."""
         low, high = self.box
         return float(np.max(high - low))
+
+
+@dataclass(frozen=True)
+class Touching:
+    """What touches in one contact of the scene, or in a joint with clearance.
+
+    `touches` are those within the film. `contact` tells where, of two parts; of a guide it is None,
+    and `places` are those of its pairs. `force` (N, k) are the forces in N of its pairs at the
+    samples of the run: of a contact one column.
+    """
+
+    name: str
+    touches: Intervals
+    contact: Contact | None
+    places: Line | None
+    force: FloatArray
+
+    def spots(self, take: Take, times: FloatArray) -> FloatArray:
+        """Places (K, pairs, 2) m of its pairs at instants (K,) s."""
+        poses = take.poses(times)
+        if self.places is not None:
+            return self.places.at(poses)
+        assert self.contact is not None
+        return spot_of(self.contact, poses)[:, None]
+
+    def forces(self, take: Take, times: FloatArray) -> FloatArray:
+        """Forces (K, pairs) N of its pairs at instants (K,) s."""
+        own = take.result.time
+        return np.stack([np.interp(times, own, force) for force in self.force.T], axis=1)
+
+
+def touching_of(film: Film, take: Take) -> list[Touching]:
+    """All that can touch in a take: contacts of the scene, bearings, guides with clearance."""
+    result, model = take.result, take.model
+    found = []
+    for contact in model.touching:
+        histories = result.contacts if contact.name in result.contacts else result.bearings
+        own = histories[contact.name]
+        inside = _within(own.touches, film)
+        found.append(Touching(contact.name, inside, contact, None, own.force[:, None]))
+    for channel in walled(model):
+        sleeve = result.sleeves[channel.name]
+        places = through(channel.name, *(pair.point for pair in pairs(channel)))
+        inside = _within(sleeve.touches, film)
+        found.append(Touching(channel.name, inside, None, places, sleeve.force))
+    return found
+
+
+def _within(touches: Intervals, film: Film) -> Intervals:
+    return touches.where((touches.begin <= film.end) & (touches.end >= film.begin))
+
+
+def strength(touches: Intervals) -> FloatArray:
+    """How strong touches are (K,): peak force in N; of an impact, which has none, minus its N s."""
+    return np.where(np.isfinite(touches.peak_force), touches.peak_force, -touches.impulse)
+
+
+def spot_of(contact: Contact, poses: FloatArray) -> FloatArray:
+    """Where a contact touches, or is nearest to it, (..., 2) m: the edge of its first part."""
+    point, radius = _centre(contact)
+    here = anchor_position(point, poses)
+    if radius == 0:
+        return here
+    return here - radius * approach(contact, poses, np.zeros_like(poses)).normal
+
+
+def _centre(contact: Contact) -> tuple[Anchor, float]:
+    """Centre and radius (m) of the part of a contact that strikes."""
+    if isinstance(contact, CircleContact):
+        return contact.first, contact.radii[0]
+    return contact.point, contact.radius if isinstance(contact, CurveContact) else 0.0
 
 
 def film_of(

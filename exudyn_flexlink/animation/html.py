@@ -13,39 +13,8 @@ from exudyn_flexlink.animation.look import look_data
 GENERATOR = "exudyn-flexlink animation"
 """How a file says that this program wrote it."""
 
-_PROGRAM = (
-    "film.js",
-    "drawing.js",
-    "zoom.js",
-    "guide.js",
-    "timeline.js",
-    "controls.js",
-    "begin.js",
-)
+_PROGRAM = ("film", "drawing", "zoom", "guide", "timeline", "controls", "begin")
 """Files of the player's program, in order."""
-
-_PAGE = """\
-<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="generator" content="{generator}">
-<meta name="color-scheme" content="light dark">
-<title>{title}</title>
-<style>
-body {{ margin: 0 auto; padding: 0.75rem; max-width: 72rem; background: #fff; color: #222;
-  font: 16px/1.4 system-ui, sans-serif; }}
-h1 {{ margin: 0 0 0.5rem; font-size: 1.1rem; }}
-@media (prefers-color-scheme: dark) {{ body {{ background: #14171c; color: #e4e7eb; }} }}
-</style>
-</head>
-<body>
-<h1>{title}</h1>
-{player}
-</body>
-</html>
-"""
 
 
 def player(film: Film, speed: float | None = None) -> str:
@@ -62,7 +31,7 @@ def page(film: Film, speed: float | None = None) -> str:
     """Return a whole page with the player of a film, which starts at once."""
     title = escape(film.takes[-1].result.scene.title)
     own = _fragment(film, speed, at_once=True)
-    return _PAGE.format(generator=GENERATOR, title=title, player=own)
+    return _own_file("page.html").format(generator=GENERATOR, title=title, player=own)
 
 
 def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
@@ -81,7 +50,7 @@ def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
 
 def _program() -> str:
     """The player's program, which finds the data beside it and leaves no names on the page."""
-    own = "\n".join(_own_file(name) for name in _PROGRAM)
+    own = "\n".join(_own_file(f"{name}.js") for name in _PROGRAM)
     look = json.dumps(look_data())
     return f'(function () {{\n"use strict";\n\nconst LOOK = {look};\n\n{own}\n}})();\n'
 

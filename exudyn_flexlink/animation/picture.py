@@ -23,13 +23,12 @@ from exudyn_flexlink.animation.actors import (
 )
 from exudyn_flexlink.animation.film import Film
 from exudyn_flexlink.animation.look import INK, PALE, thickness
-from exudyn_flexlink.animation.shots import Largest, Shots, largest_of
+from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import Frames
-from exudyn_flexlink.animation.timeline import Timeline
-from exudyn_flexlink.animation.zoom_panel import ZoomPanel
+from exudyn_flexlink.animation.zoom_panel import Timeline, ZoomPanel
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.panels import length_unit
-from exudyn_flexlink.plots.saving import MISSING
+from exudyn_flexlink.plots.style import MISSING
 
 Pixels = NDArray[np.uint8]
 
@@ -59,13 +58,12 @@ class Picture:
             warnings.filterwarnings("ignore", MISSING)
             self.axes = self._room(bottom, self.height - bottom - head)
             self._words(head)
-            largest = largest_of(self._shots)
-            self._actors = self._mechanism(largest)
+            self._actors = self._mechanism()
             for i, name in enumerate(names):
                 place = Place(self._room(line + sum(zooms[i + 1 :]), zooms[i]), self._thick)
-                self._actors.append(ZoomPanel(place, self._shots, name, largest, self._scale))
+                self._actors.append(ZoomPanel(place, self._shots, name, self._scale))
             place = Place(self._room(0, line), self._thick)
-            self._actors.append(Timeline(place, self._shots, largest))
+            self._actors.append(Timeline(place, self._shots))
             for actor in self._actors:
                 actor.show(0)
                 for artist in actor.artists:
@@ -80,18 +78,15 @@ class Picture:
         """One frame, (height, width, 4): red, green, blue and 255, as canvas and ffmpeg know it."""
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", MISSING)
-            self._draw(frame)
+            self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+            self._told.set_text(self._text(frame))
+            self._figure.draw_artist(self._told)
+            for actor in self._actors:
+                actor.show(frame)
+                for artist in actor.artists:
+                    if artist.get_visible():
+                        self._figure.draw_artist(artist)
         return np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-
-    def _draw(self, frame: int) -> None:
-        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
-        self._told.set_text(self._text(frame))
-        self._figure.draw_artist(self._told)
-        for actor in self._actors:
-            actor.show(frame)
-            for artist in actor.artists:
-                if artist.get_visible():
-                    self._figure.draw_artist(artist)
 
     def _room(self, bottom: float, height: float) -> Axes:
         """Axes as wide as the picture, by places in pixels."""
@@ -100,7 +95,7 @@ class Picture:
         axes.set_autoscale_on(False)
         return axes
 
-    def _mechanism(self, largest: Largest) -> list[Actor]:
+    def _mechanism(self) -> list[Actor]:
         """The actors of all runs, those in front last."""
         self._fit()
         both = len(self._shots) > 1
@@ -110,7 +105,7 @@ class Picture:
         for place, shots in zip(places, self._shots, strict=False):
             found += mechanism_actors(place, shots)
         found.append(PointsActor(places[0], self._shots[0], self._film.size))
-        found += [GlowsActor(p, s, largest) for p, s in zip(places, self._shots, strict=False)]
+        found += [GlowsActor(p, s) for p, s in zip(places, self._shots, strict=False)]
         return found
 
     def _fit(self) -> None:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from exudyn_flexlink.animation.film import Film, Take
+from exudyn_flexlink.animation.film import Film, Take, Touching, strength, touching_of
 from exudyn_flexlink.animation.look import GLOW_SECONDS, LABELLED
 from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.speed import Frames
-from exudyn_flexlink.animation.touches import Touching, strength, touching_of
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position
@@ -31,19 +30,6 @@ class Glow:
     strength: float
     fresh: float
     text: str
-
-
-@dataclass(frozen=True)
-class Largest:
-    """Largest force (N) and impulse (N s) of all touches of a film; 0 where there is none."""
-
-    force: float
-    impulse: float
-
-    def part(self, value: float) -> float:
-        """A strength, see `touches.strength`, as a part of the largest of its kind."""
-        largest = self.impulse if value < 0 else self.force
-        return abs(value) / largest if largest > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -97,12 +83,12 @@ class Shots:
         """Forces (pairs,) N of what touches, at a frame."""
         return np.asarray(self._forces[own.name][frame])
 
-    def glows(self, frame: int, largest: Largest) -> list[Glow]:
+    def glows(self, frame: int) -> list[Glow]:
         """Touches that a frame shows: those that touch, and for a while those that did."""
         found: list[Glow] = []
         for own, spots in zip(self.touching, self._spots, strict=True):
             values, shown = strength(own.touches), list(self._shown(own, frame))
-            parts = {k: largest.part(float(values[k])) for k, _ in shown}
+            parts = {k: self.film.part(float(values[k])) for k, _ in shown}
             # Of a burst of touches one is told in numbers.
             told = max(shown, key=lambda seen: parts[seen[0]] * seen[1], default=(None, 0.0))[0]
             for k, fresh in shown:
@@ -128,13 +114,6 @@ class Shots:
             return frame
         last = int(np.searchsorted(self.frames.times, own.touches.end[k], side="right")) - 1
         return min(max(last, 0), frame)
-
-
-def largest_of(takes: Sequence[Shots]) -> Largest:
-    """Return the largest touches of all takes."""
-    own = [strength(touching.touches) for shots in takes for touching in shots.touching]
-    values = np.concatenate([np.zeros(1), *own])
-    return Largest(float(values.max()), float(-values.min()))
 
 
 def _told(value: float, pressing: float) -> str:

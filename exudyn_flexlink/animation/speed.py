@@ -37,16 +37,19 @@ class Frames:
 
 
 def usual_speed(film: Film) -> float:
-    """Return the speed at which a film is seen best, a round number.
+    """Return the speed at which a film is seen best, 1, 2 or 5 times a power of ten.
 
-    It lasts some seconds, and longer where a crank makes many turns.
+    The film lasts some seconds, and longer where a crank makes many turns.
     """
     result = film.takes[0].result
     seconds = SECONDS
     if turns(result):
         angle = np.interp([film.begin, film.end], result.time, crank_angle(result))
         seconds = max(seconds, OF_A_TURN * float(abs(angle[1] - angle[0])) / (2 * np.pi))
-    return _rounded((film.end - film.begin) / seconds)
+    speed = (film.end - film.begin) / seconds
+    power = 10.0 ** np.floor(log10(speed))
+    nearest = min(STEPS, key=lambda step: abs(log10(step * power / speed)))
+    return float(f"{nearest * power:.0e}")
 
 
 def frames_of(film: Film, fps: float, speed: float) -> Frames:
@@ -83,10 +86,3 @@ def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
         edges.append(film.end)
         speeds.append(speed)
     return np.array(edges), np.array(speeds)
-
-
-def _rounded(speed: float) -> float:
-    """The speed of 1, 2 or 5 times a power of ten that is nearest."""
-    power = 10.0 ** np.floor(log10(speed))
-    nearest = min(STEPS, key=lambda step: abs(log10(step * power / speed)))
-    return float(f"{nearest * power:.0e}")

@@ -1,10 +1,10 @@
-"""Films to files: a GIF, which every page shows, and a video, where there is ffmpeg."""
+"""Films to files: a GIF in few colours, which every page shows, and a video with ffmpeg."""
 
 from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
@@ -14,10 +14,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
 
 from exudyn_flexlink.animation.film import Film, FilmError
 from exudyn_flexlink.animation.html import GENERATOR, page
-from exudyn_flexlink.animation.palette import Palette
 from exudyn_flexlink.animation.picture import Picture, Pixels
 from exudyn_flexlink.animation.speed import frames_of, usual_speed
 
@@ -35,6 +36,10 @@ NO_FFMPEG = (
     "a video needs the program ffmpeg, which is not on the path; install it, or the Python package "
     "imageio-ffmpeg, or write a GIF or a page"
 )
+COLOURS = 64  # lines on white need few
+KEPT = 12  # the most frequent colours stay as they are: white stays white
+RARE = 4  # a root: so much less counts how often a colour is seen, or small marks lost their own
+BITS = 6  # of each of red, green and blue by which colours are told apart
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ def film_bytes(
     """Return a film as the content of a file: ``"mp4"``, ``"gif"`` or ``"html"``.
 
     Raises:
-        FilmError: there is no such format, it can't be written so, or ffmpeg failed.
+        FilmError: there is no such format, it can't be written so, is too long, or ffmpeg failed.
 
     """
     if suffix not in FORMATS:
@@ -78,7 +83,7 @@ def film_bytes(
         raise FilmError("\n".join(mistakes))
     if suffix == "html":
         return page(film, filming.speed).encode("utf-8")
-    return (gif if suffix == "gif" else video)(film, filming, progress)
+    return (_gif if suffix == "gif" else _video)(film, filming, progress)
 
 
 def usual_formats() -> tuple[str, ...]:
@@ -91,13 +96,8 @@ def is_animation(content: bytes) -> bool:
     return GENERATOR.encode() in content
 
 
-def gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
-    """Return a film as the content of a GIF that repeats.
-
-    Raises:
-        FilmError: it would have too many frames.
-
-    """
+def _gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+    """Return a film as the content of a GIF that repeats."""
     ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
     frames = frames_of(film, 1 / (ticks * GIF_TICK), filming.speed or usual_speed(film))
     width = filming.width or GIF_WIDTH
@@ -118,13 +118,8 @@ def gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes
     return written.getvalue()
 
 
-def video(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
-    """Return a film as the content of an MP4.
-
-    Raises:
-        FilmError: ffmpeg failed.
-
-    """
+def _video(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+    """Return a film as the content of an MP4."""
     program = ffmpeg()
     assert program is not None  # see `Filming.mistakes`
     rate = filming.fps or VIDEO_FPS
@@ -183,3 +178,51 @@ def _counted(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:
         yield picture.frame(frame)
         if progress is not None:
             progress((frame + 1) / len(picture))
+
+
+class Palette:
+    """Colours that frames are drawn in, from some of these (height, width, 4)."""
+
+    def __init__(self, frames: Sequence[Pixels]) -> None:
+        seen = np.concatenate([_boxes(frame).ravel() for frame in frames])
+        boxes, counts = np.unique(seen, return_counts=True)
+        order = np.argsort(-counts, kind="stable")
+        found, rest = [_colours(boxes[order[:KEPT]])], order[KEPT:]
+        if len(rest):
+            times = np.ceil(counts[rest] ** (1 / RARE)).astype(int)
+            shown = Image.fromarray(np.repeat(_colours(boxes[rest]), times, axis=0)[None])
+            mixed = shown.quantize(COLOURS - KEPT, method=Image.Quantize.MEDIANCUT).getpalette()
+            found.append(np.array(mixed, dtype=np.uint8).reshape(-1, 3)[: COLOURS - KEPT])
+        self._colours = np.concatenate(found)
+        self._nearest = _nearest(self._colours)
+
+    def image(self, frame: Pixels) -> Image.Image:
+        """A frame in these colours."""
+        image = Image.fromarray(self._nearest[_boxes(frame)])
+        image.putpalette(self._colours.tobytes())
+        return image
+
+
+def _boxes(pixels: Pixels) -> NDArray[np.uint32]:
+    """Numbers (height, width) of the small boxes of colours that pixels are in."""
+    parts = (pixels[..., :3] >> (8 - BITS)).astype(np.uint32)
+    return np.asarray(parts @ np.array([1 << 2 * BITS, 1 << BITS, 1], dtype=np.uint32))
+
+
+def _colours(boxes: NDArray[np.uint32]) -> Pixels:
+    """A colour (n, 3) of every box: the darkest is black, the lightest white."""
+    most = (1 << BITS) - 1
+    parts = np.stack([boxes >> 2 * BITS, boxes >> BITS & most, boxes & most], axis=1)
+    return (parts * 255 // most).astype(np.uint8)
+
+
+def _nearest(colours: Pixels) -> Pixels:
+    """Index of the nearest of some colours (n, 3), for every box."""
+    every = _colours(np.arange(1 << 3 * BITS, dtype=np.uint32)).astype(np.int32)
+    least = np.full(len(every), np.iinfo(np.int32).max, dtype=np.int32)
+    found = np.zeros(len(every), dtype=np.uint8)
+    for i, colour in enumerate(colours.astype(np.int32)):
+        off = ((every - colour) ** 2).sum(axis=1, dtype=np.int32)
+        nearer = off < least
+        found[nearer], least[nearer] = i, off[nearer]
+    return found

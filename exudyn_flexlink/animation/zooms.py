@@ -9,18 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exudyn_flexlink.animation.film import Film, Take
-from exudyn_flexlink.animation.touches import Touching, touching_of
+from exudyn_flexlink.animation.film import Film, Take, Touching, touching_of
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import (
-    Anchor,
-    Channel,
-    FaceContact,
-    anchor_position,
-    angle_of,
-    turned,
-)
-from exudyn_flexlink.plots.outline import faces, walled
+from exudyn_flexlink.mechanism import Channel, FaceContact
+from exudyn_flexlink.plots.outline import Viewpoint, faces, walled
 from exudyn_flexlink.plots.sleeve import ROOM
 
 ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it
@@ -29,20 +21,6 @@ BESIDE = 0.08  # of its length: how much of the zoom is before and behind a guid
 MOST_FACES = 2  # of as many struck faces each has a zoom: those of more would hide the mechanism
 ROOM_ALONG = 1.5  # of where touches are along a face: the length of it that is seen
 SLIDES = 0.15  # of the picture: the zoom on touches that go along more is not much larger than it
-
-
-@dataclass(frozen=True)
-class Viewpoint:
-    """Where a zoom is seen from: an origin, and the angle (rad) of its x-axis in that part."""
-
-    origin: Anchor
-    angle: float = 0.0
-
-    def seen(self, points: FloatArray, poses: FloatArray) -> FloatArray:
-        """Points (..., n, 2) m of the ground in its axes, with the parts at `poses`."""
-        away = points - anchor_position(self.origin, poses)[..., None, :]
-        angle = self.angle + angle_of(self.origin.part, poses)
-        return np.asarray(turned(away, -np.asarray(angle)[..., None]))
 
 
 @dataclass(frozen=True)
@@ -75,16 +53,11 @@ def zooms_of(film: Film, take: Take) -> list[Zoom]:
     found = [face for face in faces(take.model) if face.name in struck]
     shown = found if len(found) <= MOST_FACES else []
     at_faces = [_at_face(film, take, face, struck[face.name]) for face in shown]
-    return [
-        *(_in_guide(channel) for channel in walled(take.model)),
-        *(zoom for zoom in at_faces if zoom.length <= SLIDES * film.size),
-    ]
-
-
-def _in_guide(channel: Channel) -> Zoom:
-    length, reach = channel.length, ROOM * channel.clearance
-    along = -BESIDE * length, (1 + BESIDE) * length
-    return Zoom(channel.name, Viewpoint(channel.guide), along, (-reach, reach), channel)
+    guides = []
+    for own in walled(take.model):
+        along, reach = (-BESIDE * own.length, (1 + BESIDE) * own.length), ROOM * own.clearance
+        guides.append(Zoom(own.name, Viewpoint(own.guide), along, (-reach, reach), own))
+    return [*guides, *(zoom for zoom in at_faces if zoom.length <= SLIDES * film.size)]
 
 
 def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:

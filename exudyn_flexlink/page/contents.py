@@ -1,15 +1,19 @@
-"""What stands on a page, section by section: all that a run has, and nothing that it has not."""
+"""What stands on a page, section by section: all that a run has, and how to run it again."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+
+import yaml
 
 from exudyn_flexlink.animation import film_of, player
+from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import joints_with_play
 from exudyn_flexlink.page.figures import Picture, pictures_of
-from exudyn_flexlink.page.reproducing import command_of, model_text
 from exudyn_flexlink.report import (
     Table,
     cost_table,
@@ -29,10 +33,16 @@ from exudyn_flexlink.report import (
     touch_table,
 )
 from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import LARGEST_FILE
 
 MOST_STRIKES = 100  # of a contact: some screens of a phone
 MOST_PAIRS = 10
 MOST_TOUCHES = 200  # folded, until the reader opens them
+MODEL = "model.yaml"
+"""Name under which the page offers the model file."""
+
+WIDTH = 100  # columns of the model file
 
 
 @dataclass(frozen=True)
@@ -55,67 +65,44 @@ class Section:
         return any((self.texts, self.pictures, self.tables, self.folded, self.player))
 
 
-@dataclass(frozen=True)
-class Contents:
-    """All that a page tells.
+def contents_of(result: Result) -> dict[str, Any]:
+    """Return what a page tells of a run, by the names that its template has for it.
 
-    `ending` is how the run ended, in a word, and `why` if it stopped, with what to try. `model` is
-    the scene as a model file, None if it is too long.
+    `why` it stopped is told with what to try. `model` is the scene as a model file, None if it is
+    too long.
     """
-
-    title: str
-    source: str
-    ending: str
-    why: Sequence[str]
-    warnings: Sequence[str]
-    facts: Table
-    sections: Sequence[Section]
-    model: str | None
-    command: str
-    settings: Table
-    versions: Table
-
-
-def contents_of(result: Result) -> Contents:
-    """Return what a page tells of a run."""
-    pictures = pictures_of(result)
+    pictures, moves = pictures_of(result), result.time[0] < result.time[-1]
+    effects = effects_table(result.scene, build_mechanism(result.scene))
+    effects = replace(effects, caption="Effects, simulated or not")
+    errors = replace(error_table(result), caption="How far the run is off")
     sections = [
         Section("mechanism", "Mechanism", pictures=_of(pictures, "mechanism")),
-        Section("animation", "Animation", player=_player(result)),
+        Section("animation", "Animation", player=player(film_of(result)) if moves else ""),
         Section("motion", "Motion", pictures=_of(pictures, "coordinates", "polar")),
         _strikes(result, pictures),
         _touches(result, pictures),
         Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
         Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
-        _effects(result),
-        _errors(result),
+        Section("effects", "Effects", tables=[effects]),
+        Section("errors", "Errors", tables=_filled([errors, run_force_errors(result)])),
     ]
-    return Contents(
-        result.scene.title,
-        result.scene.source,
-        _ending(result),
-        [] if result.outcome.completed else failure_text(result).split("\n"),
-        result.warnings,
-        _facts(result),
-        [section for section in sections if section],
-        model_text(result.scene),
-        command_of(result),
-        Table("Settings of the engine, in SI units", _rows(result.settings)),
-        Table("Versions", _rows(result.versions)),
-    )
-
-
-def _ending(result: Result) -> str:
-    if result.outcome.completed:
-        return "Completed"
-    return "Interrupted" if result.outcome.reason == INTERRUPTED else "Stopped before its end"
-
-
-def _player(result: Result) -> str:
-    """The player of the run's animation; empty if the run has one instant only."""
-    if not result.time[0] < result.time[-1]:
-        return ""
-    return player(film_of(result))
+    ending = "Completed"
+    if not result.outcome.completed:
+        interrupted = result.outcome.reason == INTERRUPTED
+        ending = "Interrupted" if interrupted else "Stopped before its end"
+    return {
+        "title": result.scene.title,
+        "source": result.scene.source,
+        "ending": ending,
+        "why": [] if result.outcome.completed else failure_text(result).split("\n"),
+        "warnings": result.warnings,
+        "facts": _facts(result),
+        "sections": [section for section in sections if section],
+        "model": model_text(result.scene),
+        "command": command_of(result),
+        "settings": Table("Settings of the engine, in SI units", _rows(result.settings)),
+        "versions": Table("Versions", _rows(result.versions)),
+    }
 
 
 def _facts(result: Result) -> Table:
@@ -153,18 +140,6 @@ def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
     return Section("touches", "Touches", [], drawn, _filled(tables), _filled(folded))
 
 
-def _effects(result: Result) -> Section:
-    told = effects_table(result.scene, build_mechanism(result.scene))
-    return Section(
-        "effects", "Effects", tables=[replace(told, caption="Effects, simulated or not")]
-    )
-
-
-def _errors(result: Result) -> Section:
-    own = replace(error_table(result), caption="How far the run is off")
-    return Section("errors", "Errors", tables=_filled([own, run_force_errors(result)]))
-
-
 def _of(pictures: Mapping[str, Picture], *names: str) -> list[Picture]:
     return [pictures[name] for name in names if name in pictures]
 
@@ -177,3 +152,27 @@ def _rows(told: Mapping[str, float | str]) -> list[list[str]]:
     return [
         [name, value if isinstance(value, str) else number(value)] for name, value in told.items()
     ]
+
+
+def model_text(scene: Scene) -> str | None:
+    """Return the scene as a model file, in SI units; None if it is too long to be read as one.
+
+    Points of splines, and tables, that came from files of their own are in it.
+    """
+    data = scene.to_data()
+    if len(json.dumps(data, ensure_ascii=False).encode("utf-8")) > LARGEST_FILE // 2:
+        return None  # YAML takes more room, and its reader some seconds
+    text: str = yaml.safe_dump(
+        data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=WIDTH
+    )
+    return text
+
+
+def command_of(result: Result) -> str:
+    """Return the command that makes the run again from its model file."""
+    words = ["python -m exudyn_flexlink simulate", MODEL]
+    if result.engine != "exudyn":
+        words.append(f"--engine {result.engine}")
+    if result.error == NOT_ASKED:
+        words.append("--no-measure")
+    return " ".join(words)

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from exudyn_flexlink.page.contents import contents_of
+from exudyn_flexlink.page.contents import MODEL, contents_of
 from exudyn_flexlink.page.figures import data_uri
-from exudyn_flexlink.page.reproducing import MODEL
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import StorageError, replace_file
@@ -39,13 +38,13 @@ def page_of(result: Result) -> str:
     environment.tests["numeric"] = lambda text: NUMBER.fullmatch(text) is not None
     environment.filters["numbers_apart"] = NUMBER.split  # every second piece is a number
     contents = contents_of(result)
-    players = "".join(section.player for section in contents.sections)
+    players = "".join(section.player for section in contents["sections"])
     return environment.get_template("page.html").render(
-        page=contents,
+        **contents,
         generator=GENERATOR,
         policy=_policy(players),
         name_of_model=MODEL,
-        model_link=data_uri("text/yaml", (contents.model or "").encode("utf-8")),
+        model_link=data_uri("text/yaml", (contents["model"] or "").encode("utf-8")),
         program=f"{THIS} {version_of(THIS)}",
     )
 

@@ -7,20 +7,27 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from exudyn_flexlink.plots.accuracy import work_precision
-from exudyn_flexlink.plots.balance import energy
+from exudyn_flexlink.plots.accuracy import differences, work_precision
 from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
-from exudyn_flexlink.plots.forces import forces
+from exudyn_flexlink.plots.forces import energy, forces
 from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
-from exudyn_flexlink.plots.saving import FORMATS, figure_bytes, is_figure, save_figure
 from exudyn_flexlink.plots.sleeve import guide_contact
 from exudyn_flexlink.plots.stability import bifurcation, stability
 from exudyn_flexlink.plots.start import start
-from exudyn_flexlink.plots.style import ENGINE_COLOURS, PRINT, SCREEN, STYLES, Style
+from exudyn_flexlink.plots.style import (
+    ENGINE_COLOURS,
+    FORMATS,
+    PRINT,
+    SCREEN,
+    STYLES,
+    Style,
+    figure_bytes,
+    is_figure,
+    save_figure,
+)
 from exudyn_flexlink.plots.sweep import sweep
-from exudyn_flexlink.plots.verification import differences
 from exudyn_flexlink.result import Result
 
 FIGURES = {

@@ -1,23 +1,25 @@
-"""Error over processor time, every method of a study on one plot."""
+"""What accuracy costs, method by method, and how far benchmarks are from published numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import log10
+from math import isfinite, log10
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
-from exudyn_flexlink.accuracy import Errors, Method, Point, Source, Study
+from exudyn_flexlink.accuracy import Errors, Method, Point, Study
 from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.plots.frame import framed_figure, links_of
 from exudyn_flexlink.plots.panels import legend_outside, sized
 from exudyn_flexlink.plots.style import (
     BLACK,
+    BLUE,
     ENGINE_COLOURS,
+    FAILED,
     GREEN,
     GREY,
     ORANGE,
@@ -26,6 +28,7 @@ from exudyn_flexlink.plots.style import (
     Style,
     styled,
 )
+from exudyn_flexlink.verification import VerifiedRun
 
 LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
          "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
@@ -35,6 +38,8 @@ LEGEND = 2.4  # inches on a screen, of the legend above in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
+ROW = 0.24  # inches on a screen, of a number
+LEAST = 1e-17  # a smaller difference, in any unit, is none: it is drawn here
 
 
 @styled
@@ -54,21 +59,17 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     axes.set_ylabel(f"largest error of\n{name_of(study.judged_by)} (m)")
     legend_outside(axes)
     axes.set_xlabel("processor time of the solve (s)")
-    _label_times(axes)
+    low, high = axes.get_xlim()
+    subs = (1.0, 2.0, 5.0) if log10(high / low) < FEW_DECADES else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=subs))
+    axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     return figure
 
 
 def _drawn(errors: Errors, floor: float = 0.0) -> float:
     """Where an error is drawn, m: far below the floor there is nothing to see."""
     return max(errors.largest, DEEPEST * floor, LOWEST)
-
-
-def _label_times(axes: Axes) -> None:
-    low, high = axes.get_xlim()
-    subs = (1.0, 2.0, 5.0) if log10(high / low) < FEW_DECADES else (1.0,)
-    axes.xaxis.set_major_locator(LogLocator(subs=subs))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _caption(study: Study) -> list[tuple[str, str]]:
@@ -84,7 +85,10 @@ def _draw(axes: Axes, study: Study) -> None:
         points = [point for point in study.points if point.method == method]
         _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
     for source in study.sources:
-        _level(axes, source)
+        level = _drawn(source.errors)
+        if source.kind in _OF_SOURCES and level > LOWEST:
+            colour, name = _OF_SOURCES[source.kind]
+            axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
     label = f"target asked for, {study.target:.2g} m"
     axes.axhline(study.target, color=BLACK, linewidth=0.8, linestyle=(0, (1, 2)), label=label)
     low, high = axes.get_ylim()
@@ -100,7 +104,9 @@ def _draw(axes: Axes, study: Study) -> None:
 
 
 def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) -> None:
-    style = _style(method)
+    kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
+    marker, line = LOOKS.get(kind, LOOKS[""])
+    style: dict[str, Any] = {"linestyle": line, "marker": marker, "markersize": sized(5)}
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
     x = np.array([point.processor for point in points])
     y = np.array([_drawn(point.errors, floor) for point in points])
@@ -109,14 +115,31 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
     axes.plot(x[y < floor], y[y < floor], color=colour, **hollow)
 
 
-def _style(method: Method) -> dict[str, Any]:
-    kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
-    marker, line = LOOKS.get(kind, LOOKS[""])
-    return {"linestyle": line, "marker": marker, "markersize": sized(5)}
-
-
-def _level(axes: Axes, source: Source) -> None:
-    if source.kind in _OF_SOURCES and _drawn(source.errors) > LOWEST:
-        colour, name = _OF_SOURCES[source.kind]
-        level = _drawn(source.errors)
-        axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
+@styled
+def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure:
+    """Every number of some runs in a row of its own: its difference, and what is allowed."""
+    numbers = [(one, number) for one in runs for number in one.numbers]
+    title = "Benchmarks against published numbers"
+    subject = "Difference of each number, in its SI unit; a bar ends at what is allowed"
+    notes = [f"{one.benchmark}, {one.run}: {one.stopped}" for one in runs if one.stopped]
+    figure = framed_figure((title, subject), 0.9 + ROW * len(numbers), style, notes=notes)
+    axes = figure.subplots()
+    axes.set_xscale("log")
+    for row, (_, number) in enumerate(numbers):
+        colour = BLUE if number.fine else FAILED
+        axes.plot([LEAST, number.allowed], [row, row], color=GREY, linewidth=0.7)
+        axes.plot([number.allowed], [row], "|", color=BLACK, markersize=sized(8))
+        if isfinite(number.computed):
+            axes.plot([max(number.difference, LEAST)], [row], "o", color=colour)
+    for fine, colour, label in ((True, BLUE, "as near as allowed"), (False, FAILED, "off")):
+        if any(number.fine == fine for _, number in numbers):
+            axes.plot([], [], "o", color=colour, label=label)
+    axes.plot([], [], "|", color=BLACK, markersize=sized(8), label="allowed")
+    axes.set_yticks(
+        range(len(numbers)),
+        [f"{one.benchmark}, {one.run}: {n.name} ({n.unit})" for one, n in numbers],
+    )
+    axes.set_ylim(len(numbers) - 0.5, -0.5)
+    axes.set_xlabel("difference")
+    legend_outside(axes)
+    return figure

@@ -58,7 +58,8 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
     height, caption = 0.3 + 1.6 * count, _caption(compared)
     figure = framed_figure((title, subject), height, style, notes=notes, caption=caption)
     rows = figure.subplots(count, 1, sharex=True)
-    x, label = _axis(compared)
+    turns, label = along(runs[0].result)
+    x = np.interp(compared.time, runs[0].result.time, turns)
     _motions(rows, compared, x)
     _differences(rows[2 + len(compared.levers) :], compared, x)
     for axes in rows:
@@ -92,13 +93,6 @@ def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
         {"color": one, "linewidth": 2.6 * line, "alpha": 0.45},
         {"color": other, "linewidth": 0.8 * line},
     )
-
-
-def _axis(compared: Comparison) -> tuple[FloatArray, str]:
-    """Axis (N,) at the instants compared, and its label."""
-    first = compared.first.result
-    x, label = along(first)
-    return np.interp(compared.time, first.time, x), label
 
 
 def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:

@@ -54,7 +54,8 @@ def mechanism(
     instants of a turn.
     What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
     """
-    first = _first_strike(result) if instants is None else None
+    found = [one for name in result.scene.contacts for one in strikes(result, name)]
+    first = min(found, key=lambda strike: strike.begin, default=None) if instants is None else None
     shown = _instants(result, first) if instants is None else [(time, "") for time in instants]
     if not shown:
         return None
@@ -117,12 +118,6 @@ def _place_legend(grid: NDArray[Any], handles: list[Line2D], style: Style) -> No
         grid[-1, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(0.0, 0.5))
     else:
         legend_outside(grid[0, 0], below=True, handles=handles)
-
-
-def _first_strike(result: Result) -> Strike | None:
-    """First strike of any contact."""
-    found = [one for name in result.scene.contacts for one in strikes(result, name)]
-    return min(found, key=lambda strike: strike.begin, default=None)
 
 
 def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, FloatArray]:

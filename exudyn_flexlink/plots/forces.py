@@ -1,4 +1,4 @@
-"""The forces that act, with what is known of their errors, and the first strikes in a zoom."""
+"""The forces that act, the first strikes in a zoom; energies, and the error of their balance."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     along,
+    engine_colour,
     legend_outside,
     letter,
     limits,
@@ -25,12 +26,18 @@ from exudyn_flexlink.plots.panels import (
     shade_beyond,
     sized,
 )
-from exudyn_flexlink.plots.style import GREY, SCREEN, SERIES, Style, styled
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, RED, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import Result
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
 LEAST_HEIGHT = 1.75  # inches of a panel
 ENTRY = 0.23  # inches of a line of a legend beside a panel, with the room above it
+_ENERGIES = (
+    ("kinetic", BLUE, "-"),
+    ("stored", GREEN, "-"),
+    ("dissipated", RED, "--"),
+    ("supplied", BLACK, ":"),
+)
 
 
 @styled
@@ -45,7 +52,8 @@ def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
     panels = _panels(result)
     if not panels or len(result.time) < 2:
         return None
-    zooms = _first_strikes(result)
+    found = {name: strikes(result, name) for name in result.contacts}
+    zooms = {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
     entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
     heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
     figure = new_figure(result, "Forces", max(2.8, sum(heights)), style)
@@ -75,7 +83,8 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
     widths = line_widths(series, thin)
     for i, ((name, force), width) in enumerate(zip(panel.items(), widths, strict=True)):
         colour, faint = SERIES[i % len(SERIES)], 0.5 if width > thin else 1.0
-        label = force.name + _known(result, name)
+        error = _largest_error(result, name)
+        label = force.name + (f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else "")
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
         off = _band(result, name)
         if not np.all(np.isnan(off)):
@@ -106,23 +115,11 @@ def _deviation(result: Result, name: str) -> ForceDeviation:
     return result.error.forces.get(name, ForceDeviation("", None, None))
 
 
-def _known(result: Result, name: str) -> str:
-    """Return how far a force may be off, for a legend: in the unit of its axis."""
-    off = _largest_error(result, name)
-    return f" \N{PLUS-MINUS SIGN} {told_error(off)}" if off > 0 else ""
-
-
 def _coarsen(axes: Axes, errors: Sequence[float]) -> None:
     """Let numbers at the axis be no finer than the least of the errors."""
     least = min(errors, default=0.0)
     if least > 0 and float(np.min(np.diff(axes.get_yticks()))) < least:
         axes.yaxis.set_major_locator(MultipleLocator(10.0 ** ceil(log10(least))))
-
-
-def _first_strikes(result: Result) -> dict[str, Strike]:
-    """First strike of every contact whose force lasts, by the contact's name."""
-    found = {name: strikes(result, name) for name in result.contacts}
-    return {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
@@ -141,18 +138,6 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
     legend_outside(axes)
 
 
-def _momentary(result: Result) -> set[str]:
-    """Names of the forces of contacts that only have impacts without duration.
-
-    Between those they are zero, and a line at zero looks as if nothing had been struck.
-    """
-    return {
-        f"contact force of {name}"
-        for name, own in result.contacts.items()
-        if np.isinf(own.touches.peak_force).any() and not own.force.any()
-    }
-
-
 def _panels(result: Result) -> dict[str, dict[str, Force]]:
     """Forces by what an axis is called, with the unit, and by their own names.
 
@@ -160,7 +145,12 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     contacts, of which a turn needs eight.
     """
     found: dict[str, dict[str, Force]] = {}
-    momentary = _momentary(result)
+    # Between impacts without duration a line at zero looks as if nothing had been struck.
+    momentary = {
+        f"contact force of {name}"
+        for name, own in result.contacts.items()
+        if np.isinf(own.touches.peak_force).any() and not own.force.any()
+    }
     for name, force in forces_of(result).items():
         if name not in momentary:
             found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
@@ -175,3 +165,48 @@ def _acts(result: Result, force: Force) -> bool:
     contact = result.contacts.get(force.name) if force.quantity == "contact force" else None
     touched = contact is not None and len(contact.touches) > 0
     return touched or bool(np.any(force.size))
+
+
+@styled
+def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
+    """Energies over time and, on a logarithmic axis, what their balance misses.
+
+    None if there is nothing but one sample.
+    """
+    if len(result.time) < 2:
+        return None
+    figure = new_figure(result, "Energy, and the error of its balance", 5.2, style)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    series = [getattr(result.energy, name) for name, *_ in _ENERGIES]
+    largest = max(float(np.max(np.abs(values))) for values in series)
+    factor, unit = (1e3, "mJ") if largest < 1 else (1.0, "J")
+    thin = float(mpl.rcParams["lines.linewidth"])
+    widths = line_widths(series, thin)
+    for (name, colour, line), values, width in zip(_ENERGIES, series, widths, strict=True):
+        look = {"linestyle": line} if width == thin else {"alpha": 0.5}
+        upper.plot(result.time, factor * values, color=colour, linewidth=width, label=name, **look)
+    upper.set_ylabel(f"energy ({unit})")
+    _residual(lower, result, factor, unit)
+    lower.set_xlabel("time (s)")
+    lower.set_xlim(result.time[0], result.time[-1])
+    for axes in (upper, lower):
+        shade_beyond(axes, result, result.time, named=axes is upper)
+        legend_outside(axes)
+    letter([upper, lower])
+    return figure
+
+
+def _residual(axes: Axes, result: Result, factor: float, unit: str) -> None:
+    missed = np.abs(result.energy.residual)
+    shown = factor * np.where(missed > 0, missed, np.nan)
+    axes.set_ylabel(f"error ({unit})")
+    axes.set_yscale("log")
+    if np.all(np.isnan(shown)):
+        axes.text(0.5, 0.5, "zero throughout", ha="center", transform=axes.transAxes)
+        return
+    axes.plot(result.time, shown, color=engine_colour(result), linewidth=0.9, label="|error|")
+    kinetic = factor * result.checks.largest_kinetic_energy
+    if kinetic > 0:
+        axes.axhline(kinetic, color=BLACK, linestyle=":", label="largest kinetic\nenergy")
+    worst = float(np.nanmax(shown))
+    axes.set_ylim(bottom=worst * 1e-6)  # zero crossings would stretch the axis without end

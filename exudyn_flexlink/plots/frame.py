@@ -8,10 +8,19 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import text_to_path
 
-from exudyn_flexlink.plots.saving import MISSING, figure_bytes
-from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, FAILED, GREY, SCREEN, Style
+from exudyn_flexlink.plots.style import (
+    BLACK,
+    ENGINE_COLOURS,
+    FAILED,
+    GREY,
+    MISSING,
+    SCREEN,
+    Style,
+    figure_bytes,
+)
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
@@ -72,14 +81,9 @@ def framed_figure(
     top = line_height * len(above) + 0.12 * bool(above)
     bottom = line_height * len(below) + 0.08 * bool(below)
     whole = style.scale * height + top + bottom
-    figure = ShownFigure(
-        figsize=(style.width, whole), dpi=style.dpi, layout="constrained", facecolor="white"
-    )
+    layout = ConstrainedLayoutEngine(rect=(0.0, bottom / whole, 1.0, style.scale * height / whole))
+    figure = ShownFigure((style.width, whole), style.dpi, layout=layout, facecolor="white")
     figure.set_label(subject)  # which a page shows as its caption
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        rect = (0.0, bottom / whole, 1.0, style.scale * height / whole)
-        engine.set(rect=rect)  # type: ignore[call-arg]
     left = EDGE / style.width
     for i, (line, size, colour, weight) in enumerate(above):
         place = left, 1 - (0.08 + line_height * i) / whole
@@ -142,14 +146,11 @@ def caption_of(result: Result) -> str:
 
 def links_of(scene: Scene) -> list[str]:
     """Hinges and rods of flexible bodies, in words."""
-    return [
-        f"{name}: hinges {_stiffness(body)}, n = {body.rods}"
-        + (", half ends" if body.layout == "half_ends" else "")
-        for name, body in scene.bodies.items()
-        if isinstance(body, FlexibleBody)
-    ]
-
-
-def _stiffness(body: FlexibleBody) -> str:
-    rule = body.hinges.stiffness
-    return f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
+    told = []
+    for name, body in scene.bodies.items():
+        if isinstance(body, FlexibleBody):
+            rule = body.hinges.stiffness
+            hinges = f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
+            ends = ", half ends" if body.layout == "half_ends" else ""
+            told.append(f"{name}: hinges {hinges}, n = {body.rods}{ends}")
+    return told

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator, MultipleLocator, NullLocator
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.observables import (
     crank_angle,
+    laps,
     path,
     sleeves_with_play,
     strikes,
@@ -19,15 +25,15 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.plots.frame import new_figure
-from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
 from exudyn_flexlink.plots.panels import (
+    BEYOND_LINE,
     forward,
+    horizon,
     legend_outside,
     length_unit,
     letter,
     shade_beyond,
     sized,
-    ticks_in_degrees,
 )
 from exudyn_flexlink.plots.sleeve import strip, strip_height
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, SCREEN, SKY, Style, styled
@@ -39,6 +45,9 @@ Y_COLOURS = ("#8C1C13", "#E8704A", "#F2A541", PURPLE)
 
 FLAT = 1e-6  # of a radius: what differs by less is rounding
 OFF = -0.1  # of a polar plot's width: where its radial scale stands
+NESTED = 4  # laps, at most, that are drawn each thinner than the one before and named alone
+STEP = 0.8  # line widths between two of them
+BAND = 11.0  # points, of the shading along a line
 
 
 @styled
@@ -87,18 +96,17 @@ def coordinates(
 
 
 def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> None:
-    cycle = laps_of_cycle(result.scene)
-    every = list(by_lap(result))
-    last = every[-1].number
+    cycle, every = laps_of_cycle(result.scene), list(by_lap(result))
     shade_laps(axes, result, [lap.turned for lap in every], every, position)
-    for i, (name, colours) in enumerate((("x", X_COLOURS), ("y", Y_COLOURS))):
+    for i, (name, colours) in enumerate((("$x$, ", X_COLOURS), ("$y$, ", Y_COLOURS))):
         for lap in every:
-            style = lap_style(lap.number, cycle, last, colours)
-            label = lap_label(lap.number, cycle, last)
-            label = f"${name}$, {label}" if label else ""
-            axes.plot(lap.turned, position[lap.samples, i], label=label or None, **style)
+            look = lap_look(lap.number, cycle, every[-1].number, colours, name)
+            axes.plot(lap.turned, position[lap.samples, i], **look)
     _mark_strikes(axes, result, position)
-    ticks_in_degrees(axes, max(float(np.max(lap.turned)) for lap in every))
+    largest = max(float(np.max(lap.turned)) for lap in every)
+    axes.set_xlim(0.0, largest or 2 * np.pi)  # a crank that stands still
+    axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
+    axes.xaxis.set_major_formatter(lambda x, _: f"{np.degrees(x):.0f}")
     axes.set_xlabel("crank angle within each lap (degrees)")
 
 
@@ -141,14 +149,12 @@ def polar(result: Result, *, style: Style = SCREEN) -> Figure | None:
 
 def draw_radius(axes: PolarAxes, result: Result, radius: FloatArray) -> None:
     """Draw a radius (N,) over the crank angle, lap by lap."""
-    angle, cycle = crank_angle(result), laps_of_cycle(result.scene)
-    every = list(by_lap(result))
-    places, last = [angle[lap.samples] for lap in every], every[-1].number
+    angle, every = crank_angle(result), list(by_lap(result))
+    places = [angle[lap.samples] for lap in every]
     shade_laps(axes, result, places, every, radius[:, None])
+    cycle, last = laps_of_cycle(result.scene), every[-1].number
     for place, lap in zip(places, every, strict=True):
-        look = lap_style(lap.number, cycle, last, X_COLOURS)
-        label = lap_label(lap.number, cycle, last)
-        axes.plot(place, radius[lap.samples], label=label or None, **look)
+        axes.plot(place, radius[lap.samples], **lap_look(lap.number, cycle, last))
 
 
 def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
@@ -168,7 +174,7 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     axes.set_rorigin(middle)
     shown = [circle for circle in circles if start <= circle <= end]
     axes.set_rgrids(shown, [""] * len(shown))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
+    axes.xaxis.set_major_formatter(lambda x, _: f"{np.degrees(x):.0f}")
     axes.set_xlabel("crank angle (degrees)")
     inner = 0.5 * (start - middle) / (end - middle)  # of the circle's width, the hole's radius
     scale = axes.inset_axes((OFF, 0.5 + inner, 1e-3, 0.5 - inner), projection="rectilinear")
@@ -177,3 +183,70 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     scale.xaxis.set_major_locator(NullLocator())
     scale.set_ylabel(label)
     scale.grid(visible=False)
+
+
+@dataclass(frozen=True)
+class Lap:
+    """Samples of one lap: its number, crank angle turned since it began (rad), their indices."""
+
+    number: int
+    turned: FloatArray
+    samples: IndexArray
+
+
+def by_lap(result: Result) -> Iterator[Lap]:
+    """Split a run into laps; each but the last goes on to the first sample of the next."""
+    turned, lap = turned_since_start(result), laps(result)
+    for number in range(1, int(lap.max()) + 1):
+        samples = np.flatnonzero(lap == number)
+        if not len(samples):
+            continue
+        if samples[-1] + 1 < len(lap):
+            samples = np.append(samples, samples[-1] + 1)
+        yield Lap(number, turned[samples] - 2 * np.pi * (number - 1), samples)
+
+
+def lap_look(
+    number: int, cycle: int, last: int, colours: Sequence[str] = X_COLOURS, name: str = ""
+) -> dict[str, Any]:
+    """How a lap of `last` is drawn: laps on one curve of the `cycle` share a colour.
+
+    A few laps are nested, each broader and paler than those after it, so that all are seen where
+    they lie on each other. Of many, those of the first cycle are, and later ones are thin lines;
+    those alike have one entry in the legend.
+    """
+    rank, label = last - number, f"{name}lap {number}"
+    if last > NESTED:
+        rank = 1 + cycle - number if number <= cycle else 0
+        alike = range(number, last + 1, cycle)
+        if number > 2 * cycle:
+            label = ""
+        elif number > cycle and len(alike) > 1:
+            label = f"{name}laps {alike[0]} to {alike[-1]}"
+    rank = min(rank, NESTED)
+    return {
+        "label": label or None,
+        "color": colours[(number - 1) % cycle % len(colours)],
+        "linewidth": float(mpl.rcParams["lines.linewidth"]) * (0.7 + STEP * rank),
+        "alpha": 0.45 if rank else 1.0,
+        "zorder": 3 - rank / 9,
+    }
+
+
+def shade_laps(
+    axes: Axes, result: Result, x: Sequence[FloatArray], every: Sequence[Lap], series: FloatArray
+) -> None:
+    """Shade, along the lines of laps, what lies beyond the horizon.
+
+    `x` holds the places of each lap's samples, `series` (N, k) the values of the whole run.
+    """
+    found = horizon(result)
+    if found is None:
+        return
+    begin, label = found
+    for place, lap in zip(x, every, strict=True):
+        beyond = result.time[lap.samples] >= begin
+        for values in series[lap.samples].T if beyond.any() else ():
+            axes.plot(place[beyond], values[beyond], label=label or None, linewidth=sized(BAND),
+                      **BEYOND_LINE)  # fmt: skip
+            label = ""

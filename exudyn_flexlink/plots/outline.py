@@ -21,6 +21,8 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     Slot,
+    anchor_position,
+    angle_of,
     left_of,
     turned,
 )
@@ -80,6 +82,20 @@ class Mark:
     anchor: Anchor
 
 
+@dataclass(frozen=True)
+class Viewpoint:
+    """Where something is seen from: an origin, and the angle (rad) of its x-axis in that part."""
+
+    origin: Anchor
+    angle: float = 0.0
+
+    def seen(self, points: FloatArray, poses: FloatArray) -> FloatArray:
+        """Points (..., n, 2) m of the ground in its axes, with the parts at `poses`."""
+        away = points - anchor_position(self.origin, poses)[..., None, :]
+        angle = self.angle + angle_of(self.origin.part, poses)
+        return np.asarray(turned(away, -np.asarray(angle)[..., None]))
+
+
 def through(name: str, *anchors: Anchor) -> Line:
     """Return the line through anchors."""
     parts = np.array([anchor.part for anchor in anchors], dtype=np.intp)
@@ -104,15 +120,25 @@ def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
 
 def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     """Everything that is drawn as a line; bodies last, in their order."""
-    others = (
-        ("curve", PURPLE, [curve_line(track) for track in curved(model)]),
-        ("face", RED, [face_line(face) for face in faces(model)]),
-        ("ring", GREY, rings(model)),
-        ("spoke", GREY, spokes(model)),
-        ("spring", GREEN, spring_lines(scene, model)),
-    )
-    for kind, colour, lines in others:
-        yield from (Drawn(kind, colour, line) for line in lines)
+    on_curves = [own for own in model.contacts if isinstance(own, CurveContact)]
+    tracks: list[Slot | CurveContact] = [*model.slots, *on_curves]
+    for track in tracks:
+        yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
+    for face in faces(model):
+        yield Drawn("face", RED, through(face.name, face.start, face.end))
+    way = np.linspace(0, 2 * np.pi, ROUND)
+    around = np.stack([np.cos(way), np.sin(way)], axis=1)
+    circles = [(own.name, *circle) for own in model.contacts for circle in _circles_of(own)]
+    for name, centre, radius in circles:
+        ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
+        yield Drawn("ring", GREY, ring)
+    for name, centre, radius in circles:
+        if centre.part != GROUND:  # a line to the edge shows that a circle turns
+            edge = Anchor(centre.part, centre.x + radius, centre.y)
+            yield Drawn("spoke", GREY, through(name, centre, edge))
+    for spring in model.linear_springs:
+        if spring.name in scene.springs:  # not those within rods that stretch
+            yield Drawn("spring", GREEN, through(spring.name, spring.first, spring.second))
     for body in scene.bodies:
         yield from _drawn_body(scene, model, body)
 
@@ -156,43 +182,6 @@ def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
     ]
 
 
-def link_line(channel: Channel) -> Line:
-    """The link in a guide, through its nodes."""
-    return through(channel.name, *channel.nodes)
-
-
-def curved(model: Mechanism) -> list[Slot | CurveContact]:
-    """What has a curve: slots, and contacts of points on curves."""
-    struck = [own for own in model.contacts if isinstance(own, CurveContact)]
-    return [*model.slots, *struck]
-
-
-def curve_line(track: Slot | CurveContact) -> Line:
-    """The curve of a slot or of a contact, on the part that carries it."""
-    return on_part(track.name, track.carrier, track.curve.samples[1])
-
-
-def rings(model: Mechanism) -> list[Line]:
-    """Circles of contacts, rollers among them."""
-    way = np.linspace(0, 2 * np.pi, ROUND)
-    around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    return [
-        on_part(contact.name, centre.part, [centre.x, centre.y] + radius * around)
-        for contact in model.contacts
-        for centre, radius in _circles_of(contact)
-    ]
-
-
-def spokes(model: Mechanism) -> list[Line]:
-    """A line from the centre of each circle that may turn to its edge, which shows that it does."""
-    return [
-        through(contact.name, centre, Anchor(centre.part, centre.x + radius, centre.y))
-        for contact in model.contacts
-        for centre, radius in _circles_of(contact)
-        if centre.part != GROUND
-    ]
-
-
 def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
     """Centres and radii (m) of the circles of a contact, a roller among them."""
     if isinstance(contact, CircleContact):
@@ -205,17 +194,6 @@ def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
 def faces(model: Mechanism) -> list[FaceContact]:
     """Contacts of a point with a face."""
     return [contact for contact in model.contacts if isinstance(contact, FaceContact)]
-
-
-def face_line(face: FaceContact) -> Line:
-    """The face of a contact."""
-    return through(face.name, face.start, face.end)
-
-
-def spring_lines(scene: Scene, model: Mechanism) -> list[Line]:
-    """Both ends of every linear spring of the scene: not of those within rods that stretch."""
-    own = [spring for spring in model.linear_springs if spring.name in scene.springs]
-    return [through(spring.name, spring.first, spring.second) for spring in own]
 
 
 def coil(ends: FloatArray) -> FloatArray:

@@ -8,7 +8,6 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import crank_angle, turns
@@ -173,13 +172,6 @@ def _coincide(values: FloatArray, later: FloatArray, room: float) -> bool:
     away = (np.abs(values) > near) | (np.abs(later) > near)
     same = np.abs(values - later) < near
     return bool(np.mean(same[away]) > OFTEN) if away.any() else True
-
-
-def ticks_in_degrees(axes: Axes, largest: float) -> None:
-    """Let the x-axis, in rad, run from 0 to `largest` and show degrees, without their sign."""
-    axes.set_xlim(0.0, largest or 2 * np.pi)  # a crank that stands still
-    axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
 
 
 def length_unit(size: float) -> tuple[float, str]:

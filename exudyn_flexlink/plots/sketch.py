@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -62,7 +63,11 @@ class Posed:
     @cached_property
     def shown(self) -> list[Drawn]:
         """Curves, bodies and circles, as lines."""
-        return [own for own in drawn_lines(self.scene, self.model) if own.kind in SHOWN]
+        return self.drawn(SHOWN)
+
+    def drawn(self, kinds: Collection[str]) -> list[Drawn]:
+        """Lines of some kinds."""
+        return [own for own in drawn_lines(self.scene, self.model) if own.kind in kinds]
 
     @cached_property
     def unit(self) -> tuple[float, str]:
@@ -149,15 +154,11 @@ class Sketch(Posed):
         """Entries for all that is drawn."""
         scene, model = self.scene, self.model
         handles = self.body_legend()
-        mark: dict[str, Any] = {"color": BLACK, "markersize": sized(4)}
-        handles.append(
-            Line2D(
-                [], [], marker="o", linewidth=1.0, label=f"S: {watched_point(scene)}, path", **mark
-            )
-        )
-        if len(model.slots) == 1:
-            handles.append(Line2D([], [], marker="s", linestyle="", label="P: in the slot", **mark))
-        handles.append(Line2D([], [], marker="+", linestyle="", label="O: origin", **mark))
+        mark: dict[str, Any] = {"color": BLACK, "markersize": sized(4), "linewidth": 1.0}
+        told = {"S": f"S: {watched_point(scene)}, path", "P": "P: in the slot", "O": "O: origin"}
+        for name in ("S", "P", "O") if len(model.slots) == 1 else ("S", "O"):
+            mark["linestyle"] = "-" if name == "S" else ""
+            handles.append(Line2D([], [], marker=_MARKS[name], label=told[name], **mark))
         if pivots(model):
             pivot: dict[str, Any] = {"marker": "^", "color": BLACK, "mfc": "white", "linestyle": ""}
             handles.append(Line2D([], [], label="pivot on the ground", **pivot))

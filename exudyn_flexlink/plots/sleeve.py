@@ -12,15 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.mechanism import (
-    Channel,
-    Mechanism,
-    anchor_position,
-    angle_of,
-    build_mechanism,
-    pairs,
-    turned,
-)
+from exudyn_flexlink.mechanism import Channel, Mechanism, build_mechanism, pairs
 from exudyn_flexlink.observables import (
     TWO_POINTS,
     ContactStates,
@@ -34,6 +26,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots.digits import told_time
 from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.outline import Viewpoint, through
 from exudyn_flexlink.plots.panels import (
     forward,
     is_beyond,
@@ -180,7 +173,7 @@ def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index:
     for side in (1, -1):
         y = side * channel.clearance * factor
         axes.plot([0, channel.length * factor], [y, y], color=GREY, linewidth=3, label="walls")
-    line = _from_guide(channel, q, np.array([anchor_position(node, q) for node in channel.nodes]))
+    line = Viewpoint(channel.guide).seen(through(channel.name, *channel.nodes).at(q), q)
     axes.plot(*(factor * line).T, color=BLUE, marker=".", markersize=4, label="link, its nodes")
     if channel.nodes[0] in [slot.anchor for slot in model.slots]:
         style: dict[str, Any] = {"color": BLACK, "mfc": "white", "markersize": 7, "zorder": 5}
@@ -194,8 +187,8 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
     history, q = result.sleeves[channel.name], result.poses[index]
     factor, _ = length_unit(channel.length)
     force = history.force[index]
-    points = np.array([anchor_position(contact.point, q) for contact in pairs(channel)])
-    places = factor * _from_guide(channel, q, points)
+    points = through(channel.name, *(contact.point for contact in pairs(channel))).at(q)
+    places = factor * Viewpoint(channel.guide).seen(points, q)
     for side in (1.0, -1.0):
         pressing = [k for k in np.flatnonzero(force > 0).tolist() if history.sides[k] == side]
         last = max(pressing, key=lambda k: float(places[k, 0]), default=None)
@@ -217,9 +210,3 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
             )
             label = "contact, force on the link"
             axes.plot(x, y, "D", color=ORANGE, markersize=4, label=label, zorder=7)
-
-
-def _from_guide(channel: Channel, q: FloatArray, points: FloatArray) -> FloatArray:
-    """Places (n, 2) m of points of the ground along and across the guide."""
-    away = points - anchor_position(channel.guide, q)
-    return turned(away, -angle_of(channel.guide.part, q))

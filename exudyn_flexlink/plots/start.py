@@ -18,17 +18,7 @@ from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import framed_figure, settle
 from exudyn_flexlink.plots.labels import Labels
-from exudyn_flexlink.plots.outline import (
-    acting_marks,
-    body_colour,
-    coil,
-    curve_line,
-    face_line,
-    faces,
-    is_guide,
-    joint_marks,
-    spring_lines,
-)
+from exudyn_flexlink.plots.outline import acting_marks, body_colour, coil, is_guide, joint_marks
 from exudyn_flexlink.plots.panels import sized
 from exudyn_flexlink.plots.sketch import Posed
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
@@ -50,30 +40,19 @@ def _spiral() -> Path:
     return Path(np.stack([turn * np.cos(turn), turn * np.sin(turn)], axis=1) / (4 * pi))
 
 
-_SYMBOLS: dict[str, dict[str, Any]] = {
-    "revolute": {"marker": "o", "color": BLACK, "mfc": "white", "markersize": 6, "zorder": 6},
-    "revolute, on the ground": {
-        "marker": "^", "color": BLACK, "mfc": "white", "markersize": 8, "zorder": 5,
-    },
-    "weld": {"marker": "s", "color": BLACK, "mfc": BLACK, "markersize": 5, "zorder": 6},
-    "weld, to the ground": {
-        "marker": "s", "color": BLACK, "mfc": BLACK, "markersize": 9, "zorder": 6,
-    },
-    "in a slot": {"marker": "D", "color": BLACK, "mfc": "white", "markersize": 5, "zorder": 6},
-    "prismatic": {"marker": "s", "color": BLACK, "mfc": "white", "markersize": 8, "zorder": 5},
-    "torsional spring": {
-        "marker": _spiral(), "color": GREEN, "mfc": "none", "markersize": 13, "zorder": 7,
-    },
-    "drive": {
-        "marker": r"$\circlearrowleft$", "color": ORANGE, "mfc": ORANGE, "markersize": 15,
-        "zorder": 7,
-    },
-    "force": {"marker": r"$\rightarrow$", "color": ORANGE, "mfc": ORANGE, "markersize": 15,
-              "zorder": 7},
-    "point that may strike": {
-        "marker": "*", "color": RED, "mfc": RED, "markersize": 9, "zorder": 7,
-    },
-}  # fmt: skip
+_SYMBOLS: dict[str, tuple[Any, str, str, float, int]] = {
+    "revolute": ("o", BLACK, "white", 6, 6),
+    "revolute, on the ground": ("^", BLACK, "white", 8, 5),
+    "weld": ("s", BLACK, BLACK, 5, 6),
+    "weld, to the ground": ("s", BLACK, BLACK, 9, 6),
+    "in a slot": ("D", BLACK, "white", 5, 6),
+    "prismatic": ("s", BLACK, "white", 8, 5),
+    "torsional spring": (_spiral(), GREEN, "none", 13, 7),
+    "drive": (r"$\circlearrowleft$", ORANGE, ORANGE, 15, 7),
+    "force": (r"$\rightarrow$", ORANGE, ORANGE, 15, 7),
+    "point that may strike": ("*", RED, RED, 9, 7),
+}
+"""Markers, their colour, that of their face, their size (points) and how far in front they are."""
 _SPRING: dict[str, Any] = {"color": GREEN, "linewidth": 1.2, "zorder": 3}
 # Broader than the body it is on, which lies over it.
 _FACE: dict[str, Any] = {"color": RED, "linewidth": 8.0, "alpha": 0.35, "zorder": 3,
@@ -108,8 +87,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
 def _room(posed: Posed) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
     low, high = posed.box
-    springs = spring_lines(posed.scene, posed.model)
-    ends = [end for spring in springs for end in spring.at(posed.poses[0])]
+    ends = [end for own in posed.drawn(["spring"]) for end in own.line.at(posed.poses[0])]
     return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
 
 
@@ -127,20 +105,17 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
     seen: dict[str, Line2D] = {}
     scene, model = posed.scene, posed.model
     for mark in (*joint_marks(scene, model), *acting_marks(scene, model)):
-        kind, place = mark.kind, _place(posed, mark.anchor)
-        look = {
-            **_SYMBOLS[kind],
-            "linestyle": "",
-            "markersize": sized(_SYMBOLS[kind]["markersize"]),
-        }
-        axes.plot(*(factor * place), **look)
-        seen[kind] = Line2D([], [], label=kind, **look)
-    for spring in spring_lines(scene, model):
-        axes.plot(*(factor * coil(spring.at(posed.poses[0]))).T, **_SPRING)
-        seen["linear spring"] = Line2D([], [], label="linear spring", **_SPRING)
-    for face in faces(model):
-        axes.plot(*(factor * face_line(face).at(posed.poses[0])).T, **_FACE)
-        seen["face of a contact"] = Line2D([], [], label="face of a contact", **_FACE)
+        marker, colour, face, size, front = _SYMBOLS[mark.kind]
+        look: dict[str, Any] = {"marker": marker, "color": colour, "mfc": face, "linestyle": "",
+                                "markersize": sized(size), "zorder": front}  # fmt: skip
+        axes.plot(*(factor * _place(posed, mark.anchor)), **look)
+        seen[mark.kind] = Line2D([], [], label=mark.kind, **look)
+    others = (("spring", "linear spring", _SPRING), ("face", "face of a contact", _FACE))
+    for kind, label, look in others:
+        for own in posed.drawn([kind]):
+            points = own.line.at(posed.poses[0])
+            axes.plot(*(factor * (coil(points) if kind == "spring" else points)).T, **look)
+            seen[label] = Line2D([], [], label=label, **look)
     return list(seen.values())
 
 
@@ -167,9 +142,12 @@ def _name(axes: Axes, posed: Posed) -> None:
     lines = {body: posed.lines(body, 0) for body in posed.scene.bodies}
     every = [
         *(x for of in lines.values() for x in of),
-        *(curve_line(slot).at(posed.poses[0]) for slot in posed.model.slots),
+        *(own.line.at(posed.poses[0]) for own in posed.drawn(["curve"])[: len(posed.model.slots)]),
     ]
-    labels = Labels(axes, factor * np.concatenate([_along(line) for line in every]))
+    # Names keep away from points all along the lines.
+    spots = [np.linspace(a, b, SPOTS) for line in every for a, b in pairwise(line)]
+    alone = [line for line in every if len(line) == 1]
+    labels = Labels(axes, factor * np.concatenate([*spots, *alone]))
     marks = (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model))
     if marks:
         symbols = np.stack([_place(posed, mark.anchor) for mark in marks])
@@ -191,9 +169,3 @@ def _name(axes: Axes, posed: Posed) -> None:
     for place, names in groups:
         text = "\n".join(names)
         labels.write(text, factor * place, place - middle, color=BLACK, fontsize=small)
-
-
-def _along(line: FloatArray) -> FloatArray:
-    """Points (M, 2) all along a polyline, for names to keep away from."""
-    parts = [np.linspace(a, b, SPOTS) for a, b in pairwise(line)]
-    return np.concatenate(parts) if parts else line

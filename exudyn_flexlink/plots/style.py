@@ -1,16 +1,17 @@
-"""How figures look on a screen and in print: width, fonts, whether they carry a title."""
+"""How figures look, on a screen and in print, and how they become files."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import wraps
+from io import BytesIO
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
-
-from exudyn_flexlink.plots.saving import MISSING
+from matplotlib.figure import Figure
 
 Parameters = ParamSpec("Parameters")
 Drawn = TypeVar("Drawn")
@@ -38,6 +39,15 @@ _SHARED: dict[str, Any] = {
 
 
 NARROW = 5.0  # inches: a figure less wide has no room for a legend beside its axes
+FORMATS = ("png", "pdf", "svg")
+"""Formats that figures are written in; the first is the usual one."""
+
+MISSING = "Glyph .* missing from font"
+"""A warning of matplotlib: a letter that it has no font for is drawn as a box."""
+
+# Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
+_RC: dict[Any, Any] = {"pdf.fonttype": 42, "svg.hashsalt": "exudyn-flexlink"}
+_UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
 
 @dataclass(frozen=True)
@@ -100,3 +110,32 @@ def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
             return draw(*args, **kwargs)
 
     return inside
+
+
+def save_figure(
+    figure: Figure, folder: Path, name: str, formats: Sequence[str] = FORMATS[:1]
+) -> list[Path]:
+    """Write a figure as ``<name>.<format>`` into an existing folder; returns the files.
+
+    Raises:
+        OSError: a file can't be written.
+
+    """
+    written = [Path(folder) / f"{name}.{suffix}" for suffix in formats]
+    for file, suffix in zip(written, formats, strict=True):
+        file.write_bytes(figure_bytes(figure, suffix))
+    return written
+
+
+def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes:
+    """Return a figure as the content of a file of a format, with its own dots per inch or `dpi`."""
+    written = BytesIO()
+    with mpl.rc_context(_RC), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", MISSING)
+        figure.savefig(written, format=suffix, dpi=dpi or figure.dpi, metadata=_UNDATED.get(suffix))
+    return written.getvalue()
+
+
+def is_figure(content: bytes) -> bool:
+    """Whether the content of a file is a figure of matplotlib's, which it says in every format."""
+    return b"atplotlib" in content

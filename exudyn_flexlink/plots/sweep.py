@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, nan
+from textwrap import fill
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,7 +15,6 @@ from matplotlib.figure import Figure
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.plots.frame import framed_figure
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
-from exudyn_flexlink.plots.parallel import parallel_coordinates
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, SCREEN, Style, styled
 from exudyn_flexlink.plots.style import FAILED as RED
 from exudyn_flexlink.source import did_you_mean
@@ -25,6 +26,9 @@ NOTICEABLE = 1e-4  # of a number: the summary prints numbers that differ by less
 ROUNDING, LEAST = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
 FEW = 8  # values that all have a tick
 LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
+TICKS = 5
+DISTINCT = 200  # lines that can still be told apart
+LETTERS = 9.0  # of a label, in an inch
 
 
 @dataclass(frozen=True)
@@ -209,14 +213,64 @@ def _cells(
 
 
 def _parallel(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
-    """An axis for every value that varied and every observable, a line for every row."""
+    """An axis for every value that varied and every observable, a line for every row.
+
+    Its colour is that of the first observable, or grey without a number there. Rows that failed
+    are drawn across what varied only, doubtful ones are dashed.
+    """
     # Names stand upright where there is no room for them.
     height = 6.5 if style.narrow else 3.6
     marks = (" (dotted red)", " (dashed)")
     figure = _frame(table, f"coloured by {seen[0].label}", height, style, marks)
-    scales = [*along, *seen]
-    places = np.stack([scale.places for scale in scales], axis=1)
-    labels = [(scale.label, scale.words) for scale in scales]
-    status = [row.status for row in table.rows]
-    parallel_coordinates(figure, places, labels, len(along), status)
+    axes = figure.subplots()
+    scales, varied = [*along, *seen], len(along)
+    places, count = np.stack([scale.places for scale in scales], axis=1), len(scales)
+    # An axis without numbers is one of zeros.
+    known = np.where(np.isfinite(places).any(axis=0), places, 0.0)
+    low, high = np.nanmin(known, axis=0), np.nanmax(known, axis=0)
+    scaled = (places - low) / np.where(high > low, high - low, 1.0)
+    scaled[:, high == low] = 0.5
+    colours = mpl.colormaps["viridis"]
+    alpha = 0.8 if len(places) <= DISTINCT else 0.25
+    for row, made in zip(scaled, table.rows, strict=True):
+        if made.status == FAILED:
+            axes.plot(range(varied), row[:varied], color=RED, linestyle=":", alpha=alpha)
+            continue
+        colour = colours(row[varied]) if np.isfinite(row[varied]) else GREY
+        axes.plot(range(count), row, color=colour, alpha=alpha, linewidth=sized(1.0),
+                  linestyle="--" if made.status == DOUBTFUL else "-")  # fmt: skip
+    for k, scale in enumerate(scales):
+        axes.axvline(k, color=BLACK, linewidth=sized(0.8))
+        for at, text in _ticks(low[k], high[k], scale.words):
+            axes.annotate(text, (k, at), (3, 0), textcoords="offset points", va="center",
+                          fontsize=mpl.rcParams["xtick.labelsize"], color=GREY,
+                          bbox={"color": "white", "alpha": 0.7, "pad": 0.5},
+                          parse_math=False)  # fmt: skip
+    names = [scale.label for scale in scales]
+    if style.narrow:
+        axes.tick_params("x", rotation=90)
+    else:
+        names = [_broken(name, figure.get_figwidth() / count) for name in names]
+    axes.set_xticks(range(count), names, parse_math=False)
+    axes.set_xlim(-0.1, count - 0.6)
+    axes.set_yticks([])
+    axes.grid(visible=False)
+    axes.set_frame_on(False)
     return figure
+
+
+def _broken(name: str, room: float) -> str:
+    """Break a name after dots and underscores, into lines of `room` (inches)."""
+    words = name.replace(".", ". ").replace("_", "_ ").replace(" (", "  (")
+    lines = fill(words, max(int(room * LETTERS), 8), break_long_words=False).split("\n")
+    return "\n".join(line.replace("  ", "\0").replace(" ", "").replace("\0", " ") for line in lines)
+
+
+def _ticks(low: float, high: float, words: Sequence[str]) -> list[tuple[float, str]]:
+    """Heights (0 to 1) along an axis and what stands there."""
+    if high == low:
+        return [(0.5, words[0] if words else f"{low:.3g}")]
+    if words:
+        return [(k / (len(words) - 1), word) for k, word in enumerate(words)]
+    parts = np.linspace(0, 1, TICKS).tolist()
+    return [(part, f"{low + part * (high - low):.3g}") for part in parts]

@@ -4,8 +4,8 @@ from exudyn_flexlink.report.accuracy import accuracy_text, recommendation
 from exudyn_flexlink.report.check import check_text, run_duration
 from exudyn_flexlink.report.comparison import comparison_text, excess_text, horizon_text
 from exudyn_flexlink.report.contacts import guide_facts, guide_table, pair_table, touch_table
-from exudyn_flexlink.report.effects import effects_table
 from exudyn_flexlink.report.forces import peak_table
+from exudyn_flexlink.report.parts import effects_table
 from exudyn_flexlink.report.run import (
     cost_table,
     energy_table,

@@ -12,7 +12,6 @@ from exudyn_flexlink.mechanism import (
     Contact,
     LinearSpring,
     Mechanism,
-    Resolution,
     RotarySpring,
     coarse_tolerance,
     contact_mass,
@@ -24,13 +23,15 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
-from exudyn_flexlink.report.curves import curve_lines
-from exudyn_flexlink.report.effects import effects_table
-from exudyn_flexlink.report.frequencies import link_frequencies, sprung_frequencies
+from exudyn_flexlink.report.parts import (
+    curve_lines,
+    effects_table,
+    link_frequencies,
+    sprung_frequencies,
+)
 from exudyn_flexlink.report.start import freedom_lines, start_lines
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.scene import (
-    Body,
     ContactLaw,
     Drive,
     FlexibleBody,
@@ -60,7 +61,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _joints(scene),
         curve_lines(scene),
         _springs(scene, assembly.mechanism),
-        _drives(scene),
+        _section("Drives", [[n, d.type, *_drive(scene, d)] for n, d in scene.drives.items()]),
         _contacts(scene, assembly.mechanism),
         lines_of(effects_table(scene, assembly.mechanism)),
         freedom_lines(scene, assembly),
@@ -76,14 +77,15 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
     return in_blocks(blocks)
 
 
+def _section(heading: str, rows: list[list[str]]) -> list[str]:
+    return [heading, *table(rows)] if rows else []
+
+
 def run_duration(scene: Scene, assembly: Assembly) -> float | None:
     """Return the simulated time in s, or None where the motion decides it (turns of a torque)."""
     if turn_goal(scene, assembly) is not None:
         return None
     return end_of_run(scene, assembly.mechanism)
-
-
-# --- parts ----------------------------------------------------------------------------------
 
 
 def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
@@ -92,20 +94,17 @@ def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
         parts = [part for part in mechanism.parts if part.body == name]
         count = f"{len(parts)} rigid part{'s' if len(parts) > 1 else ''}"
         mass = f"{sum(part.mass for part in parts):.5g} kg"
-        rows.append([name, body.type, count, mass, _length(body)])
+        length = getattr(body, "length", None)
+        told = "" if length is None else f"{number(length)} m long"
+        rows.append([name, body.type, count, mass, told])
     return ["Bodies", *table(rows)]
-
-
-def _length(body: Body) -> str:
-    length = getattr(body, "length", None)
-    return "" if length is None else f"{number(length)} m long"
 
 
 def _joints(scene: Scene) -> list[str]:
     rows = [[name, joint.type, _joined(joint)] for name, joint in scene.joints.items()]
     joined = {body for joint in scene.joints.values() for body in joint.bodies}
     rows += [["", "none", f"{body} is free"] for body in scene.bodies if body not in joined]
-    return ["Joints", *table(rows)] if rows else []
+    return _section("Joints", rows)
 
 
 def _joined(joint: Joint) -> str:
@@ -132,20 +131,20 @@ def _fit(sleeve: SleeveJoint) -> str:
 
 
 def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = []
-    for spring in mechanism.all_springs:
-        if spring.name in scene.springs:
-            where = _where(scene.springs[spring.name])
-            rows.append([spring.name, where, *_spring_numbers(spring)])
-    for name, body in scene.bodies.items():
+    rows = [
+        [spring.name, _where(scene.springs[spring.name]), *_spring_numbers(spring)]
+        for spring in mechanism.all_springs
+        if spring.name in scene.springs
+    ]
+    for name in scene.bodies:
         halves = [s for s in mechanism.linear_springs if s.name.startswith(f"{name} stretch ")]
-        if isinstance(body, FlexibleBody) and halves:
+        if halves:
             inner = halves[len(halves) // 2]  # at the ends half rods may be stiffer
             rows.append([f"{name}, {len(halves)} rods stretch", "each", *_spring_numbers(inner)])
         hinges = [s for s in mechanism.springs if s.name.startswith(f"{name} hinge ")]
-        if isinstance(body, FlexibleBody) and hinges:
+        if hinges:
             rows.append([f"{name}, {len(hinges)} hinges", "each", *_spring_numbers(hinges[0])])
-    return ["Springs", *table(rows)] if rows else []
+    return _section("Springs", rows)
 
 
 def _where(spring: Spring) -> str:
@@ -166,11 +165,6 @@ def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
         f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else "no spring",
         f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
     ]
-
-
-def _drives(scene: Scene) -> list[str]:
-    rows = [[name, drive.type, *_drive(scene, drive)] for name, drive in scene.drives.items()]
-    return ["Drives", *table(rows)] if rows else []
 
 
 def _drive(scene: Scene, drive: Drive) -> tuple[str, str]:
@@ -207,14 +201,13 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
         assert sleeve.acting is not None
-        rows.append([channel.name, _walls(sleeve, len(pairs(channel))), *_law(sleeve.acting)])
-    return ["Contacts", *table(rows)] if rows else []
-
-
-def _walls(sleeve: SleeveJoint, count: int) -> str:
-    if sleeve.supported:
-        return f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
-    return f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
+        count = len(pairs(channel))
+        if sleeve.supported:
+            what = f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
+        else:
+            what = f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
+        rows.append([channel.name, what, *_law(sleeve.acting)])
+    return _section("Contacts", rows)
 
 
 def _law(law: Law) -> list[str]:
@@ -225,13 +218,13 @@ def _law(law: Law) -> list[str]:
     return [f"k {number(law.stiffness)} N/m", restitution, friction]
 
 
-# --- run and steps --------------------------------------------------------------------------
-
-
 def _run(scene: Scene, assembly: Assembly) -> list[str]:
     duration = run_duration(scene, assembly)
     mechanism, fixed_step = assembly.mechanism, scene.accuracy.step
-    rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
+    judges = judged_points(scene)
+    judged = "it" if len(judges) == 1 else name_of(judges)
+    watched = f"{watched_point(scene)} is shown; errors are judged by {judged}"
+    rows = [["time", _time(scene, duration)], ["watched", watched]]
     rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.touching]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     form = formulation(scene)
@@ -246,13 +239,10 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     rows += [["", told] for told in coarse_tolerance(assembly, scene.accuracy.tolerance)]
     rows.append(["formulation", _FORMULATIONS[form]])
     if form != "minimal" and (found := resolutions(scene, assembly)):
-        rows.append(["", _steps_in_contact(found, fixed_step)])
+        longest = min(*(own.step for own in found), fixed_step or inf)
+        fewest = f"{number(min(own.steps(fixed_step) for own in found))} steps per contact, or more"
+        rows.append(["", f"at most {number(longest)} s in contact: {fewest}"])
     return ["Run", *table(rows)]
-
-
-def _watched(scene: Scene) -> str:
-    shown, judges = watched_point(scene), judged_points(scene)
-    return f"{shown} is shown; errors are judged by {'it' if len(judges) == 1 else name_of(judges)}"
 
 
 _FORMULATIONS = {
@@ -260,12 +250,6 @@ _FORMULATIONS = {
     "redundant": "redundant: rigid bodies held by joints, steps of order 2",
     "beam": "beam: rigid bodies held by joints and the link as a beam, steps of order 2",
 }
-
-
-def _steps_in_contact(found: list[Resolution], given: float | None) -> str:
-    longest = min(*(own.step for own in found), given or inf)
-    fewest = min(own.steps(given) for own in found)
-    return f"at most {number(longest)} s in contact: {number(fewest)} steps per contact, or more"
 
 
 def _time(scene: Scene, duration: float | None) -> str:

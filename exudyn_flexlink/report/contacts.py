@@ -69,7 +69,11 @@ def guide_table(result: Result, joint: str) -> Table:
 
 def guide_facts(result: Result, joint: str) -> Table:
     """Return how deep the link was in the walls of its guide, and its longest touch, if any."""
-    rows = [_depth(result, joint)]
+    own, depth = result.scene.joints[joint], deepest(result, joint)
+    assert isinstance(own, (SleeveJoint, RevoluteJoint))
+    # Where it is no small part of the clearance, the walls are too soft.
+    part = f"{100 * depth / own.clearance:.3g} % of the clearance"
+    rows = [["deepest in a wall", f"{depth:.2g} m, {part}"]]
     if len(result.intervals[joint]):
         rows.append(["longest touch", f"{contact_totals(result, joint).longest:.3g} s"])
     return Table("", rows)
@@ -123,14 +127,6 @@ def contact_rows(
 
 def _cells(totals: ContactTotals) -> list[str]:
     return [cell(totals) for _, cell in _COLUMNS.values()]
-
-
-def _depth(result: Result, joint: str) -> list[str]:
-    """Penetration against clearance: where it is no small part, the walls are too soft."""
-    own, depth = result.scene.joints[joint], deepest(result, joint)
-    assert isinstance(own, (SleeveJoint, RevoluteJoint))
-    part = f"{100 * depth / own.clearance:.3g} % of the clearance"
-    return ["deepest in a wall", f"{depth:.2g} m, {part}"]
 
 
 def _longest_pairs(result: Result, joint: str) -> list[list[str]]:

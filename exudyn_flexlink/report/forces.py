@@ -10,7 +10,6 @@ from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
 from exudyn_flexlink.report.tables import Table, left_out
 from exudyn_flexlink.result import Result
 
-NOTHING = ForceSpread(0.0, 0.0, 0.0, 0.0)
 MOST_ROWS = 12  # more than that scroll the rest away
 
 
@@ -52,7 +51,7 @@ def _off_by(own: ForceDeviation | None) -> str:
 def _rows(name: str, own: ForceDeviation) -> list[list[str]]:
     """Return a row of a force, and one of it in contact; none where it is rounding."""
     free, touching = own.free, own.touching
-    largest = max(part.size for part in (free, touching, NOTHING) if part is not None)
+    largest = max((part.size for part in (free, touching) if part is not None), default=0.0)
     rounding = max(NEGLIGIBLE * largest, NO_FORCE)
     rows = []
     if free is not None and free.size > rounding:

@@ -23,12 +23,16 @@ def stability_text(found: Stability) -> str:
         f"{found.point} over {laps} laps of {number(rhythm.lap)} s, from lap "
         f"{round(found.after / rhythm.lap) + 1} on: {found.told}."
     )
+    section, limit = found.section, f"{found.limit:.2g} m"
+    places, count = section.distinct(found.limit), len(section.time)
+    of_lap, of_turn = f"{section.phase:.3g} of a lap", f"crank angle {section.phase:.4g} rad"
+    at = f"at {of_turn if section.by_crank else of_lap}"
     rows = [
         ["largest Lyapunov exponent", f"{exponent_text(exponent)} (95 %): {WORDS[exponent.sign]}"],
         ["does the tolerance matter?", _tolerance_text(found)],
         ["known instant by instant", _horizon_text(found)],
         *_laps(found),
-        [f"places {_at(found)}", _places(found)],
+        [f"places {at}", f"{places} in {count} laps; nearer than {limit} count as one"],
         *_lines(found.vibration),
     ]
     return "\n".join([first, "", *table(rows)])
@@ -67,18 +71,6 @@ def _laps(found: Stability) -> list[list[str]]:
         return [["laps apart", "too few whole laps are known"]]
     before = "1 lap" if laps.nearest == 1 else f"{laps.nearest} laps"
     return [[f"from {before} before", f"{laps.least:.2g} m at most; own error {laps.error:.2g} m"]]
-
-
-def _at(found: Stability) -> str:
-    section = found.section
-    if section.by_crank:
-        return f"at crank angle {section.phase:.4g} rad"
-    return f"at {section.phase:.3g} of a lap"
-
-
-def _places(found: Stability) -> str:
-    laps, limit = len(found.section.time), f"{found.limit:.2g} m"
-    return f"{found.section.distinct(found.limit)} in {laps} laps; nearer than {limit} count as one"
 
 
 def _lines(vibration: Vibration) -> list[list[str]]:

@@ -5,13 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from math import degrees, inf, isfinite
 
-from exudyn_flexlink.observables import (
-    Strike,
-    crank_joint,
-    lever_response,
-    strikes,
-    struck_bodies,
-)
+from exudyn_flexlink.observables import Strike, crank_joint, lever_response, strikes, struck_bodies
 from exudyn_flexlink.report.tables import Column, Table, table_of_items
 from exudyn_flexlink.result import Result
 
@@ -30,7 +24,10 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
     if found and found[0].lap is not None:
         columns["lap"] = "", lambda strike: str(strike.lap)
     if found and found[0].crank_angle is not None:
-        columns[f"angle of {crank_joint(result.scene)}"] = "deg", _angle
+        columns[f"angle of {crank_joint(result.scene)}"] = (
+            "deg",
+            lambda strike: f"{degrees(strike.crank_angle or 0.0) % 360:.2f}",
+        )
     columns |= {
         "time": ("s", lambda strike: f"{strike.begin:.5f}"),
         "approach": ("m/s", lambda strike: f"{strike.approach_speed:.4f}"),
@@ -66,10 +63,6 @@ def response_table(result: Result) -> Table:
         reach = f"from {measure.number(low)} to {measure.told(high)}"
         rows.append([body, f"{measure.word} {reach}"])
     return Table("Motion of struck bodies", rows)
-
-
-def _angle(strike: Strike) -> str:
-    return f"{degrees(strike.crank_angle or 0.0) % 360:.2f}"
 
 
 def _known(value: float) -> str:

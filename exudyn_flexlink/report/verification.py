@@ -40,13 +40,16 @@ def verification_markdown(runs: Sequence[VerifiedRun]) -> str:
 def verification_data(runs: Sequence[VerifiedRun]) -> list[dict[str, Any]]:
     """Return plain data; null stands for a number that the run did not come to."""
     return [
-        plain(one) | {"fine": one.fine, "numbers": [_number(own) for own in one.numbers]}
+        {
+            **plain(one),
+            "fine": one.fine,
+            "numbers": [
+                {**plain(own), "difference": plain(own.difference), "fine": own.fine}
+                for own in one.numbers
+            ],
+        }
         for one in runs
     ]
-
-
-def _number(own: Compared) -> dict[str, Any]:
-    return {**plain(own), "difference": plain(own.difference), "fine": own.fine}
 
 
 def _row(number: Compared) -> tuple[str, ...]:

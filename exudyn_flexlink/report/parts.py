@@ -1,10 +1,15 @@
-"""Natural frequencies of flexible links and of sprung bodies, each by itself."""
+"""What the program says of parts: which effects they ask for, curves, natural frequencies."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi, sqrt
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
+from exudyn_flexlink.curves import Curve, Spline
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -12,14 +17,18 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     RotarySpring,
     beam_of,
+    build_curves,
     chain_of,
     inertia_with_welded,
     welded_to,
 )
+from exudyn_flexlink.report.tables import Table
 from exudyn_flexlink.report.text import listed, number, table
-from exudyn_flexlink.scene import FlexibleBody, Scene
+from exudyn_flexlink.scene import ContactLaw, FlexibleBody, Law, RevoluteJoint, Scene, SleeveJoint
 
 MODES = 4
+STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
+ROUNDING = 1e-12  # of a curve's size: coordinates less than this are 0
 
 
 def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:
@@ -108,3 +117,70 @@ def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
         *((joint.name, anchor) for joint in joints for anchor in (joint.first, joint.second)),
         *((slot.name, slot.anchor) for slot in mechanism.slots),
     ]
+
+
+def curve_lines(scene: Scene) -> list[str]:
+    """Return the section of curves: length, extent, ends, smallest radius; of splines chords."""
+    rows = []
+    for name, curve in build_curves(scene.curves)[0].items():
+        spec = scene.curves[name]
+        carried = f" on {spec.on}" if spec.on else ""
+        ends = "closed" if curve.closed else "open"
+        rows.append([name, f"{spec.type}{carried}, {ends}", f"{number(curve.length())} m long"])
+        points, bend = _looked_at(curve)
+        points[np.abs(points) < ROUNDING * curve.size] = 0.0
+        low, high = points.min(axis=0), points.max(axis=0)
+        x, y = (f"{number(a)} to {number(b)} m" for a, b in zip(low, high, strict=True))
+        rows.append(["", "extent", f"x {x}, y {y}"])
+        if bend > 0:
+            rows.append(["", "smallest radius", f"{number(1 / bend)} m"])
+        if isinstance(curve, Spline):
+            chords = np.linalg.norm(np.diff(curve.point(curve.cubics()[0]), axis=0), axis=1)
+            between = f"{number(chords.min())} to {number(chords.max())} m apart"
+            rows.append(["", f"{len(curve.points)} points", between])
+    return ["Curves", *table(rows)] if rows else []
+
+
+def _looked_at(curve: Curve) -> tuple[FloatArray, float]:
+    """Points (n, 2) in m, close to each other, and the largest curvature there, 1/m."""
+    points, bends = [], [0.0]
+    for piece in curve.pieces:
+        grid = piece.grid()
+        steps = np.arange(STEPS) / STEPS
+        u = np.append((grid[:-1, None] + np.diff(grid)[:, None] * steps).ravel(), grid[-1])
+        points.append(piece.point(u))
+        bends.append(float(np.abs(piece.curvature(u)).max()))
+    return np.concatenate(points), max(bends)
+
+
+def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
+    """Return a row for each effect: whether it is simulated, and by which parts of the scene.
+
+    Losses of impacts are told apart from damping, the viscous one of hinges and springs.
+    """
+    flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
+    # Joints that may have a clearance; laws of all that can touch, by its name.
+    kinds = (SleeveJoint, RevoluteJoint)
+    walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
+    sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
+    laws: dict[str, Law] = {n: j.acting for n, j in walled.items() if j.acting is not None}
+    laws |= {name: contact.law for name, contact in scene.contacts.items()}
+    rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
+    # The hinges of a link count as one, under the link's name.
+    damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
+    gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
+    rows = [
+        _effect("flexibility", flexible),
+        _effect("clearance", [n for n, j in walled.items() if j.clearance > 0]),
+        _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
+        _effect("impact", list(scene.contacts)),
+        _effect("friction", rough),
+        _effect("damping", list(dict.fromkeys(damped))),
+        _effect("restitution below 1", [n for n, law in laws.items() if law.restitution < 1]),
+        _effect("gravity", gravity if any(scene.gravity) else []),
+    ]
+    return Table("Effects", rows)
+
+
+def _effect(name: str, causes: Sequence[str]) -> list[str]:
+    return [name, "simulated", ", ".join(causes)] if causes else [name, "not in this scene", ""]
