@@ -61,7 +61,7 @@ PULSES = (
     "exp(-((t-{a})/{b})**2)",
     "where(t-{a} < -{b}, 0, where(t-{a} < {b}, 1, 0))",
 )
-LARGE = ("sin(t/{b})", "exp(-t/{b})", "1", "where(t < {b}, 1, 0)")
+LARGE = ("sin(t/{b})", "exp(-t/{b})", "1")
 NAMES = {"exp": np.exp, "sin": np.sin, "where": lambda c, a, b: a if c else b}
 BENDS = (  # k, s: stiffnesses; c: damper; g, n: gaps; x, v: how far out, how fast
     "{k}*min(0, {g}-{x})-{s}*min(0, {x}+{n})",
@@ -127,26 +127,26 @@ def pulses(rng: Rng) -> list[Case]:
     """One to four pulses of 1 us to 10 ms beside what moves much more, in a value of time."""
     kind = str(rng.choice(["force", "torque", "speed", "spring"]))
     pushes, tabled = kind in ("force", "torque"), kind != "spring" and rng.random() < 0.2
-    size, end, k = spread(rng, 0.1, 10), within(rng, 0.2, 3), spread(rng, 10, 1e4)
     least, formulation = (1e-6, "redundant") if rng.random() < 0.15 else (1e-8, "minimal")
-    names = {"size": size, "end": end, "formulation": formulation}
-    names |= {"tolerance": (tolerance := spread(rng, least, 1e-5))}
-    moves = {"spring": (k * size) ** -0.5, "speed": 0.3}.get(kind, end / 2 / size)  # m, of area 1
-    terms = [(10 ** rng.uniform(-3, 1), within(rng, 0, end), within(rng, 0.02 * end, 0.3 * end))]
+    size, end, tolerance = spread(rng, 0.1, 10), within(rng, 0.2, 3), spread(rng, least, 1e-5)
+    names = {"size": size, "end": end, "formulation": formulation, "tolerance": tolerance}
+    moves = {"spring": (1000 * size) ** -0.5, "speed": 0.3}.get(kind, end / 2 / size)  # m
+    terms = [(10 ** rng.uniform(-1, 1.5), 0.0, within(rng, 0.05 * end, end))]
     for _ in range(rng.choice([1, 1, 2, 4])):
         by = rng.choice([-1, 1]) * tolerance * 10 ** rng.uniform(-0.5, 3)
         terms.append((by, within(rng, 0.02 * end, 0.98 * end), spread(rng, 1e-6, 1e-2)))
     terms = [(number(by / moves / b), a, b) for by, a, b in terms]
     knots = [a + s * b for _, a, b in terms for s in (-20, -6, -1, 0, 1, 6, 20)] + [terms[0][2]]
-    shapes = [rng.choice(LARGE[: 3 + pushes]), *rng.choice(PULSES[: 2 + pushes], len(terms) - 1)]
     if tabled:
         knots = np.unique([0.0, end, *(a + side * b for _, a, b in terms for side in (-1, 0, 1))])
         high = sum(c * np.maximum(0, 1 - np.abs(knots - a) / b) for c, a, b in terms)
         text = f"{{points: {np.column_stack([knots, high]).tolist()}, rule: linear}}"
         return [body(kind, text, knots, lambda t, *_: np.interp(t, knots, high), **names)]
-    each = zip(terms, shapes, strict=True)
-    text = "".join(f"{c:+}*" + shape.format(a=a, b=b) for (c, a, b), shape in each).lstrip("+")
-    text += f"-{k}*place(way)" if kind == "spring" else ""
+    shapes = [rng.choice(LARGE), *rng.choice(PULSES[: 2 + pushes], len(terms) - 1)]
+    each = [f"{c:+}*" + shapes[k].format(a=a, b=b) for k, (c, a, b) in enumerate(terms)]
+    large, few, (high, _, part) = each[0], "".join(each[1:]), terms[0]
+    forms = f"{few}{large}", f"{large}*(1+({few})/{high})", f"where(t < {part}, {large}, {few})"
+    text = forms[rng.integers(2 + pushes)] + ("-1000*place(way)" if kind == "spring" else "")
     return [body(kind.replace("spring", "force"), text, knots, **names)]
 
 
