@@ -110,7 +110,8 @@ class EventFinder:
 
         It is off by less than it is from the last stage.
         """
-        if self.model.contacts or self.model.walls.contacts or self.goal is not None:
+        model = self.model
+        if model.contacts or model.walls.contacts or model.loads.bent or self.goal is not None:
             return False
         stages = step.stages.kept.state.places
         off = SEAM + np.abs(near.places - stages[-1])
