@@ -140,4 +140,4 @@ def test_only_what_is_unclear_may_be_refused(flawed, kind):
 
 @pytest.mark.parametrize("scene", SMALL)
 def test_no_scene_is_silently_wrong(scene):
-    assert verdict_of(scene, seed=1).kind not in BAD
+    assert verdict_of(scene, seed=1, measure=False).kind not in BAD
