@@ -85,4 +85,4 @@ def test_only_what_is_unclear_may_be_refused(flaw, kind):
 
 @pytest.mark.parametrize("scene", SMALL)
 def test_no_scene_is_silently_wrong(scene):
-    assert worst(scene, seed=1).kind not in (SILENT, NEEDLESS, CRASHED)
+    assert worst(scene, seed=1, measure=False).kind not in (SILENT, NEEDLESS, CRASHED)

@@ -10,6 +10,7 @@ from results import PENDULUM, rigid_link, scene_from
 
 import exudyn_flexlink as fl
 from exudyn_flexlink import plots
+from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.report import sweep_text
 from exudyn_flexlink.result import Outcome, Result
@@ -241,3 +242,19 @@ def test_a_sweep_in_a_worker_of_a_pool_runs_there(workers: int | None) -> None:
     with get_context("spawn").Pool(1) as pool:
         found = pool.apply_async(lengths_within_a_pool, [workers]).get(timeout=60)
     assert found == ["done", "done"]
+
+
+def test_a_row_has_the_error_and_the_horizon_that_two_runs_tell() -> None:
+    known = MeasuredError(("link.end",), limit=1e-6, largest=3e-7, horizon=0.5)
+    row = fl.standard_row(replace(rigid_link(), error=known))
+    assert (row["error_m"], row["horizon_s"]) == (3e-7, 0.5)
+    row = fl.standard_row(replace(rigid_link(), error=NOT_ASKED))
+    assert (row["error_m"], row["horizon_s"]) == (None, None)
+
+
+@pytest.mark.parametrize("measure", [True, False])
+def test_a_sweep_measures_unless_told_not_to(measure: bool) -> None:
+    scene = fl.load_scene("pendulum", tolerance=1e-6).with_({"run.duration": 0.05})
+    table = fl.sweep(scene, {"gravity": "9.81, 1.62"}, workers=1, measure=measure)
+    errors = [row.numbers["error_m"] for row in table.rows]
+    assert errors == (pytest.approx([1e-7, 1e-7]) if measure else [None, None])

@@ -35,8 +35,7 @@ LAPS, AFTER = 24, 4
     "simulate no_clearance --set run.turns=2 --out runs/short",
     "simulate no_clearance --engine lagrangian --impact impulse",
     "simulate clearance_friction --without friction,damping",
-    "simulate clearance --set run.turns=1 --report",
-    "simulate clearance --no-measure",
+    "simulate clearance --set run.turns=1 --no-measure --report",
 )
 def simulate_options(parser: argparse.ArgumentParser) -> None:
     """Add what `simulate` takes."""
