@@ -42,8 +42,9 @@ def test_a_flight_lasts_from_the_last_touch_to_the_next() -> None:
 def test_a_pair_that_has_touched_lets_its_gap_swing(run: MinimalRun) -> None:
     """One spring: of M^-1 K one eigenvalue is 1/swing^2, the others are zero."""
     at, walls, swing = run.stepper.at, run.model.walls, 0.3
-    walls.change(PAIR)
-    walls.change(PAIR)
+    pairs = np.arange(len(walls.contacts))
+    walls.choose(pairs == PAIR)
+    walls.choose(pairs < 0)
     state = at.kept.state
     stiffness = walls.catching(state, at.mass, swing)
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(at.mass, stiffness)).real)
@@ -60,8 +61,7 @@ def test_errors_of_speeds_last_until_the_run_ends_or_walls_catch_them(run: Minim
 
     assert longest() == pytest.approx(FREELY * problem.end)
     walls = run.model.walls
-    for k in range(len(walls.contacts)):
-        walls.change(k)
+    walls.choose(np.ones(len(walls.contacts), dtype=bool))
     assert longest() < 0.05 * FREELY * problem.end
 
 
