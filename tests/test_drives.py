@@ -11,7 +11,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.mechanism.antiderivative import Antiderivative
+from exudyn_flexlink.mechanism.prescribed import Antiderivative
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import Document, SceneError
 
