@@ -156,7 +156,17 @@ class Channel:
 
 
 def pairs(channel: Channel) -> tuple[FaceContact, ...]:
-    """All pairs of a channel that can touch, as contacts of a point with a face."""
+    """All pairs of a channel that can touch, as contacts of a point with a face.
+
+    They are numbered, for n rods, hence n + 1 nodes:
+
+    - node i (0 .. n) on the upper wall and on the lower wall: 2 i, 2 i + 1;
+    - rod i (0 .. n - 1) on the corners of the guide's start, upper and lower, then of its end:
+      2 (n + 1) + 4 i + 0 .. 3.
+
+    A channel without clearance has one contact where that with clearance has two: node i on the
+    axis (number i), rod i on the middle of the start and of the end (n + 1 + 2 i + 0 .. 1).
+    """
     sides = _sides(channel)
     nodes = range(len(channel.nodes))
     mouths = (("start", 0.0), ("end", channel.length))
