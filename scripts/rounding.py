@@ -6,7 +6,7 @@ Usage:
 
 Tree and Lagrangian round in different places. Told is the largest distance (m) of S in one from S
 in the other, and in roundings of a position at the mechanism's extent; the least tolerance that a
-model may ask for (`exudyn_flexlink.mechanism.rounding`) has to be above.
+model may ask for (`exudyn_flexlink.mechanism.resolution`) has to be above.
 """
 
 from __future__ import annotations

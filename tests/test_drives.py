@@ -11,7 +11,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.mechanism.antiderivative import Antiderivative
+from exudyn_flexlink.mechanism.prescribed import Antiderivative
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import Document, SceneError
 
@@ -370,17 +370,21 @@ def test_a_scene_with_drives_survives_being_written():
 def test_integrals_to_rounding():
     """Over pieces of very different lengths, and past bends that nothing tells of."""
     fast = Antiderivative(lambda t: 40 * np.cos(40 * t) + 1e-3 * np.exp(t))
-    bent = Antiderivative(lambda t: abs(t - 0.7))
+    bent = Antiderivative(lambda t: np.abs(t - 0.7))
     for t in (0.0, 1e-5, 0.3, 2.0, 7.7):
-        assert fast(t) == pytest.approx(np.sin(40 * t) + 1e-3 * (np.exp(t) - 1), abs=2e-13)
+        assert fast(np.array([t])) == pytest.approx(
+            np.sin(40 * t) + 1e-3 * (np.exp(t) - 1), abs=2e-13
+        )
         exact = 0.245 + np.sign(t - 0.7) * (t - 0.7) ** 2 / 2
-        assert bent(t) == pytest.approx(exact, abs=1e-12)
+        assert bent(np.array([t])) == pytest.approx(exact, abs=1e-12)
 
 
 def test_integrals_late_in_a_long_run():
     """At t = 100 s a phase is rounded to 4e-12: pieces are not halved to resolve that."""
     late = Antiderivative(lambda t: np.cos(100 * pi * t))
-    assert late(100.3) == pytest.approx(np.sin(100 * pi * 100.3) / (100 * pi), abs=1e-10)
+    assert late(np.array([100.3])) == pytest.approx(
+        np.sin(100 * pi * 100.3) / (100 * pi), abs=1e-10
+    )
     assert len(late._pieces) < 3 * 50 * 100  # three in each period
 
 

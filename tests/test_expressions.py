@@ -57,7 +57,7 @@ def test_values_and_slopes_are_those_of_complex_steps(text, t, a, w):
         found = parse_expression(written)
         state = [{"angle": a, "speed": w}[one.kind] for one in found.sensed]
         value = found.at(t, state)
-        slopes = found.slopes(t, state) if found.sensed else [found.rate(t)]
+        slopes = found.slopes(t, state) if found.sensed else list(found.rates(np.array([t])))
         expected = complex(by_python(text, t, (a, w)))
         step = 1e-30
         moved = {"angle": (a + 1j * step, w), "speed": (a, w + 1j * step)}
@@ -90,7 +90,6 @@ def test_second_derivatives_of_a_swing():
     times = np.array([0.0, 0.3, 7.1])
     for t in times:
         assert found.at(t) == pytest.approx(size * math.sin(w * t), abs=1e-15)
-        assert found.rate(t) == pytest.approx(size * w * math.cos(w * t), abs=1e-14)
     assert found.rates(times) == pytest.approx(size * w * np.cos(w * times), abs=1e-14)
     assert found.second_rates(times) == pytest.approx(-size * w * w * np.sin(w * times), abs=1e-13)
 

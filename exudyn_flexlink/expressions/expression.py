@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions.addend import Addend
+from exudyn_flexlink.expressions.ranges import Addend
 from exudyn_flexlink.expressions.resolving import zeros
 from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Tape, Values
 from exudyn_flexlink.expressions.tokens import Sensed
@@ -102,15 +102,6 @@ class Expression:
 
         """
         return self._run_all(self._value, time, state)
-
-    def rate(self, time: float) -> float:
-        """First derivative by time, of one that senses nothing.
-
-        Raises:
-            NoValueError: there is none.
-
-        """
-        return self._run(self._rate, time, what="derivative")[0]
 
     def rates(self, time: FloatArray) -> FloatArray:
         """First derivatives (n,) by time at instants (n,) s, of one that senses nothing.

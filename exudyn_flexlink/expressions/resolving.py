@@ -1,4 +1,4 @@
-"""What bounds tell of a function of time: where it is zero, and how short parts show all of it.
+"""What bounds tell of a function of time: where it is zero or has a pole, and what parts show it.
 
 Values at instants may miss a short pulse. So times are halved until interval arithmetic leaves
 nothing open. In parts short enough a term is a polynomial, but for the remainder of interpolation
@@ -13,8 +13,7 @@ from math import factorial
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions.addend import NOTHING, Addend
-from exudyn_flexlink.expressions.ranges import Bounds
+from exudyn_flexlink.expressions.ranges import NOTHING, Addend, Bounds
 
 ORDER = 8  # n above, near the order of the method that makes the steps
 REMAINDER = 2 * 4.0**-ORDER / factorial(ORDER)
@@ -25,6 +24,10 @@ CLOCK = 4  # units in the last place: how near to a part's ends it may still be 
 SAME = 1e-14  # of the time: zeros so near to each other are one
 SHORTER = 6.0  # by which a part is a pulse's, beside those that steps may be chosen for
 STEP = 4.0  # of such a part's width: how far a step may go beyond it
+MOST_POLES = 32  # parts looked at together, the first ones: more poles than these are not needed
+POINT_HALVINGS = 34  # of the parts looked at first: then they are 1e-12 of the time
+NEAR, FAR = 1e-8, 1e-5  # of the time: how far from a point values are looked at
+GROWS = 10.0  # from far to near: a pole of order 1 grows by a thousand, a logarithm hardly
 
 
 def zeros(term: Addend, begin: float, end: float) -> FloatArray:
@@ -123,3 +126,36 @@ def pulses(edges: FloatArray) -> FloatArray:
         short |= near & (width <= size / SHORTER)
         size /= 2
     return np.union1d(begin[short], end[short])
+
+
+def pole(term: Addend, begin: float, end: float) -> float | None:
+    """Instant (s), of two between which a term of time grows without bound; None if it does not.
+
+    Interval arithmetic leaves ever shorter parts in which it may have no bounds. A point that is
+    left at last may still be none where it grows: `where` chooses another formula there, or a
+    numerator is zero, too, as that of sin(t)/t. So its values near the point decide.
+    """
+    edges = np.linspace(begin, end, PARTS + 1)
+    low, high = edges[:-1], edges[1:]
+    for _ in range(POINT_HALVINGS):
+        bounds = term.ranges(Bounds(low, high))
+        left = np.flatnonzero(~np.isfinite(bounds).all(axis=0))[:MOST_POLES]
+        if not len(left):
+            return None
+        low, high = low[left], high[left]
+        low, high = _halved(low, high)
+    for time in ((low + high) / 2).tolist():
+        if _grows(term, time, begin, end):
+            return begin if time - begin < NEAR * (end - begin) else time
+    return None
+
+
+def _grows(term: Addend, time: float, begin: float, end: float) -> bool:
+    """Tell whether values grow towards an instant, from one side at least."""
+
+    def sizes(part: float) -> FloatArray:
+        away = part * (end - begin) * np.array([-1.0, 1.0])
+        return np.abs(term.values((time + away).clip(begin, end), []))
+
+    near = sizes(NEAR)
+    return bool((np.isinf(near) | (near / GROWS > sizes(FAR))).any())

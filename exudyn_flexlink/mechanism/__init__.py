@@ -8,9 +8,7 @@ from exudyn_flexlink.mechanism.assembly import (
     assemble,
 )
 from exudyn_flexlink.mechanism.bodies import beam_of, chain_of
-from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
-from exudyn_flexlink.mechanism.channels import deepest_allowed, pair_sides, pairs
 from exudyn_flexlink.mechanism.closing import CLOSED, CannotAssembleError, closest
 from exudyn_flexlink.mechanism.constraints import joint_residuals
 from exudyn_flexlink.mechanism.contact_pairs import (
@@ -19,6 +17,9 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    deepest_allowed,
+    pair_sides,
+    pairs,
 )
 from exudyn_flexlink.mechanism.contacts import (
     TOUCHING,
@@ -30,8 +31,8 @@ from exudyn_flexlink.mechanism.contacts import (
     on_the_contact,
     swings,
 )
-from exudyn_flexlink.mechanism.drive_checks import drive_mistakes
 from exudyn_flexlink.mechanism.dynamics import (
+    EnergyMeter,
     accelerations,
     applied_forces,
     constraints_at,
@@ -39,24 +40,28 @@ from exudyn_flexlink.mechanism.dynamics import (
     demanded_accelerations,
     mass_blocks,
 )
-from exudyn_flexlink.mechanism.energy import EnergyMeter
-from exudyn_flexlink.mechanism.inputs import input_notes
+from exudyn_flexlink.mechanism.input_checks import drive_mistakes, input_notes
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
     anchor_velocity,
     angle_of,
+    force_at,
     left_of,
     length_along,
     line_of,
+    motor_place,
+    motor_speed,
+    sensed,
+    size_at,
+    sizes_at,
     slot_point,
     speed_along,
     turned,
     turning,
 )
 from exudyn_flexlink.mechanism.laying_out import Start
-from exudyn_flexlink.mechanism.linear_springs import spring_force
-from exudyn_flexlink.mechanism.mobility import moved_by_forces
+from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches
 from exudyn_flexlink.mechanism.model import (
     LinearSpring,
     Mechanism,
@@ -75,21 +80,15 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
-from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
+from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
 from exudyn_flexlink.mechanism.pulses import with_pulses
-from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.resolution import (
     Resolution,
+    coarse_tolerance,
+    extent,
     half_period,
+    least_tolerance,
     resolutions,
-)
-from exudyn_flexlink.mechanism.rotary_springs import wound_at_start
-from exudyn_flexlink.mechanism.rounding import coarse_tolerance, extent, least_tolerance
-from exudyn_flexlink.mechanism.sampling import (
-    kept_interval,
-    sample_bytes,
-    sample_times,
-    wanted_interval,
 )
 from exudyn_flexlink.mechanism.schedule import (
     TurnGoal,
@@ -97,15 +96,12 @@ from exudyn_flexlink.mechanism.schedule import (
     cut_off,
     end_of_run,
     formulation,
+    kept_interval,
+    sample_bytes,
+    sample_times,
     turn_goal,
+    wanted_interval,
 )
-from exudyn_flexlink.mechanism.sensing import (
-    force_at,
-    motor_place,
-    motor_speed,
-    sensed,
-    size_at,
-    sizes_at,
-)
+from exudyn_flexlink.mechanism.springs import spring_force, wound_at_start
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to

@@ -16,8 +16,7 @@ from exudyn_flexlink.mechanism.model import (
     Turning,
 )
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.prescribed import Formula, SpeedOf, Tabled
-from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.scene import (
     ForceDrive,
     MotionDrive,

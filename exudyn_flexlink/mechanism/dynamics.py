@@ -1,4 +1,4 @@
-"""Masses, applied forces and the accelerations that satisfy every joint."""
+"""Masses, applied forces, accelerations that satisfy every joint, and energies."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
+    force_at,
     left_of,
     places_near,
+    size_at,
     turned,
     turning,
 )
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
-from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.sensing import force_at, size_at
+from exudyn_flexlink.mechanism.springs import damping_power, spring_force, stored_energy
 
 
 def mass_blocks(mechanism: Mechanism, q: FloatArray) -> FloatArray:
@@ -139,3 +140,49 @@ def contact_mass(
     rows = [anchor_jacobian(anchor, q) for anchor in (*first, *second)]
     found = _moving(mechanism, q, places).mobilities(rows)
     return 1.0 / max(max(found[: len(first)]) + max(found[len(first) :]), 1e-300)
+
+
+class EnergyMeter:
+    """Energies (J) and powers (W) of states `q`, `v` of shape (instants, parts, 3)."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        parts, springs = mechanism.parts, mechanism.springs
+        self._linear = mechanism.linear_springs
+        self._mass = np.array([part.mass for part in parts])
+        self._inertia = np.array([part.inertia_about_origin for part in parts])
+        self._centre = np.array([part.centre for part in parts])
+        self._gravity = np.asarray(mechanism.gravity, dtype=float)
+        self._first = np.array([spring.first for spring in springs], dtype=int)
+        self._second = np.array([spring.second for spring in springs], dtype=int)
+        self._stiffness = np.array([spring.stiffness for spring in springs])
+        self._damping = np.array([spring.damping for spring in springs])
+        self._rest = np.array([spring.rest_angle or 0.0 for spring in springs])
+
+    def kinetic(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Kinetic energy, (instants,)."""
+        arms = turned(self._centre, q[..., 2])
+        linear = np.sum(v[..., :2] ** 2, axis=-1)
+        coupled = v[..., 2] * (v[..., 1] * arms[..., 0] - v[..., 0] * arms[..., 1])
+        rotary = self._inertia * v[..., 2] ** 2
+        return np.asarray(0.5 * np.sum(self._mass * (linear + 2 * coupled) + rotary, axis=-1))
+
+    def potential(self, q: FloatArray) -> FloatArray:
+        """Energy of springs and weight, zero weight at the coordinate origin, (instants,)."""
+        height = (q[..., :2] + turned(self._centre, q[..., 2])) @ self._gravity
+        stored = 0.5 * np.sum(self._stiffness * (self._turned(q) - self._rest) ** 2, axis=-1)
+        for spring in self._linear:
+            stored = stored + stored_energy(spring, q)
+        return np.asarray(stored - np.sum(self._mass * height, axis=-1))
+
+    def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Power lost in the dampers of hinges and springs, never negative, (instants,)."""
+        lost = np.sum(self._damping * self._turned(v) ** 2, axis=-1)
+        for spring in self._linear:
+            lost = lost + damping_power(spring, q, v)
+        return np.asarray(lost)
+
+    def _turned(self, x: FloatArray) -> FloatArray:
+        """Second part's angle (or speed) relative to the first's, (instants, springs)."""
+        ground = np.zeros((*x.shape[:-2], 1))  # index -1: the ground does not turn
+        angles = np.concatenate([x[..., 2], ground], axis=-1)
+        return np.asarray(angles[..., self._second] - angles[..., self._first])

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.polynomial import Chebyshev, chebyshev
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.mechanism.antiderivative import Antiderivative
+
+DEGREE = 16  # of the polynomials of an integral
+NODES = chebyshev.chebpts1(DEGREE + 1)
+# Numpy's own interpolation leaves more rounding than `RESOLVED` in the last coefficients.
+FROM_VALUES = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
+TAIL = 3  # coefficients that must be rounding
+RESOLVED = 1e-15  # of the largest coefficient so far
+FIRST = 1.0  # s, length of the first piece tried
+SHORTEST = 1e-6  # of the time, or of the first piece: what bends there adds no error worth a word
 
 
 class Applied(Protocol):
@@ -18,52 +29,95 @@ class Applied(Protocol):
 
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s) and values sensed; ArithmeticError where there is none."""
+        return float(self.values(np.array([time]), [np.array([one]) for one in sensed])[0])
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
         """As `at`, at instants (n,) and with values (n,) of each of what is sensed."""
+        raise NotImplementedError
 
-    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
-        """Derivatives by the values sensed."""
+    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
+        """Derivatives by the values sensed; here nothing is."""
+        return []
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which the value, or a derivative of it, jumps; in order."""
+        raise NotImplementedError
 
 
 class Prescribed(Applied, Protocol):
     """A speed (rad/s or m/s) of time alone."""
 
-    def integral(self, time: float) -> float:
-        """Integral of the value from 0 to `time` (s)."""
-
     def rates(self, time: FloatArray) -> FloatArray:
         """Time derivatives (n,) of the value at instants (n,) s."""
+        raise NotImplementedError
+
+    def integral(self, time: float) -> float:
+        """Integral of the value from 0 to `time` (s)."""
+        return float(self.integrals(np.array([time]))[0])
 
     def integrals(self, time: FloatArray) -> FloatArray:
         """As `integral`, to instants (n,) s."""
+        raise NotImplementedError
 
 
-class OfTime(Applied, Protocol):
-    """What takes nothing of the state."""
+@dataclass(frozen=True)
+class Ramp(Prescribed):
+    """A value (rad/s or N m) reached after `duration` (s) along the quintic smooth step.
 
-    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
-        """Return nothing: there is nothing that it senses."""
-        return []
+    ``s(x) = 10 x^3 - 15 x^4 + 6 x^5`` has no first and no second derivative at either end, so that
+    a speed raised along it starts and ends without a jump of acceleration or jerk.
+    """
+
+    value: float
+    duration: float = 0.0
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        if self.duration == 0:
+            return np.full(len(time), self.value)
+        x = self._parts(time)
+        return self.value * x**3 * (10 - 15 * x + 6 * x * x)
+
+    def rates(self, time: FloatArray) -> FloatArray:
+        """Time derivatives (n,) of the value at instants (n,) s."""
+        if self.duration == 0:
+            return np.zeros(len(time))
+        x = self._parts(time)
+        return self.value * 30 * x * x * (1 - x) ** 2 / self.duration
+
+    def integrals(self, time: FloatArray) -> FloatArray:
+        """Integrals (n,) of the value from 0 to instants (n,) s."""
+        if self.duration == 0:
+            return self.value * time
+        x = self._parts(time)
+        rising = self.duration * x**4 * (2.5 - 3 * x + x * x)
+        return np.asarray(self.value * (rising + np.maximum(time - self.duration, 0.0)))
+
+    def _parts(self, time: FloatArray) -> FloatArray:
+        """How much of the ramp is over (n,), 0 to 1, at instants (n,) s."""
+        return np.clip(time / self.duration, 0.0, 1.0)
+
+    def knots(self, end: float) -> list[float]:
+        """Instants before `end` (s) at which derivatives jump: where the ramp ends."""
+        return [self.duration] if 0 < self.duration < end else []
+
+    def time_of(self, integral: float) -> float:
+        """Time at which the integral reaches a value of the ramp's own sign, s."""
+        time = integral / self.value + self.duration / 2
+        if time >= self.duration:
+            return time
+        low, high = 0.0, self.duration
+        while low < (middle := (low + high) / 2) < high:
+            low, high = (middle, high) if self.integral(middle) / integral < 1 else (low, middle)
+        return high
 
 
-class SpeedOf(OfTime):
+class SpeedOf(Prescribed):
     """The speed of a motion: its integral is known without integrating."""
 
     def __init__(self, motion: Formula | Tabled) -> None:
         self.motion = motion
         self._start = motion.at(0.0)
-
-    def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
-        """Value at a time (s)."""
-        return self.motion.rate(time)
-
-    def integral(self, time: float) -> float:
-        """Integral of the value from 0 to `time` (s)."""
-        return self.motion.at(time) - self._start
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
         """Values (n,) at instants (n,) s."""
@@ -82,7 +136,7 @@ class SpeedOf(OfTime):
         return self.motion.knots(end)
 
 
-class Formula:
+class Formula(Prescribed):
     """An `expression` of the scene, whose t is `clock` (s) as the run begins.
 
     Its integral is summed up over parts that end at `edges`, of t (s) too.
@@ -92,10 +146,6 @@ class Formula:
         self, expression: Expression, clock: float = 0.0, edges: Sequence[float] = ()
     ) -> None:
         self.expression, self.clock, self._edges = expression, clock, edges
-
-    def at(self, time: float, sensed: Sequence[float] = ()) -> float:
-        """Value at a time (s) and values sensed."""
-        return self.expression.at(time + self.clock, sensed)
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
         """Values (n,) at instants (n,) s and values sensed."""
@@ -111,28 +161,20 @@ class Formula:
 
     def integrals(self, time: FloatArray) -> FloatArray:
         """Integrals (n,) of the value from 0 to instants (n,) s."""
-        return np.array([self.integral(t) for t in time.tolist()])
-
-    def rate(self, time: float) -> float:
-        """First time derivative of the value."""
-        return self.expression.rate(time + self.clock)
+        return self._integral(time + self.clock) - self._before
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
         """Derivatives by the values sensed."""
         return self.expression.slopes(time + self.clock, sensed)
 
-    def integral(self, time: float) -> float:
-        """Integral of the value from 0 to `time` (s)."""
-        return self._integral(time + self.clock) - self._before
-
     @cached_property
     def _integral(self) -> Antiderivative:
         knots = {*self.expression.linear_bends, *self._edges}
-        return Antiderivative(self.expression.at, knots)
+        return Antiderivative(lambda time: self.expression.values(time, ()), knots)
 
     @cached_property
     def _before(self) -> float:
-        return self._integral(self.clock)
+        return float(self._integral(np.array([self.clock]))[0])
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which the value, or a derivative, jumps."""
@@ -140,7 +182,7 @@ class Formula:
         return [time - self.clock for time in found]
 
 
-class Tabled(OfTime):
+class Tabled(Prescribed):
     """Values by time, from a table of the scene: `rule` linear, cubic or step.
 
     The table's time is `clock` (s) as the run begins.
@@ -164,18 +206,6 @@ class Tabled(OfTime):
         self._integrals = self._values.antiderivative()
         self._before = float(self._integrals(0.0))
 
-    def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
-        """Value at a time (s)."""
-        return float(self._values(time))
-
-    def rate(self, time: float) -> float:
-        """First time derivative of the value."""
-        return float(self._values(time, 1))
-
-    def integral(self, time: float) -> float:
-        """Integral of the value from 0 to `time` (s)."""
-        return float(self._integrals(time)) - self._before
-
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
         """Values (n,) at instants (n,) s."""
         return np.asarray(self._values(time))
@@ -195,3 +225,56 @@ class Tabled(OfTime):
     def knots(self, end: float) -> list[float]:
         """Instants of rows before `end` (s): a derivative jumps at each."""
         return [time for time in self.times if 0 < time < end]
+
+
+class Antiderivative:
+    """Integral of `function` from 0 on; it may bend at `knots` (s) without being halved there.
+
+    It is exact to rounding: Chebyshev polynomials of pieces that are halved until the last
+    coefficients of the function on them are rounding, as in Chebfun (Z. Battles and L. N.
+    Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743). Pieces are made as they are needed and kept.
+    What a piece's values do not show, such as a pulse between them, has knots of its own.
+    """
+
+    def __init__(
+        self, function: Callable[[FloatArray], FloatArray], knots: Iterable[float] = ()
+    ) -> None:
+        self._function = function
+        self._knots = sorted(time for time in knots if time > 0)
+        self._ends = [0.0]
+        self._pieces: list[Chebyshev] = []
+        self._length = FIRST
+        self._largest = 0.0
+
+    def __call__(self, time: FloatArray) -> FloatArray:
+        """Integrals (n,) from 0 to instants (n,) s; before 0 the function counts as constant."""
+        while self._ends[-1] < time.max(initial=0.0):
+            self._add_piece()
+        which = np.array([bisect_left(self._ends, t) - 1 for t in time.tolist()])
+        found = np.empty(len(time))
+        for k in set(which.tolist()):
+            own = time[which == k]
+            found[which == k] = self._pieces[k](own) if k >= 0 else own * self._function(0 * own)
+        return found
+
+    def _add_piece(self) -> None:
+        begin = self._ends[-1]
+        k = bisect_right(self._knots, begin * (1 + 1e-15))
+        next_knot = self._knots[k] if k < len(self._knots) else np.inf
+        end = begin + self._length
+        while True:
+            end = min(end, next_knot)
+            places = (begin + end) / 2 + (end - begin) / 2 * NODES
+            piece = Chebyshev(FROM_VALUES @ self._function(places), [begin, end])
+            self._largest = max(self._largest, float(np.abs(piece.coef).max()))
+            tail = float(np.abs(piece.coef[-TAIL:]).max())
+            short = end - begin <= SHORTEST * max(begin, FIRST)
+            # The function also changes with a time that is rounded.
+            blur = float(np.abs(piece.deriv().coef).sum()) * end
+            if short or tail <= RESOLVED * (self._largest + blur):
+                break
+            end = begin + (end - begin) / 2
+        self._length = 2 * (end - begin)
+        before = float(self._pieces[-1](begin)) if self._pieces else 0.0
+        self._pieces.append(piece.integ(k=before, lbnd=begin))
+        self._ends.append(end)

@@ -28,7 +28,7 @@ from exudyn_flexlink.mechanism import (
     spring_force,
     turned,
 )
-from exudyn_flexlink.mechanism.hanging import hanging_on
+from exudyn_flexlink.mechanism.tree import hanging_on
 from exudyn_flexlink.result import EnergyHistory, Event, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 

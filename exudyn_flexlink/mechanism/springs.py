@@ -1,6 +1,9 @@
-"""Forces and energies of linear springs at many instants; see `LinearSpring`."""
+"""Forces and energies of linear springs at many instants, and springs that start wound."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from math import degrees, pi
 
 import numpy as np
 
@@ -11,10 +14,12 @@ from exudyn_flexlink.mechanism.kinematics import (
     length_along,
     line_of,
     speed_along,
+    turning,
 )
-from exudyn_flexlink.mechanism.model import LinearSpring
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism
 
 MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
+HALF_A_TURN = pi + 1e-6  # rad: what is assembled at half a turn is not beyond it by rounding
 
 
 def spring_force(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArray:
@@ -66,3 +71,18 @@ def _between(spring: LinearSpring, q: FloatArray, v: FloatArray) -> tuple[FloatA
     between = anchor_position(spring.second, q) - anchor_position(spring.first, q)
     moving = anchor_velocity(spring.second, q, v) - anchor_velocity(spring.first, q, v)
     return between, moving
+
+
+def wound_at_start(mechanism: Mechanism, q: FloatArray) -> Iterator[str]:
+    """Say which springs are wound by more than half a turn at coordinates (parts, 3) of time 0.
+
+    That may be meant, as of the spring of a clock. But 170 deg and -190 deg are one place of a body
+    and two of a spring.
+    """
+    for spring in mechanism.springs:
+        wound = float(turning(spring.first, spring.second, q)) - (spring.rest_angle or 0.0)
+        if spring.stiffness > 0 and abs(wound) > HALF_A_TURN:
+            yield (
+                f"'{spring.name}' starts wound by {degrees(wound):.4g} deg: whole turns count; "
+                "where they are not meant, give an angle in 'initial' 360 deg more or less"
+            )
