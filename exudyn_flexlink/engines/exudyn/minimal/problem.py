@@ -206,13 +206,14 @@ class MinimalProblem:
             return self._finder.kinks.late(what, end, step.end)
         if event.leaps or not isinstance(what, ContactChange):
             return 0.0
-        contact = self.model.contacts[what.contact]
+        contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
         touch = contact.touch(end.x, end.v)
-        slid = contact.left_since(touch) if self._finder.presses(what.contact) else 0.0
-        holds = self._finder.presses(what.contact) and isinstance(contact, RigidContact)
-        if slid or holds or meets(touch, step.end):
+        slid = contact.left_since(touch) if presses else 0.0
+        # The force of a law begins at zero, however near; a reaction tells by itself where it ends.
+        tells = isinstance(contact, RigidContact) == presses
+        if slid or tells or meets(touch, step.end) or touch.gap_rate == 0:
             return slid
-        return touch.gap / touch.gap_rate if touch.gap_rate != 0 else 0.0
+        return touch.gap / touch.gap_rate
 
     def arrives(self, event: Event, step: Step) -> bool:
         """Tell that a rigid contact closes where its gap is closed.
