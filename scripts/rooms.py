@@ -9,6 +9,7 @@ reached: who needs more room raises one here, and says why in the commit.
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
 from pathlib import Path
@@ -17,32 +18,32 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
-    "integrate": 2_100,
-    "engines": 2_200,
-    "engines/exudyn/minimal": 6_000,
-    "engines/exudyn/redundant": 3_400,
-    "engines/lagrangian": 2_600,
-    "mechanism": 5_300,
+    "integrate": 1_950,
+    "engines": 2_260,
+    "engines/exudyn/minimal": 5_230,
+    "engines/exudyn/redundant": 3_480,
+    "engines/lagrangian": 2_270,
+    "mechanism": 5_080,
     "scene": 3_310,
-    "expressions": 1_400,
+    "expressions": 1_350,
     "curves": 1_610,
-    "observables": 1_780,
+    "observables": 1_840,
     "accuracy": 1_180,
     "stability": 930,
     "verification": 540,
     "storage": 2_240,
     "sweeps": 1_760,
-    "plots": 3_360,
-    "report": 2_040,
-    "page": 460,
-    "animation": 2_090,
-    "cli": 2_900,
+    "plots": 3_160,
+    "report": 1_910,
+    "page": 410,
+    "animation": 1_940,
+    "cli": 2_920,
     "api": 1_280,
-    "": 3_810,
+    "": 3_660,
 }
-WHOLE = {PACKAGE: 52_000, "tests": 32_700, "scripts": 9_800}
-SPEAK_OF = {"clearance": 40, "tolerance": 40}  # files of the engines and integrate
-LONGEST = 375  # lines of a file
+WHOLE = {PACKAGE: 50_230, "tests": 31_820, "scripts": 9_330}
+SPEAK_OF = {"clearance": 5, "tolerance": 19}  # files of the engines and integrate
+LONGEST = 355  # lines of a file
 
 
 def lines_of(path: Path) -> int:
@@ -75,7 +76,8 @@ def rows() -> list[tuple[str, int, int]]:
 
 
 def main() -> int:
-    """Print all rows; tell which are above their ceilings."""
+    """Print all rows; the exit code is 1 if one is above its ceiling."""
+    argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0]).parse_args()
     above = 0
     for name, there, most in rows():
         over = there > most

@@ -218,10 +218,10 @@ def test_rows_that_serve_nothing_are_told(tmp_path: Path) -> None:
     for values, few in ((np.arange(20_001) % 2, 2_001), (60 + 1e-3 * t, 1)):
         lines = "\n".join(f"{a:.12g},{b:.12g}" for a, b in zip(t, values, strict=True))
         found = driven(tmp_path, f"t,w\n{lines}\n")
-        told = list(input_notes(found, assemble_scene(found).mechanism))
+        told = list(input_notes(found, assemble_scene(found)))
         assert f"{20_001 - few:,} of 20,001 rows are outside of the run, or" in told[0]
         whole = found.changed(run=Run(duration=20))
-        assert bool(list(input_notes(whole, assemble_scene(whole).mechanism))) == (few == 1)
+        assert bool(list(input_notes(whole, assemble_scene(whole)))) == (few == 1)
 
 
 def test_many_rows_load_in_seconds(tmp_path: Path) -> None:
