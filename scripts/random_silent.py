@@ -260,11 +260,10 @@ def judge(case: Case, family: str = "", measure: bool = True) -> Verdict:
 
     def verdict(path: Any) -> Verdict:
         result = simulate(load_scene(path), measure=measure)
-        off = case.off(result) / result.scene.accuracy.tolerance
+        off, ended = case.off(result) / result.scene.accuracy.tolerance, result.outcome
         said = [one for one in result.warnings if not one.startswith("samples are")]  # of figures
-        told = "; ".join(said if result.outcome.completed else [result.outcome.told, *said])
-        right, wrong = (DOUBTED, TOLD) if told else (RIGHT, SILENT)
-        return Verdict(family, right if off <= 1 else wrong, off, told)
+        told = "; ".join(said if ended.completed else [ended.told, *said])
+        return Verdict(family, ((DOUBTED, TOLD) if told else (RIGHT, SILENT))[off > 1], off, told)
 
     one = of_file(case.model, family, 60.0, verdict, case.rows)
     return replace(one, kind=NEEDLESS) if one.kind == REFUSED and not case.flaw else one
@@ -272,8 +271,7 @@ def judge(case: Case, family: str = "", measure: bool = True) -> Verdict:
 
 def worst(scene: int, seed: int, measure: bool = True) -> Verdict:
     """Judge a scene by its number: the worst of its runs counts."""
-    family = KINDS[scene // 10_000 - 1].__name__
-    each = [judge(case, family, measure) for case in drawn(scene, seed)]
+    each = (judge(own, KINDS[scene // 10_000 - 1].__name__, measure) for own in drawn(scene, seed))
     return max(each, key=lambda one: (VERDICTS.index(one.kind), one.off))
 
 
@@ -288,8 +286,8 @@ def main() -> int:
     if options.only is not None:
         numbers = [options.only]
         print(*(case.model + case.rows for case in drawn(options.only, options.seed)), sep="\n")
-    by_number = partial(worst, seed=options.seed, measure=options.measure)
-    found = dict(judged(by_number, numbers, options.jobs))
+    judged_one = partial(worst, seed=options.seed, measure=options.measure)
+    found = dict(judged(judged_one, numbers, options.jobs))
     for scene, one in found.items():
         if VERDICTS.index(one.kind) >= VERDICTS.index(LATE):
             print(f"{scene} of seed {options.seed}, {one.kind}: {one.off:.2g}; {one.told}")
