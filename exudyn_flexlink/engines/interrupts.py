@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Protocol
+from types import FrameType
+from typing import Any, Protocol
 
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
@@ -51,28 +52,39 @@ class Stopping:
 
 @contextmanager
 def between_steps() -> Iterator[Callable[[], None]]:
-    """Keep signals waiting inside, but where the function given is called.
+    """Let signals of Python's wait inside, until the function given is called.
 
     A solver of another language swallows what a signal's handler raises while it calls Python. Here
     the handlers of whoever calls run between two steps, where what they raise is not lost.
     """
-    handled = set[signal.Signals]()
-    if hasattr(signal, "pthread_sigmask") and threading.current_thread() is threading.main_thread():
-        known = (own for own in signal.valid_signals() if isinstance(own, signal.Signals))
-        handled = {own for own in known if callable(signal.getsignal(own))}
-    if not handled:
-        yield lambda: None
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, handled)
+    waiting = list[tuple[int, FrameType | None]]()
+
+    def note(number: int, frame: FrameType | None) -> None:
+        waiting.append((number, frame))
 
     def let_them_run() -> None:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        signal.pthread_sigmask(signal.SIG_BLOCK, handled)
+        while waiting:
+            number, frame = waiting.pop(0)
+            handlers[number](number, frame)
 
+    handlers = _handlers()
+    for number in handlers:
+        signal.signal(number, note)
     try:
         yield let_them_run
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number, handler in handlers.items():
+            if signal.getsignal(number) is note:  # a handler may have set another one
+                signal.signal(number, handler)
+        let_them_run()
+
+
+def _handlers() -> dict[int, Callable[[int, FrameType | None], Any]]:
+    """Python's handlers of signals: they run in the main thread, and can be set there alone."""
+    if threading.current_thread() is not threading.main_thread():
+        return {}
+    known = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    return {number: handler for number, handler in known.items() if callable(handler)}
 
 
 _given: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
