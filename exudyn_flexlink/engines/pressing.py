@@ -1,4 +1,4 @@
-"""Forces of penalty contacts by gaps and rates, for steps in which they leap."""
+"""Forces of penalty contacts by gaps and rates, with their slopes: `laws.RestitutionPenalty`."""
 
 from __future__ import annotations
 
@@ -11,16 +11,25 @@ from exudyn_flexlink.integrate.problem import Press, Pressing
 from exudyn_flexlink.laws import RestitutionPenalty
 
 
+def pressing(numbers: Sequence[FloatArray], gap: FloatArray, rate: FloatArray) -> Pressing:
+    """Forces of contacts, on smoothly where a gap has opened: there one ends, within the step.
+
+    `numbers` are the elastic and lossy parts of stiffnesses (N/m) and transition speeds (m/s).
+    """
+    elastic, lossy, speed = numbers
+    rising = np.tanh(-rate / speed)
+    stiffness = elastic + lossy * rising
+    damping = np.maximum(-gap, 0.0) * lossy / speed * (1 - rising * rising)
+    return Pressing(-gap * stiffness, stiffness, damping)
+
+
 def press_by(laws: Sequence[RestitutionPenalty]) -> Press:
-    """Forces of contacts and their slopes, by gaps and rates (..., c, 2)."""
-    numbers = [(law.elastic, law.lossy, law.transition_speed) for law in laws]
-    elastic, lossy, speed = np.array(numbers).T
+    """Forces of contacts and their slopes, by gaps and rates (..., c, 2); none where they open."""
+    numbers = np.array([(law.elastic, law.lossy, law.transition_speed) for law in laws]).T
 
     def press(touching: FloatArray) -> Pressing:
-        gap, rate = touching[..., 0], touching[..., 1]
-        depth, rising = np.maximum(-gap, 0.0), np.tanh(-rate / speed)
-        factor = elastic + lossy * rising
-        bend = lossy / speed * (1 - rising * rising)
-        return Pressing(depth * factor, factor * (depth > 0), depth * bend)
+        gap = touching[..., 0]
+        found, closed = pressing(numbers, gap, touching[..., 1]), gap < 0
+        return found._replace(force=found.force * closed, stiffness=found.stiffness * closed)
 
     return press

@@ -25,6 +25,7 @@ from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_re
 
 AT_ONCE = 32  # steps that wait: more take memory, and little less time
 BLOCK = 512  # steps that are looked through for extremes together
+ROWS = np.arange(1 + STAGES)  # of a step's nodes, where they are the first that is known of it
 
 
 class Kept(NamedTuple):

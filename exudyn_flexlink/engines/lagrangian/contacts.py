@@ -25,6 +25,7 @@ from exudyn_flexlink.engines.lagrangian.equations import Frame
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.pair_events import Seen
+from exudyn_flexlink.engines.pressing import pressing
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Anchor, FaceContact
 
@@ -61,7 +62,6 @@ class Contacts:
     def __init__(self, model: Model) -> None:
         layout, self.all = model.layout, model.contacts
         self.faces = len(layout.faces)
-        self.rigid = np.array([isinstance(own.law, Impulse) for own in self.all], dtype=bool)
         self.held = np.array([own.side == 0 for own in self.all], dtype=bool)
         self.length = np.array([own.length for own in self.all])
         self._side = np.array([own.side for own in self.all])
@@ -154,15 +154,12 @@ class Contacts:
     def push(self, at: Frame, which: IndexArray) -> Pushed:
         """Forces of the contacts `which` (k,), as their laws have it; of rigid ones none.
 
-        Laws go on smoothly where a gap has opened: there a contact ends, within the step.
+        See `pressing.pressing`.
         """
         gap, rows, slides = self._rows(at, which)
         rate, slip = ((own @ at.v[:, :, None])[..., 0] for own in (rows, slides))
-        elastic, lossy, speed, friction, creep = self._laws[which].T
-        rising = np.tanh(-rate / speed)
-        by_gap = elastic + lossy * rising
-        by_rate = np.maximum(-gap, 0.0) * lossy * (1 - rising * rising) / speed
-        press = -gap * by_gap
+        *law, friction, creep = self._laws[which].T
+        press, by_gap, by_rate = pressing(law, gap, rate)
         rub = -friction * press * np.tanh(slip / creep)
         power = -press * rate - rub * slip
         return Pushed(which, press, rub, power, gap, rate, slip, rows, slides, by_gap, by_rate)

@@ -63,7 +63,7 @@ class Impacts:
         self.bounces = {
             k: Bounces(own.name, own.law.restitution)
             for k, own in enumerate(problem.system.contacts.all)
-            if problem.system.contacts.rigid[k]
+            if problem.touches.rigid[k]
         }
 
     def lifted(self, step: Path, nodes: Motion) -> list[tuple[float, int]]:

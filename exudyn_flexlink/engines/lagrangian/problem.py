@@ -193,7 +193,7 @@ class Problem:
             if first is not None:
                 bends = first[1] >= contacts.faces
                 found.append(Event(step.t + first[0] * step.h, OfContact(first[1]), bends=bends))
-        if contacts.rigid.any():
+        if self.touches.rigid.any():
             lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
             found += [Event(time, OfContact(k)) for time, k in lifted]
         return found
@@ -204,7 +204,7 @@ class Problem:
         What is held closed is as if behind a face that never opens.
         """
         contacts, faces = self.system.contacts, self.system.contacts.faces
-        closed = contacts.held | (contacts.rigid & self.touches.pressed)
+        closed = contacts.held | (self.touches.rigid & self.touches.pressed)
         if closed.any():
             path = path.closed(closed)
         behind = [k for k in range(faces) if self.touches.sides[k] is Side.BEHIND]
@@ -250,7 +250,7 @@ class Problem:
         if event.leaps or not isinstance(event.what, OfContact):
             return 0.0
         k, contacts = event.what.contact, self.system.contacts
-        if k < contacts.faces and contacts.rigid[k] and self.touches.pressed[k]:
+        if k < contacts.faces and self.touches.rigid[k] and self.touches.pressed[k]:
             return 0.0
         path, lengths = self._without_ends(self._from_sides(self._nodes(step)[1]))
         return late_by(path.pick(-1), lengths, k, step.t + step.h)
@@ -321,7 +321,7 @@ class Problem:
         return self.touches.crossing(k, gap, min(place, self.system.contacts.length[k] - place))
 
     def _change_face(self, time: float, k: int) -> float:
-        what, rigid = self._happening(k), bool(self.system.contacts.rigid[k])
+        what, rigid = self._happening(k), bool(self.touches.rigid[k])
         if what is Change.PASSES:
             self.change(time, k, what, self.seen)
             return inf

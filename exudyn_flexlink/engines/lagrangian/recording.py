@@ -10,10 +10,7 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.lagrangian.equations import momentum_rate
 from exudyn_flexlink.engines.lagrangian.system import Motion, System, joined
-from exudyn_flexlink.engines.recording import AT_ONCE, BlockRecorder, Kept, Steps
-from exudyn_flexlink.integrate.collocation import STAGES
-
-NODES = np.arange(1 + STAGES)
+from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps
 
 
 class Path(Protocol):
@@ -82,9 +79,9 @@ class Recorder(BlockRecorder):
         t, h, motions = (list(own) for own in zip(*self._waiting, strict=True))
         self._waiting.clear()
         counts = np.array([len(own.t) for own in motions])
-        nodes = (np.cumsum(counts) - counts)[:, None] + NODES
+        nodes = (np.cumsum(counts) - counts)[:, None] + ROWS
         samples = np.delete(np.arange(counts.sum()), nodes.ravel())
-        of = np.repeat(np.arange(len(counts)), counts - len(NODES))
+        of = np.repeat(np.arange(len(counts)), counts - len(ROWS))
         whole = joined(motions)
         known = self._known(whole)
         steps = Steps(np.array(t), np.array(h), nodes, samples, of)

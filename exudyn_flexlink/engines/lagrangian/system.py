@@ -86,12 +86,12 @@ class System:
     @property
     def giving_way(self) -> IndexArray:
         """Contacts that press with a penalty."""
-        return np.flatnonzero(self.touches.pressed & ~self.contacts.rigid)
+        return np.flatnonzero(self.touches.pressed & ~self.touches.rigid)
 
     @property
     def held(self) -> IndexArray:
         """Contacts by impulse whose gaps stay closed."""
-        return np.flatnonzero(self.touches.pressed & self.contacts.rigid)
+        return np.flatnonzero(self.touches.pressed & self.touches.rigid)
 
     @property
     def dead_centre(self) -> str:

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush
-from exudyn_flexlink.engines.recording import AT_ONCE, BlockRecorder, Kept, Steps
+from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
@@ -32,7 +32,6 @@ from exudyn_flexlink.mechanism import Ramp
 
 MOST_PARTS = 128  # of a step that is cut at its samples
 MOST_INSTANTS = 512  # that wait: more take memory, and little less time
-NODES = np.arange(1 + STAGES)
 
 
 class TreeKept(NamedTuple):
@@ -220,9 +219,9 @@ def _steps(waiting: list[_Waiting]) -> Steps:
     Known are starts and stages of all steps, and then the instants within them but for their ends.
     """
     begins, lengths, nodes, samples, of = [], [], [], [], []
-    count, row = 0, len(waiting) * len(NODES)
+    count, row = 0, len(waiting) * len(ROWS)
     for k, one in enumerate(waiting):
-        own, parts = len(NODES) * k + NODES[None], len(one.edges) - 1
+        own, parts = len(ROWS) * k + ROWS[None], len(one.edges) - 1
         inner = row + np.arange(one.samples)
         if parts > 1:
             stages = row + one.samples + np.arange(parts * STAGES).reshape(parts, STAGES)

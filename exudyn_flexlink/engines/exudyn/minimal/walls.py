@@ -28,6 +28,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
 from exudyn_flexlink.engines.pair_events import Seen, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.pressing import pressing
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Channel, FaceContact, deepest_allowed, pairs
 from exudyn_flexlink.mechanism.tree import TreeLayout
@@ -175,8 +176,8 @@ class Walls:
         if not len(self.which):
             return None
         (gap, _, gap_rate, slide), (normal, along) = self._acting.look_and_gradients(x, v)
-        elastic, lossy, transition, coefficient, slip = self._of_acting
-        press = -gap * (elastic + lossy * np.tanh(-gap_rate / transition))
+        *law, coefficient, slip = self._of_acting
+        press = pressing(law, gap, gap_rate).force
         force = (press[:, None, :] @ normal)[:, 0]
         power = -press * gap_rate
         if self._any_friction:
@@ -190,15 +191,13 @@ class Walls:
 
         `reach` (links, n) are the derivatives of the coordinates by the independent ones.
         """
-        elastic, lossy, transition, coefficient, slip = self._of_acting
-        depth, rising = np.maximum(-at.gap, 0.0), np.tanh(-at.gap_rate / transition)
-        spring = elastic + lossy * rising
-        damper = depth * lossy * (1 - rising * rising) / transition
+        *law, coefficient, slip = self._of_acting
+        _, spring, damper = pressing(law, at.gap, at.gap_rate)
         normal = at.normal @ reach
         if not self._any_friction:
             return (normal.T * spring) @ normal, (normal.T * damper) @ normal
         along, rubbed = at.along @ reach, np.tanh(at.slip / slip)
-        drag = coefficient * depth * spring * (1 - rubbed * rubbed) / slip
+        drag = coefficient * np.maximum(-at.gap, 0.0) * spring * (1 - rubbed * rubbed) / slip
         pushed = (normal - (coefficient * rubbed)[:, None] * along).T
         damping = (pushed * damper) @ normal + (along.T * drag) @ along
         return (pushed * spring) @ normal, damping
