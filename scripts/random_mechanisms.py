@@ -26,7 +26,19 @@ from pathlib import Path
 import numpy as np
 import yaml
 from benchmarks.side_by_side import add_numbers, judged, numbers_of
-from benchmarks.verdicts import CRASHED, LATE, REFUSED, RIGHT, SILENT, TOLD, Verdict, of_file, table
+from benchmarks.verdicts import (
+    CRASHED,
+    LATE,
+    OPEN,
+    REFUSED,
+    RIGHT,
+    SILENT,
+    STOPPED,
+    TOLD,
+    Verdict,
+    of_file,
+    table,
+)  # fmt: skip
 from drawing.mechanisms import FAMILIES, TOLERANCE, draw
 from random_strikes import OF_ACCURACY
 
@@ -37,8 +49,6 @@ from exudyn_flexlink.result import Result
 
 JUDGE, CHECK = 1e-3, 1e-2  # of the tolerance
 UNSURE = 0.5  # of the tolerance: what the two runs to judge by may differ by
-
-STOPPED, OPEN = "stopped and said why", "nothing to judge by"
 KINDS = (RIGHT, TOLD, SILENT, STOPPED, OPEN, REFUSED, LATE, CRASHED)
 
 

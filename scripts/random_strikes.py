@@ -28,6 +28,7 @@ from functools import partial
 import numpy as np
 from benchmarks.lever_tip import tip_apart
 from benchmarks.side_by_side import add_numbers, judged, numbers_of
+from benchmarks.verdicts import CRASHED, OPEN, RIGHT, SILENT, STOPPED, TOLD
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.comparison import compare
@@ -43,9 +44,6 @@ CONFIRMED = 0.5  # of the tolerance: what the two runs to judge by may differ by
 REACH = -0.11  # m: where S is farthest to the left in odd laps
 PLASTIC, ELASTIC = 0.15, 0.1  # shares of strikes that return nothing, and all
 OF_ACCURACY = ("error", "tolerance", "energy")  # warnings that say that numbers may be off
-
-RIGHT, TOLD, SILENT = "right", "over and told", "over SILENTLY"
-STOPPED, OPEN, CRASHED = "stopped and said why", "nothing to judge by", "CRASHED"
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,10 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_950,
-    "engines": 2_260,
+    "engines": 2_290,
     "engines/exudyn/minimal": 5_230,
     "engines/exudyn/redundant": 3_480,
-    "engines/lagrangian": 2_270,
+    "engines/lagrangian": 2_260,
     "mechanism": 5_080,
     "scene": 3_310,
     "expressions": 1_350,
@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_280,
     "": 3_660,
 }
-WHOLE = {PACKAGE: 50_230, "tests": 31_820, "scripts": 9_330}
+WHOLE = {PACKAGE: 50_240, "tests": 31_820, "scripts": 9_330}
 SPEAK_OF = {"clearance": 5, "tolerance": 19}  # files of the engines and integrate
 LONGEST = 355  # lines of a file
 
