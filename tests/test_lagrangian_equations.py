@@ -206,7 +206,7 @@ def test_contacts_are_those_of_the_mechanism_and_gradients_those_of_differences(
             for row in np.eye(len(q))
         ]
         numeric = np.einsum("k,jkc->cj", one, np.array(at)) / 1e-4
-        assert rows == pytest.approx(numeric, rel=1e-7, abs=1e-10)
+        assert rows == pytest.approx(numeric, rel=1e-8, abs=1e-11)
         assert rows @ v == pytest.approx(seen[column + 2][0], rel=1e-12, abs=1e-13)
     h = 1e-5
     rates = [contacts.look(frame_at(run, q + k * h * v, v)).gap_rate[0, 0] for k in six]

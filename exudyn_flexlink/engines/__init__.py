@@ -12,7 +12,7 @@ from threadpoolctl import ThreadpoolController
 
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.diagnostics import diagnosed
-from exudyn_flexlink.engines.finer import at, measured_by, partner, unmeasured
+from exudyn_flexlink.engines.finer import measured_by, partner, retuned, unmeasured
 from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
@@ -88,14 +88,14 @@ def measured(
     """
     scene, engine = result.scene, result.engine
 
-    def again(_: float) -> Result:
-        return (beside and beside.made(progress)) or second_run(scene, engine, progress)
+    def again(share: float) -> Result:
+        return (beside and beside.made(progress)) or _run(scene, engine, progress, share)
 
     return measured_by(result, _loaded(engine)[0].order(scene), again)
 
 
 def second_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:
-    """Make the second run alone, by which `measured` tells the error of the first.
+    """Make the second run alone, as a process of its own does: see `beside`.
 
     Raises:
         LateInterruptError: the user asked for the end after the solve; the result is in it.
@@ -113,7 +113,7 @@ def _run(scene: Scene, engine: str, progress: Progress | None, share: float = 1.
     limits = share ** (1 / room.order(scene)) if share != 1 else 1.0
     # Matrices are small: numpy's threads would wait for one another most of the time.
     with deferrable_interrupts() as ctrl_c, threads.limit(limits=1, user_api="blas"):
-        result = room.run(at(scene, share, limits), progress, limits)
+        result = room.run(retuned(scene, share, limits), progress, limits)
     result = diagnosed(replace(result, scene=scene))
     versions = {THIS: version_of(THIS), **result.versions}
     result = replace(result, versions=versions, error=unmeasured(result))

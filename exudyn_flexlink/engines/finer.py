@@ -45,7 +45,7 @@ def partner(scene: Scene, order: int) -> float:
     return 1 / finer if finer * asked < least * (1 - 1e-9) else finer
 
 
-def at(scene: Scene, share: float, limits: float) -> Scene:
+def retuned(scene: Scene, share: float, limits: float) -> Scene:
     """Return a scene with a tolerance `share` times as large.
 
     Steps in contact, where their number is given, are `limits` times as long.
