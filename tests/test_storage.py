@@ -58,16 +58,18 @@ def test_round_trip_is_exact(rigid, saved):
     assert_same(rigid, load(saved))
 
 
-@pytest.mark.parametrize("make", [results.pendulum, results.slider, results.tilting_link])
+MADE = (
+    results.pendulum,
+    results.slider,
+    results.tilting_link,
+    lambda: results.stopped(results.pendulum()),
+)
+
+
+@pytest.mark.parametrize("make", MADE)
 def test_round_trip_of_other_mechanisms(make, tmp_path):
     save(make(), tmp_path)
     assert_same(make(), load(tmp_path))
-
-
-def test_round_trip_of_a_stopped_run(tmp_path):
-    stopped = results.stopped(results.pendulum())
-    save(stopped, tmp_path)
-    assert load(tmp_path).outcome == stopped.outcome
 
 
 def test_summary_is_for_reading(saved):
@@ -200,26 +202,15 @@ def test_a_touch_that_lasts_has_no_end_and_comes_back_so(tilting, tmp_path):
     assert table["end_s"][-1] == pytest.approx(part.time[-1])
 
 
-# --- damaged and foreign files
+# --- missing and foreign files
 
 
-def test_missing_folder(tmp_path):
-    with pytest.raises(StorageError, match=r"nowhere is no folder"):
-        load(tmp_path / "nowhere")
-
-
-def test_folder_without_run(tmp_path):
-    with pytest.raises(StorageError, match=r"has no result\.nc"):
-        load(tmp_path)
-
-
-@pytest.mark.parametrize("keep", [0.0, 0.001, 0.1, 0.5, 0.9, 0.999])
-def test_truncated_files(copy, keep):
-    file = copy / "result.nc"
-    data = file.read_bytes()
-    file.write_bytes(data[: int(keep * len(data))])
-    with pytest.raises(StorageError, match=r"result\.nc"):
-        load(copy)
+@pytest.mark.parametrize(
+    ("folder", "why"), [("nowhere", "nowhere is no folder"), (".", r"has no result\.nc")]
+)
+def test_a_place_without_a_run(folder, why, tmp_path):
+    with pytest.raises(StorageError, match=why):
+        load(tmp_path / folder)
 
 
 def test_one_file_is_the_run(copy, rigid, tmp_path):
@@ -230,21 +221,6 @@ def test_one_file_is_the_run(copy, rigid, tmp_path):
         if file.name != "result.nc":
             file.unlink()
     assert_same(rigid, load(copy))
-
-
-def test_flipped_byte_in_the_arrays(copy):
-    file = copy / "result.nc"
-    data = bytearray(file.read_bytes())
-    data[len(data) // 2] ^= 0xFF
-    file.write_bytes(bytes(data))
-    with pytest.raises(StorageError, match=r"result\.nc"):
-        load(copy)
-
-
-def test_missing_arrays(copy):
-    (copy / "result.nc").unlink()
-    with pytest.raises(StorageError, match=r"has no result\.nc"):
-        load(copy)
 
 
 def written_as(folder, **changes):
@@ -307,15 +283,6 @@ def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_earlier_run_is_replaced(copy):
-    assert (copy / "lever_lever.csv").is_file()
-    with staged_folder(copy) as folder:
-        save(results.pendulum(), folder)
-    assert load(copy).scene.title == "pendulum"
-    assert not (copy / "lever_lever.csv").exists()  # a pendulum has none
-    assert left_over(copy.parent) == left_over(copy) == []
-
-
 def test_an_earlier_run_of_another_format_is_replaced(rigid, tmp_path, monkeypatch):
     copy = tmp_path / "copy"
     monkeypatch.setattr("exudyn_flexlink.storage.documents.FORMAT", 0)
@@ -337,13 +304,6 @@ def test_an_earlier_run_survives_a_failed_one(copy, rigid):
     assert left_over(copy.parent) == []
 
 
-def test_an_empty_folder_is_replaced(tmp_path):
-    (tmp_path / "run").mkdir()
-    with staged_folder(tmp_path / "run") as folder:
-        save(results.pendulum(), folder)
-    assert load(tmp_path / "run")
-
-
 @pytest.mark.parametrize("name", ["thesis.tex", "summary.json"])
 def test_other_peoples_files_are_never_replaced(tmp_path, name):
     (tmp_path / "run").mkdir()
@@ -352,12 +312,6 @@ def test_other_peoples_files_are_never_replaced(tmp_path, name):
         raise AssertionError("too late")
     assert [path.name for path in (tmp_path / "run").iterdir()] == [name]
     assert left_over(tmp_path) == []
-
-
-def test_a_file_is_never_replaced(tmp_path):
-    (tmp_path / "run").write_text("mine")
-    with pytest.raises(StorageError, match="is a file"), staged_folder(tmp_path / "run"):
-        raise AssertionError("too late")
 
 
 def test_a_folder_filled_meanwhile_is_not_replaced(tmp_path):
@@ -394,11 +348,8 @@ def test_a_full_disk_is_said_plainly(tmp_path):
 
 def test_a_place_that_can_not_be_written(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(StorageError, match="can't write"), staged_folder(tmp_path / "file" / "run"):
+    place = tmp_path / "file" / "run"
+    with pytest.raises(StorageError, match="can't write"), staged_folder(place):
         raise AssertionError("too late")
-
-
-def test_save_says_plainly_what_it_can_not_write(tmp_path):
-    (tmp_path / "file").write_text("")
     with pytest.raises(StorageError, match="can't write"):
-        save(results.pendulum(), tmp_path / "file" / "run")
+        save(results.pendulum(), place)

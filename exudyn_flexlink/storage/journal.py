@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO
@@ -15,9 +16,11 @@ from typing import IO
 from pydantic import TypeAdapter, ValidationError
 
 from exudyn_flexlink.storage.errors import StorageError, cannot_write
-from exudyn_flexlink.storage.locking import lock
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.sweeps import Row, Sweep
+
+if sys.platform != "win32":
+    import fcntl
 
 JOURNAL = "journal.jsonl"
 _ROW = TypeAdapter(Row)
@@ -75,14 +78,20 @@ def rows_kept(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
 def keep_out(stream: IO[bytes], folder: Path) -> None:
     """Keep other processes out of a sweep, as long as its journal is open.
 
+    Windows and some network disks have no such lock: there all goes on without it.
+
     Raises:
         StorageError: another one is in.
 
     """
+    if sys.platform == "win32":
+        return
     try:
-        lock(stream.fileno())
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
+    except OSError:
+        return
 
 
 def _lines(content: bytes, file: Path) -> Iterator[Row]:

@@ -1,8 +1,11 @@
-"""Who makes the runs of a sweep: this process, or others; rows come as they are finished."""
+"""Who makes the runs of a sweep: pools of `concurrent.futures`; rows come as they are finished."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,31 +18,102 @@ class CannotStartError(Exception):
     """No process of an executor can do the work at all; the text says why, and what to do."""
 
 
+@dataclass(frozen=True)
+class Pool:
+    """Makes the run of a point in a task, and up to `most` tasks at once.
+
+    A task raises `lost` if the process that made the run has ended.
+    """
+
+    submit: Callable[[Point], Future[Row]]
+    most: int = 1
+    lost: type[Exception] = BrokenExecutor
+
+
 class Executor(Protocol):
-    """Makes the runs of points."""
+    """Opens a pool for a work; leaving the pool ends all runs.
 
-    def rows(self, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
-        """Give a row for every point, each once, in whatever order they are finished.
+    Raises:
+        CannotStartError: it can't do the work.
 
-        Closing the iterator ends all runs.
+    """
 
-        Raises:
-            CannotStartError: it can't do the work.
-
-        """
-        ...
+    def opened(self, work: Work) -> AbstractContextManager[Pool]: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
 class InThisProcess:
     """Makes one run after another, here."""
 
-    def rows(self, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
-        """Give a row for every point, in order."""
-        yield from map(work.row, points)
+    @contextmanager
+    def opened(self, work: Work) -> Iterator[Pool]:
+        """Yield a pool that makes a run as it is given it."""
+
+        def submit(point: Point) -> Future[Row]:
+            made: Future[Row] = Future()
+            made.set_result(work.row(point))
+            return made
+
+        yield Pool(submit)
 
 
-def ended_row(point: Point) -> Row:
+def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
+    """Give a row for every point, each once, in whatever order they are finished.
+
+    Where a process ends, any run under way may be to blame: each of these is tried once more when
+    all others are done, alone. Closing the iterator ends all runs.
+
+    Raises:
+        CannotStartError: the executor can't do the work.
+
+    """
+    lost: list[Point] = []
+    again: list[Point] = []
+    yield from _tried(executor, work, points, lost)
+    yield from _tried(executor, work, lost, again, alone=True)
+    yield from map(_ended_row, again)
+
+
+def _tried(
+    executor: Executor,
+    work: Work,
+    points: Sequence[Point],
+    lost: list[Point],
+    *,
+    alone: bool = False,
+) -> Generator[Row, None, None]:
+    """Try points, one at a time if `alone`; those whose process ended are added to `lost`.
+
+    A pool that has lost a process gets no more points: what is left goes to a new one.
+    """
+    waiting = deque(points)
+    while waiting:
+        with executor.opened(work) as pool:
+            running: dict[Future[Row], Point] = {}
+            most, whole = 1 if alone else pool.most, True
+            while running or (waiting and whole):
+                try:
+                    while whole and waiting and len(running) < most:
+                        task = pool.submit(waiting[0])  # which may raise
+                        running[task] = waiting.popleft()
+                except pool.lost:
+                    whole = False
+                for task in wait(running, return_when=FIRST_COMPLETED).done:
+                    point = running.pop(task)
+                    try:
+                        row = task.result()
+                    except pool.lost:
+                        whole = False
+                        lost.append(point)
+                    except CannotStartError:
+                        raise
+                    except Exception as error:
+                        raise CannotStartError(f"a process can't do the work: {error}") from error
+                    else:
+                        yield row
+
+
+def _ended_row(point: Point) -> Row:
     """Return the row of a point whose process ended each time that it was tried."""
     why = (
         "the process that ran it ended, as often as it was tried: killed, perhaps for want of "

@@ -13,7 +13,7 @@ from multiprocessing import current_process
 
 from exudyn_flexlink.loading import document_of_data
 from exudyn_flexlink.sweeps.cluster import DaskCluster
-from exudyn_flexlink.sweeps.executors import Executor, InThisProcess
+from exudyn_flexlink.sweeps.executors import Executor, InThisProcess, rows_of
 from exudyn_flexlink.sweeps.plan import Sweep
 from exudyn_flexlink.sweeps.processes import LocalProcesses
 from exudyn_flexlink.sweeps.rows import Observe, Row, Simulate
@@ -76,7 +76,7 @@ def carried_out(
     """
     rows = {point.id: known[point.id] for point in sweep.points if point.id in known}
     missing = [point for point in sweep.points if point.id not in rows]
-    coming = executor.rows(work, missing)
+    coming = rows_of(executor, work, missing)
     with suppress(KeyboardInterrupt), closing(coming):
         for row in coming:
             rows[row.id] = row
