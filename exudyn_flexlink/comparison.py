@@ -221,11 +221,7 @@ class Comparison:
         return not len(judged.time) or not judged.largest <= tolerance
 
 
-def compare(
-    first: Result,
-    second: Result,
-    names: tuple[str, str] | None = None,
-) -> Comparison:
+def compare(first: Result, second: Result, names: tuple[str, str] | None = None) -> Comparison:
     """Compare two runs of one scene, by different engines or at different settings.
 
     With `names` of both, two scenes in what both have, such as one and itself without some effect.

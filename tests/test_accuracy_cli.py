@@ -16,11 +16,7 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.storage import load
 
 MODELS = Path(__file__).parents[1] / "models"
-SMALL = [
-    str(MODELS / "smooth.yaml"),
-    "--set=bodies.link.rods=2",
-    "--set=run.turns=0.05",
-]
+SMALL = [str(MODELS / "smooth.yaml"), "--set=bodies.link.rods=2", "--set=run.turns=0.05"]
 
 
 def accuracy(*arguments):

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 from studies import BOTH, World, scene_with
 
-from exudyn_flexlink.accuracy import (
-    Method,
-    Runs,
-    methods_of,
-)
+from exudyn_flexlink.accuracy import Method, Runs, methods_of
 from exudyn_flexlink.accuracy.costs import predict
 from exudyn_flexlink.accuracy.methods import ladder
 from exudyn_flexlink.accuracy.study import Studying

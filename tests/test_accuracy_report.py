@@ -9,12 +9,7 @@ import pytest
 from matplotlib.colors import same_color
 from studies import RODS, World, points_of, scene_with, studied
 
-from exudyn_flexlink.accuracy import (
-    Method,
-    Runs,
-    advise,
-    judge,
-)
+from exudyn_flexlink.accuracy import Method, Runs, advise, judge
 from exudyn_flexlink.accuracy.study import Studying
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.plots import ENGINE_COLOURS, work_precision

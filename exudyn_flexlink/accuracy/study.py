@@ -43,11 +43,7 @@ class Studying:
     """Makes the runs of a study; `run` gives them, also if the user stops it in between."""
 
     def __init__(
-        self,
-        runs: Runs,
-        solve: Solve,
-        budget: float,
-        clock: Callable[[], float] = monotonic,
+        self, runs: Runs, solve: Solve, budget: float, clock: Callable[[], float] = monotonic
     ) -> None:
         self.runs = runs
         self._solve = solve

@@ -52,12 +52,7 @@ class Comparison(PlainComparison):
         return page(title, self.summary(), self.plot() if len(self.time) > 1 else None)
 
 
-def compare(
-    first: Result,
-    second: Result,
-    *,
-    names: tuple[str, str] | None = None,
-) -> Comparison:
+def compare(first: Result, second: Result, *, names: tuple[str, str] | None = None) -> Comparison:
     """Compare two runs of one scene, or with `names` of two scenes: rigid and flexible, say.
 
     Two scenes are compared in what both have, and instant by instant up to the earlier horizon.

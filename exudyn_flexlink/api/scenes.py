@@ -15,13 +15,7 @@ from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.shipped import known_names, model_file, model_names
-from exudyn_flexlink.source import (
-    Document,
-    Mistake,
-    SceneError,
-    did_you_mean,
-    load_document,
-)
+from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
 
 
 class Scene(PlainScene):

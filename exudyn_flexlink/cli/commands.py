@@ -21,13 +21,7 @@ from exudyn_flexlink.mechanism import beyond_redundant, formulation, input_notes
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import SceneError, did_you_mean
-from exudyn_flexlink.storage import (
-    is_sweep,
-    load,
-    load_sweep,
-    replace_file,
-    staged_files,
-)
+from exudyn_flexlink.storage import is_sweep, load, load_sweep, replace_file, staged_files
 from exudyn_flexlink.sweeps import SweepTable
 
 

@@ -13,12 +13,7 @@ from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.reporting import reported
 from exudyn_flexlink.cli.running import measured, read_scene, refuse_idle_integrator, run
-from exudyn_flexlink.cli.terminal import (
-    DONE,
-    FAILED,
-    INTERRUPTED,
-    complain,
-)
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.report import failure_text, idle_settings, run_text

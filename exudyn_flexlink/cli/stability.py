@@ -10,18 +10,8 @@ from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
-from exudyn_flexlink.cli.running import (
-    read_scene,
-    refusals,
-    refuse_idle_integrator,
-)
-from exudyn_flexlink.cli.terminal import (
-    BAD_INPUT,
-    FAILED,
-    INTERRUPTED,
-    complain,
-    progress_bar,
-)
+from exudyn_flexlink.cli.running import read_scene, refusals, refuse_idle_integrator
+from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain, progress_bar
 from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
 from exudyn_flexlink.scene import Scene

@@ -13,11 +13,7 @@ from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.naming import run_name
-from exudyn_flexlink.cli.running import (
-    changed,
-    read_scene,
-    refuse_idle_integrator,
-)
+from exudyn_flexlink.cli.running import changed, read_scene, refuse_idle_integrator
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     FAILED,
@@ -30,13 +26,7 @@ from exudyn_flexlink.cli.terminal import (
 from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.report import sweep_text
 from exudyn_flexlink.source import Document, Mistake
-from exudyn_flexlink.storage import (
-    SeriesKeeper,
-    open_journal,
-    own_files,
-    save_table,
-    staged_folder,
-)
+from exudyn_flexlink.storage import SeriesKeeper, open_journal, own_files, save_table, staged_folder
 from exudyn_flexlink.sweeps import FAILED as FAILED_ROW
 from exudyn_flexlink.sweeps import (
     CannotStartError,

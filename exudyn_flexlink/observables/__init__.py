@@ -25,11 +25,7 @@ from exudyn_flexlink.observables.forces import (
     worst_force,
 )
 from exudyn_flexlink.observables.interpolation import between_samples, straight_between
-from exudyn_flexlink.observables.levers import (
-    LeverResponse,
-    lever_response,
-    struck_bodies,
-)
+from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
 from exudyn_flexlink.observables.measuring import error_between
 from exudyn_flexlink.observables.parting import (
     STILL,

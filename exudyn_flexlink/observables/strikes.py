@@ -77,11 +77,7 @@ def strikes(result: Result, contact: str) -> list[Strike]:
 
 
 def _strike(
-    result: Result,
-    contact: str,
-    burst: list[Interval],
-    angle: FloatArray | None,
-    goes_round: bool,
+    result: Result, contact: str, burst: list[Interval], angle: FloatArray | None, goes_round: bool
 ) -> Strike:
     first, ended = burst[0], not any(interval.lasts for interval in burst)
     lap, at = None, None

@@ -10,11 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import (
-    Mechanism,
-    anchor_position,
-    anchor_velocity,
-)
+from exudyn_flexlink.mechanism import Mechanism, anchor_position, anchor_velocity
 from exudyn_flexlink.observables.answers import ANGLE, answer_of, measures
 from exudyn_flexlink.observables.levers import struck_bodies, struck_by
 from exudyn_flexlink.observables.points import point_anchor, watched_point

@@ -33,10 +33,4 @@ from exudyn_flexlink.stability.sections import (
     section_of_row,
     section_row,
 )
-from exudyn_flexlink.stability.study import (
-    Asked,
-    Stability,
-    long_scene,
-    require_possible,
-    study,
-)
+from exudyn_flexlink.stability.study import Asked, Stability, long_scene, require_possible, study

@@ -8,13 +8,7 @@ from math import ceil, inf, pi
 
 from exudyn_flexlink.loading import SHORTEST_RUN, assemble_scene, run_mistakes
 from exudyn_flexlink.mechanism import extent, least_tolerance
-from exudyn_flexlink.observables import (
-    Vibration,
-    crank_joint,
-    parting_limit,
-    turns,
-    vibration,
-)
+from exudyn_flexlink.observables import Vibration, crank_joint, parting_limit, turns, vibration
 from exudyn_flexlink.quantities import LARGEST
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
@@ -27,12 +21,7 @@ from exudyn_flexlink.stability.laps import (
     lap_distances,
     repeating,
 )
-from exudyn_flexlink.stability.neighbours import (
-    STRETCHES,
-    Simulate,
-    StoppedError,
-    exponent_of,
-)
+from exudyn_flexlink.stability.neighbours import STRETCHES, Simulate, StoppedError, exponent_of
 from exudyn_flexlink.stability.rhythm import ImpossibleLapsError, Rhythm, rhythm_of
 from exudyn_flexlink.stability.sections import Section, section_by_crank, section_by_time
 
@@ -148,10 +137,7 @@ def least_time(rhythm: Rhythm) -> float:
 
 
 def study(
-    scene: Scene,
-    simulate: Simulate,
-    asked: Asked,
-    progress: Callable[[float], None] | None = None,
+    scene: Scene, simulate: Simulate, asked: Asked, progress: Callable[[float], None] | None = None
 ) -> Stability:
     """Run a scene over many laps, whatever its own run is, and measure how stable its motion is.
 
