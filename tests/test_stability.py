@@ -271,6 +271,6 @@ def test_a_bifurcation_from_python(tmp_path):
 
 def test_python_and_the_command_run_as_many_laps():
     """The command has its own numbers: the room of studies is too slow for a help text."""
-    from exudyn_flexlink.cli import model_options as cli  # noqa: PLC0415
+    from exudyn_flexlink.cli import arguments as cli  # noqa: PLC0415
 
     assert (Asked.laps, Asked.after) == (cli.LAPS, cli.AFTER)

@@ -1,30 +1,250 @@
-"""What the command line knows: its commands, in the order of its help."""
+"""What the command line knows: its commands, in the order of its help, and what they take."""
 
 from __future__ import annotations
 
 import argparse
-from typing import Any, NoReturn
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple, NoReturn
 
-from exudyn_flexlink.cli import file_options, model_options
-from exudyn_flexlink.cli.options import Command, add_command
-from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
+from exudyn_flexlink.cli.completing import BENCHMARK, FILE, FOLDER, MODEL_OR_FILE, SHELLS
+from exudyn_flexlink.cli.completing import MODEL as MODEL_ALONE
+from exudyn_flexlink.cli.options import (
+    CHANGES,
+    FIGURES,
+    IMPACT,
+    MEASURE,
+    MODEL,
+    Option,
+    engine,
+    figure,
+    force,
+    formats,
+    out,
+    output,
+    without,
+)
+from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain, refuse
+from exudyn_flexlink.cli.values import (
+    at_least_one,
+    count,
+    degrees,
+    duration,
+    instant,
+    length,
+    names,
+    page_file,
+    published_file,
+    rate,
+    shipped_model,
+    slow,
+)
 
-COMMANDS: dict[str, tuple[str, Command]] = {
-    "simulate": ("simulating", model_options.simulate_options),
-    "compare": ("comparing", model_options.compare_options),
-    "accuracy": ("studying", model_options.accuracy_options),
-    "stability": ("stability", model_options.stability_options),
-    "sweep": ("sweeping", model_options.sweep_options),
-    "verify": ("verifying", model_options.verify_options),
-    "check": ("commands", model_options.check_options),
-    "plot": ("commands", file_options.plot_options),
-    "report": ("reporting", file_options.report_options),
-    "animate": ("animating", file_options.animate_options),
-    "new": ("copying", file_options.new_options),
-    "schema": ("commands", file_options.schema_options),
-    "completion": ("completing", file_options.completion_options),
+LAPS, AFTER = 24, 4
+"""Laps of a study of stability, and those of them in which the motion settles."""
+NEW_MODEL = "no_clearance"
+"""What `new` copies if nothing is named."""
+ANIMATIONS = ("mp4", "gif", "html")
+"""Formats of `animation`, which is too slow to import for a help text."""
+
+# fmt: off
+# From here on a table: filled lines are read better than one of each word.
+
+
+class Command(NamedTuple):
+    """What a command takes, and its help: one sentence, and examples without the program's name.
+
+    ``NAME_command`` of the module carries it out. That is imported when it is called: it takes much
+    longer than to print a help text. ``python -OO`` leaves no docstring to tell more.
+    """
+
+    module: str
+    about: str
+    examples: tuple[str, ...]
+    options: tuple[Option, ...]
+
+
+def _run(commands: str) -> Option:
+    """The folder of a saved run; `commands` write it."""
+    return Option("run", f"folder that {commands} wrote", "RUN", FOLDER, type=Path)
+
+
+COMMANDS = {
+    "simulate": Command(
+        "simulating", "Simulate a model, save its results and draw its figures.",
+        ("no_clearance",
+         "no_clearance --set run.turns=2 --out runs/short",
+         "no_clearance --engine lagrangian --impact impulse",
+         "clearance_friction --without friction,damping",
+         "clearance --set run.turns=1 --no-measure --report"),
+        (*MODEL, engine(), IMPACT, without(), MEASURE,
+         Option("--report", "write report.html, too: one page with outcome, figures, tables and "
+                "the model, which loads nothing else"),
+         *output())),
+    "compare": Command(
+        "comparing", "Compare both engines on a model, or a model with and without an effect.",
+        ("smooth --set run.turns=2 --tolerance 1e-5",
+         "no_clearance --set accuracy.tolerance=1e-6",
+         "no_clearance --impact impulse --out runs/impulse",
+         "clearance --without clearance --set run.turns=1"),
+        (*MODEL,
+         Option("--tolerance", "end with code 1 if a point differs by more than this, in m, up to "
+                "the horizon", "M", type=length),
+         IMPACT,
+         without("compare the model with itself without the effect, in one engine: "),
+         engine("the engine of '--without'; default: exudyn", None), MEASURE,
+         *output("-compare"))),
+    "accuracy": Command(
+        "studying",
+        "Study what accuracy costs in a model: error over processor time, and what limits it.",
+        ("smooth",
+         "no_clearance --set run.turns=2 --target 1e-5",
+         "no_clearance --watch link.end",
+         "clearance --set run.turns=0.5 --budget 300"),
+        (*MODEL,
+         Option("--target", "error that is good enough, in m; default: the model's tolerance, or "
+                "1e-4", "M", type=length),
+         Option("--budget", "time that the study may take; runs that do not fit in are left out; "
+                "default: 60", "SECONDS", type=duration, default=60.0),
+         IMPACT, without(), *output("-accuracy"))),
+    "stability": Command(
+        "stability",
+        "Tell whether a motion repeats itself, and how fast neighbouring motions part.",
+        ("no_clearance --engine lagrangian",
+         "clearance --engine lagrangian --twice",
+         "clearance --engine lagrangian --set joints.sleeve.clearance=1mm",
+         "slider_crank_clearance --laps 40 --at 90"),
+        (*MODEL,
+         Option("--laps", f"laps to run, whatever the model's 'run' says; default: {LAPS}", "N",
+                type=count, default=LAPS),
+         Option("--after", "laps in which the motion settles, which do not count; default: "
+                f"{AFTER}", "N", type=count, default=AFTER),
+         Option("--lap", "how long a lap is; default: a turn of the joint that a drive turns at "
+                "one speed", "SECONDS", type=duration),
+         Option("--at", "crank angle of the Poincare section, in degrees; default: 0", "DEG",
+                type=degrees, default=0.0),
+         Option("--tolerance", "error that runs may make, in m; default: the model's, or less, so "
+                "that neighbours are well above it", "M", type=length),
+         Option("--twice", "make the exponent again at a tenth of the tolerance, to see whether "
+                "that matters"),
+         engine(), IMPACT, without(), *output("-stability"))),
+    "sweep": Command(
+        "sweeping", "Simulate a model at many points, each a row of one table.",
+        ("no_clearance --vary drives.motor.value=5:15:11 --set run.turns=2",
+         "clearance --vary joints.sleeve.clearance=1,2,5mm --workers 2",
+         "clearance --vary drives.motor.value=5:15:11 --resume",
+         "study.yaml",
+         "study.yaml --scheduler tcp://192.168.0.10:8786"),
+        (Option("source", "with '--vary' a model, its file or the name of one that comes with the "
+                "program; without it a study file, which says what is varied", "MODEL|STUDY",
+                MODEL_OR_FILE),
+         Option("--vary", "values of the model, start:stop:count such as 'run.turns=1:3:5' or a "
+                "list such as 'joints.sleeve.clearance=0.5, 1, 2 mm'; may be repeated: each value "
+                "with every other", "PATH=VALUES", action="append", default=[]),
+         *CHANGES,
+         engine("what solves the equations of motion; default: exudyn, or the study's", None),
+         IMPACT, without(), MEASURE,
+         Option("--series", "save every run whole, in the sweep's folder"),
+         Option("--resume", "go on with a sweep that was interrupted: rows that are there are not "
+                "made again"),
+         Option("--workers", "processes that run; default: one for every core", "N",
+                type=at_least_one),
+         Option("--scheduler", "run on the workers of this scheduler of Dask, such as "
+                "tcp://host:8786", "ADDRESS"),
+         *output("-sweep"))),
+    "verify": Command(
+        "verifying", "Run benchmarks and hold the results against published numbers.",
+        ("",
+         "pendulum n_four_bar",
+         "cantilever --figure cantilever.png",
+         "pendulum --as json"),
+        (Option("benchmarks", "a model with published numbers that comes with the program, or a "
+                "file 'MODEL.published.yaml' beside a model; default: all that come with the "
+                "program", "NAME", BENCHMARK, nargs="*", type=published_file),
+         Option("--as", "how results are printed; default: text", dest="form",
+                choices=("text", "markdown", "json"), default="text"),
+         *figure("draw the differences, and what is allowed"),
+         Option("--quiet", "no progress; results stay"))),
+    "check": Command(
+        "commands",
+        "Check a model without simulating it: parts, effects, frequencies, steps, formulation.",
+        ("no_clearance",
+         "no_clearance --set bodies.link.hinges.stiffness=beam",
+         "smooth --set bodies.link.rods=20",
+         "clearance --without impact",
+         "whitworth --figure whitworth.png"),
+        (*MODEL, without(), *figure("draw the mechanism where it starts, with names"))),
+    "plot": Command(
+        "commands", "Draw the figures of a saved run, or of a sweep, again.",
+        ("runs/no_clearance",
+         "runs/no_clearance --out figures",
+         "runs/no_clearance --out paper --format pdf,svg --style print",
+         "runs/no_clearance-sweep --of lever.swing_rad,strike.strikes"),
+        (_run("'simulate' or 'sweep'"),
+         out("DIR", "where to; default: that folder"),
+         Option("--of", "columns of a sweep's table to draw; default: the first that differ",
+                "COLUMN[,COLUMN]", type=names, default=[]),
+         *FIGURES,
+         force("replace also figures that no run drew, or that were changed since"))),
+    "report": Command(
+        "commands",
+        "Write the report of a saved run as one page of HTML, which loads nothing else.",
+        ("runs/no_clearance",
+         "runs/no_clearance --out strike.html"),
+        (_run("'simulate'"),
+         out("FILE", "where to, a file .html; default: report.html in the folder of the run",
+             page_file),
+         force("replace the file also if it is no report, or was changed since"))),
+    "animate": Command(
+        "animating",
+        "Animate a saved run: a video, a GIF, and a page to play and step through it.",
+        ("runs/no_clearance",
+         "runs/no_clearance --slow strike",
+         "runs/no_clearance --slow strike:2 --from 1.5 --to 1.7 --format gif",
+         "runs/clearance --with runs/no_clearance --format html"),
+        (_run("'simulate'"),
+         Option("--with", "show this run over the first, each in its engine's colour", "RUN",
+                FOLDER, dest="other", type=Path),
+         Option("--slow", "slow motion around the strikes of a contact, or the touches in a joint "
+                "with clearance; or around one of them, counted from 1; 'strike' stands for all "
+                "contacts", "NAME[:NUMBER]", type=slow),
+         Option("--from", "begin at this instant, in s", "S", dest="begin", type=instant),
+         Option("--to", "end there", "S", dest="end", type=instant),
+         formats(ANIMATIONS, "formats", "mp4, or gif without ffmpeg, and html"),
+         Option("--speed", "seconds of the run in a second of the film: 0.1 is ten times slower "
+                "than it is; default: one at which motions can be followed", "X", type=rate),
+         Option("--fps", "frames in a second; default: mp4 30, gif 20", "N", type=rate),
+         Option("--width", "default: mp4 1280, gif 640", "PIXELS", type=count),
+         out("DIR", "where to; default: the folder of RUN"),
+         force("replace also files that this program did not write, or that were changed"),
+         Option("--quiet", "no progress"))),
+    "new": Command(
+        "copying", "Copy a model that comes with the program, to change it.",
+        ("",
+         "clearance mine.yaml",
+         "spline_track dwells.yaml",
+         "--list"),
+        (Option("model", f"its name, as '--list' tells it; default: {NEW_MODEL}", "MODEL",
+                MODEL_ALONE, nargs="?", type=shipped_model, default=NEW_MODEL),
+         Option("file", "where to, a file or a folder; default: the model's name, here. What the "
+                "model needs, and the schema for editors, is put beside it", "FILE", FILE,
+                nargs="?", type=Path),
+         Option("--list", "list all models with their titles"),
+         force("replace files that stand there, too"))),
+    "schema": Command(
+        "commands", "Print the JSON schema of model files, which editors complete and check with.",
+        ("",
+         "--out flexlink.schema.json"),
+        (out("FILE", "write it to this file"),
+         force("replace the file also if it is no such schema"))),
+    "completion": Command(
+        "completing", "Print a script with which a shell completes commands, options and models.",
+        ("bash",
+         "zsh"),
+        (Option("shell", "the shell it is for", choices=SHELLS),)),
 }
-"""Modules that carry commands out, and what these take."""
+# fmt: on
 
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
@@ -41,9 +261,32 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     parser.set_defaults(command=lambda _: complain(parser.format_help().rstrip(), BAD_INPUT))
     commands = parser.add_subparsers(metavar="COMMAND")
-    for name, (module, command) in COMMANDS.items():
-        add_command(commands, name, module, command)
+    for name, command in COMMANDS.items():
+        examples = (f"  {called} {name} {example}".rstrip() for example in command.examples)
+        own = commands.add_parser(
+            name,
+            help=command.about[:1].lower() + command.about[1:].rstrip("."),
+            description=command.about,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            epilog="\n".join(["examples:", *examples]),
+        )
+        carry_out = partial(_carried_out, command.module, f"{name}_command")
+        own.set_defaults(command=carry_out, impact=None)
+        for option in command.options:
+            option.add(own)
     return parser
+
+
+def _carried_out(module: str, function: str, options: argparse.Namespace) -> int:
+    try:
+        code: int = getattr(import_module(f"exudyn_flexlink.cli.{module}"), function)(options)
+    except Exception as error:
+        from exudyn_flexlink.cli.keeping import REFUSALS
+
+        if isinstance(error, REFUSALS):
+            return refuse(error)
+        raise
+    return code
 
 
 WENT = {

@@ -1,4 +1,4 @@
-"""The commands that solve nothing: `check`, `plot`, `schema`."""
+"""The commands that solve nothing: `check`, `plot`, `report`, `schema`."""
 
 from __future__ import annotations
 
@@ -75,6 +75,24 @@ def _require_columns(names: Sequence[str], swept: SweepTable | None) -> None:
     wrong = [f"no column '{one}'{did_you_mean(one, known)}" for one in names if one not in known]
     if wrong:
         raise argparse.ArgumentTypeError(f"{'; '.join(wrong)}. There are: {', '.join(known)}")
+
+
+def report_command(options: argparse.Namespace) -> int:
+    """Write the page of a saved run; returns the exit code."""
+    from exudyn_flexlink.page import PAGE, write_page
+
+    def write() -> None:
+        result = load(options.run)
+        if options.out is None:
+            with staged_files(options.run, force=options.force) as staged:
+                write_page(result, staged / PAGE)
+        else:
+            write_page(result, options.out, force=options.force)
+
+    code = made("report", write)
+    if code == DONE:
+        print(f"Report written to {options.out or options.run / PAGE}")
+    return code
 
 
 def schema_command(options: argparse.Namespace) -> int:

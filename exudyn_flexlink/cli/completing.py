@@ -30,11 +30,6 @@ ZSH = """\
 """
 
 
-def completes(action: argparse.Action, what: str) -> None:
-    """Say what an argument is completed with: one of those above."""
-    action.complete = dict.fromkeys(SHELLS, PREFIX + what)  # type: ignore[attr-defined]
-
-
 def completion_command(options: argparse.Namespace) -> int:
     """Print the script for a shell; returns the exit code."""
     import shtab

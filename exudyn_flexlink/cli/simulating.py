@@ -9,9 +9,8 @@ from pathlib import Path
 
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli.figures import look_of
-from exudyn_flexlink.cli.keeping import kept
+from exudyn_flexlink.cli.keeping import added, kept
 from exudyn_flexlink.cli.placing import Place
-from exudyn_flexlink.cli.reporting import reported
 from exudyn_flexlink.cli.running import measured, read_scene, refuse_idle_integrator, run
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.engines.beside import Beside
@@ -63,8 +62,14 @@ def _write(
     draw = None if options.no_plots else partial(look_of(options).save_run, result, folder)
     code = kept(partial(storage.save, result, folder), draw if drawn else None, folder)
     if options.report and drawn and code == DONE:
-        code = reported(result, folder)
+        code = added("report", partial(_report, result, folder))
     return code or (INTERRUPTED if late else DONE)
+
+
+def _report(result: Result, folder: Path) -> None:
+    from exudyn_flexlink.page import PAGE, write_page
+
+    write_page(result, folder / PAGE)
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:

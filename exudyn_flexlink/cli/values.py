@@ -7,14 +7,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from math import inf, isfinite, radians
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS
 from exudyn_flexlink.cli.terminal import complain, how_called
 
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 """Those of `effects`, which is too slow to import for a help text."""
 
-
+PAGE_ENDINGS = (".html", ".htm")
 MOST = 1_000_000  # of laps, retries, pixels or processes: more of them nobody means
 
 Number = TypeVar("Number", int, float)
@@ -66,6 +67,31 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
         return found
 
     return read
+
+
+def figure_file(text: str) -> Path:
+    """Read the name of a figure's file; its ending says the format."""
+    if Path(text).suffix[1:].lower() not in FIGURE_FORMATS:
+        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
+        raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
+    return Path(text)
+
+
+def page_file(text: str) -> Path:
+    """Read the name of a page's file, by whose ending a browser knows it."""
+    if Path(text).suffix.lower() not in PAGE_ENDINGS:
+        raise argparse.ArgumentTypeError(f"'{text}' does not end in {' or '.join(PAGE_ENDINGS)}")
+    return Path(text)
+
+
+def slow(text: str) -> Any:
+    """Read around what a film is slow: the name of a contact, or one of its strikes."""
+    from exudyn_flexlink.animation.slowing import Slow
+
+    try:
+        return Slow.of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def model_path(text: str) -> Path:
