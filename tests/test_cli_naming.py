@@ -10,7 +10,7 @@ from cli_runs import NO_CLEARANCE, Capture, Fake
 from results import rigid_link
 
 from exudyn_flexlink.cli import main, program_parser
-from exudyn_flexlink.cli.naming import run_name
+from exudyn_flexlink.cli.placing import run_name
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene

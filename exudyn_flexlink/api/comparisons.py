@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import style_of
-from exudyn_flexlink.api.showing import page
+from exudyn_flexlink.api.figures import page, style_of
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
 from exudyn_flexlink.observables import name_of

@@ -1,9 +1,11 @@
-"""The figures of a run as methods, by the names of `plots`."""
+"""The figures of a run as methods, by the names of `plots`, and what a notebook shows."""
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable
 from functools import partial
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.result import Result
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 
 # Those of `plots.FIGURES`: what is asked for names alone needs no matplotlib.
 NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
+SMALL = 70  # dots per inch: a figure beside text, some tens of kilobytes
+STYLE = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
 
 
 class Plots:
@@ -73,3 +77,17 @@ def style_of(name: str) -> Style:
     if name not in plots.STYLES:
         raise ValueError(f"no style '{name}'; there are: {', '.join(plots.STYLES)}")
     return plots.STYLES[name]
+
+
+def page(title: str, text: str, figure: Figure | None) -> str:
+    """Return HTML of a title, a text of fixed width and a small figure, if there is one."""
+    picture = "" if figure is None else _image(figure)
+    words = f"<pre>{escape(text)}</pre>"
+    return f"<b>{escape(title)}</b><div style='{STYLE}'>{words}{picture}</div>"
+
+
+def _image(figure: Figure) -> str:
+    from exudyn_flexlink.plots import figure_bytes
+
+    content = b64encode(figure_bytes(figure, "png", SMALL)).decode("ascii")
+    return f'<img alt="" src="data:image/png;base64,{content}">'

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.animations import Animation
-from exudyn_flexlink.api.figures import Plots
+from exudyn_flexlink.api.figures import Plots, page
 from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
-from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.api.tables import data_frame, data_set
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals

@@ -13,9 +13,8 @@ import numpy as np
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import style_of
+from exudyn_flexlink.api.figures import page, style_of
 from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
-from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.api.sweeps import Simulate, sweep
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import exponent_text, stability_text

@@ -142,9 +142,15 @@ def sweep(
 
     """
     given_scene(scene)
-    _check(engine, row, observe, series=series, folder=folder)
-    if resume and force:
-        raise ValueError("'resume' goes on, 'force' begins anew: give one of both")
+    known = ", ".join(engines.ENGINES)
+    for wrong, why in (
+        (engine not in engines.ENGINES, f"no engine '{engine}'; there is: {known}"),
+        (None not in (row, observe), "'row' observes one run, 'observe' several: give one of both"),
+        (series and folder is None, "'series' are saved in the sweep's folder: give 'folder', too"),
+        (resume and force, "'resume' goes on, 'force' begins anew: give one of both"),
+    ):
+        if wrong:
+            raise ValueError(why)
     place = None if folder is None else Path(folder)
     executor = executor_of(workers, scheduler)
     mistakes: list[Mistake] = []
@@ -175,8 +181,8 @@ def sweep(
             if progress is not None:
                 progress(count / len(plan))
 
-        known = {} if journal is None else journal.known
-        table = carried_out(plan, work, executor, known, told)
+        there = {} if journal is None else journal.known
+        table = carried_out(plan, work, executor, there, told)
         if place is not None:
             with storage.staged_folder(place, force=force) as staged:
                 storage.save_table(plan, table, staged)
@@ -237,25 +243,3 @@ def _name_of(function: Any) -> str:
     told = function if hasattr(function, "__qualname__") else kind
     name = f"{told.__module__}.{told.__qualname__}"
     return f"{name} {function!r}" if told is kind and is_dataclass(function) else name
-
-
-def _check(
-    engine: str,
-    row: RowFunction | None,
-    observe: Observe | None,
-    *,
-    series: bool,
-    folder: str | PathLike[str] | None,
-) -> None:
-    """Look at the arguments of `sweep`.
-
-    Raises:
-        ValueError: there is no such engine, or they exclude each other.
-
-    """
-    if engine not in engines.ENGINES:
-        raise ValueError(f"no engine '{engine}'; there is: {', '.join(engines.ENGINES)}")
-    if row is not None and observe is not None:
-        raise ValueError("'row' observes one run, 'observe' several: give one of both")
-    if series and folder is None:
-        raise ValueError("'series' are saved in the sweep's folder: give 'folder', too")

@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
+from exudyn_flexlink.cli import values
 from exudyn_flexlink.cli.completing import BENCHMARK, FILE, FOLDER, MODEL_OR_FILE, SHELLS
 from exudyn_flexlink.cli.completing import MODEL as MODEL_ALONE
 from exudyn_flexlink.cli.options import (
@@ -26,20 +27,6 @@ from exudyn_flexlink.cli.options import (
     without,
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain, refuse
-from exudyn_flexlink.cli.values import (
-    at_least_one,
-    count,
-    degrees,
-    duration,
-    instant,
-    length,
-    names,
-    page_file,
-    published_file,
-    rate,
-    shipped_model,
-    slow,
-)
 
 LAPS, AFTER = 24, 4
 """Laps of a study of stability, and those of them in which the motion settles."""
@@ -90,7 +77,7 @@ COMMANDS = {
          "clearance --without clearance --set run.turns=1"),
         (*MODEL,
          Option("--tolerance", "end with code 1 if a point differs by more than this, in m, up to "
-                "the horizon", "M", type=length),
+                "the horizon", "M", type=values.length),
          IMPACT,
          without("compare the model with itself without the effect, in one engine: "),
          engine("the engine of '--without'; default: exudyn", None), MEASURE,
@@ -104,9 +91,9 @@ COMMANDS = {
          "clearance --set run.turns=0.5 --budget 300"),
         (*MODEL,
          Option("--target", "error that is good enough, in m; default: the model's tolerance, or "
-                "1e-4", "M", type=length),
+                "1e-4", "M", type=values.length),
          Option("--budget", "time that the study may take; runs that do not fit in are left out; "
-                "default: 60", "SECONDS", type=duration, default=60.0),
+                "default: 60", "SECONDS", type=values.duration, default=60.0),
          IMPACT, without(), *output("-accuracy"))),
     "stability": Command(
         "stability",
@@ -117,15 +104,15 @@ COMMANDS = {
          "slider_crank_clearance --laps 40 --at 90"),
         (*MODEL,
          Option("--laps", f"laps to run, whatever the model's 'run' says; default: {LAPS}", "N",
-                type=count, default=LAPS),
+                type=values.count, default=LAPS),
          Option("--after", "laps in which the motion settles, which do not count; default: "
-                f"{AFTER}", "N", type=count, default=AFTER),
+                f"{AFTER}", "N", type=values.count, default=AFTER),
          Option("--lap", "how long a lap is; default: a turn of the joint that a drive turns at "
-                "one speed", "SECONDS", type=duration),
+                "one speed", "SECONDS", type=values.duration),
          Option("--at", "crank angle of the Poincare section, in degrees; default: 0", "DEG",
-                type=degrees, default=0.0),
+                type=values.degrees, default=0.0),
          Option("--tolerance", "error that runs may make, in m; default: the model's, or less, so "
-                "that neighbours are well above it", "M", type=length),
+                "that neighbours are well above it", "M", type=values.length),
          Option("--twice", "make the exponent again at a tenth of the tolerance, to see whether "
                 "that matters"),
          engine(), IMPACT, without(), *output("-stability"))),
@@ -149,7 +136,7 @@ COMMANDS = {
          Option("--resume", "go on with a sweep that was interrupted: rows that are there are not "
                 "made again"),
          Option("--workers", "processes that run; default: one for every core", "N",
-                type=at_least_one),
+                type=values.at_least_one),
          Option("--scheduler", "run on the workers of this scheduler of Dask, such as "
                 "tcp://host:8786", "ADDRESS"),
          *output("-sweep"))),
@@ -161,7 +148,7 @@ COMMANDS = {
          "pendulum --as json"),
         (Option("benchmarks", "a model with published numbers that comes with the program, or a "
                 "file 'MODEL.published.yaml' beside a model; default: all that come with the "
-                "program", "NAME", BENCHMARK, nargs="*", type=published_file),
+                "program", "NAME", BENCHMARK, nargs="*", type=values.published_file),
          Option("--as", "how results are printed; default: text", dest="form",
                 choices=("text", "markdown", "json"), default="text"),
          *figure("draw the differences, and what is allowed"),
@@ -184,7 +171,7 @@ COMMANDS = {
         (_run("'simulate' or 'sweep'"),
          out("DIR", "where to; default: that folder"),
          Option("--of", "columns of a sweep's table to draw; default: the first that differ",
-                "COLUMN[,COLUMN]", type=names, default=[]),
+                "COLUMN[,COLUMN]", type=values.names, default=[]),
          *FIGURES,
          force("replace also figures that no run drew, or that were changed since"))),
     "report": Command(
@@ -194,7 +181,7 @@ COMMANDS = {
          "runs/no_clearance --out strike.html"),
         (_run("'simulate'"),
          out("FILE", "where to, a file .html; default: report.html in the folder of the run",
-             page_file),
+             values.page_file),
          force("replace the file also if it is no report, or was changed since"))),
     "animate": Command(
         "animating",
@@ -208,14 +195,14 @@ COMMANDS = {
                 FOLDER, dest="other", type=Path),
          Option("--slow", "slow motion around the strikes of a contact, or the touches in a joint "
                 "with clearance; or around one of them, counted from 1; 'strike' stands for all "
-                "contacts", "NAME[:NUMBER]", type=slow),
-         Option("--from", "begin at this instant, in s", "S", dest="begin", type=instant),
-         Option("--to", "end there", "S", dest="end", type=instant),
+                "contacts", "NAME[:NUMBER]", type=values.slow),
+         Option("--from", "begin at this instant, in s", "S", dest="begin", type=values.instant),
+         Option("--to", "end there", "S", dest="end", type=values.instant),
          formats(ANIMATIONS, "formats", "mp4, or gif without ffmpeg, and html"),
          Option("--speed", "seconds of the run in a second of the film: 0.1 is ten times slower "
-                "than it is; default: one at which motions can be followed", "X", type=rate),
-         Option("--fps", "frames in a second; default: mp4 30, gif 20", "N", type=rate),
-         Option("--width", "default: mp4 1280, gif 640", "PIXELS", type=count),
+                "than it is; default: one at which motions can be followed", "X", type=values.rate),
+         Option("--fps", "frames in a second; default: mp4 30, gif 20", "N", type=values.rate),
+         Option("--width", "default: mp4 1280, gif 640", "PIXELS", type=values.count),
          out("DIR", "where to; default: the folder of RUN"),
          force("replace also files that this program did not write, or that were changed"),
          Option("--quiet", "no progress"))),
@@ -226,7 +213,7 @@ COMMANDS = {
          "spline_track dwells.yaml",
          "--list"),
         (Option("model", f"its name, as '--list' tells it; default: {NEW_MODEL}", "MODEL",
-                MODEL_ALONE, nargs="?", type=shipped_model, default=NEW_MODEL),
+                MODEL_ALONE, nargs="?", type=values.shipped_model, default=NEW_MODEL),
          Option("file", "where to, a file or a folder; default: the model's name, here. What the "
                 "model needs, and the schema for editors, is put beside it", "FILE", FILE,
                 nargs="?", type=Path),

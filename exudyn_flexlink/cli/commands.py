@@ -11,10 +11,9 @@ from functools import partial
 from pathlib import Path
 
 from exudyn_flexlink.cli.copying import holds_schema
-from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import made, write_figure
 from exudyn_flexlink.cli.running import read_scene
-from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import DONE, complain, tell
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import beyond_redundant, formulation, input_notes
@@ -54,7 +53,7 @@ def plot_command(options: argparse.Namespace) -> int:
             if result is not None:
                 look_of(options).save_run(result, staged)
             if swept is not None:
-                draw_sweep(swept, staged, options, options.of)
+                draw_figure(options, "sweep", swept, staged, names=options.of)
 
     code = made("figures", draw)
     if code == DONE:

@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
@@ -27,7 +27,6 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage import save, save_comparison
 
-NEEDED = 2  # runs of a comparison, samples of a run
 UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 
@@ -38,20 +37,19 @@ def compare_command(options: argparse.Namespace) -> int:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
     if options.without:
         refuse_idle_integrator(options, options.engine or "exudyn")
-    runs, made = Runs(options), _without_effects if options.without else _both_engines
     try:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with place.written() as folder:
-            found = made(options, runs)
-            drew = _write(found, folder, options, whole=runs.whole)
+            found, whole = _without_effects(options) if options.without else _both_engines(options)
+            drew = _write(found, folder, options, whole=whole)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
-    drew = place.code(drew) if runs.whole else INTERRUPTED
+    drew = place.code(drew) if whole else INTERRUPTED
     return place.ended(_tell(found, place, options, drew))
 
 
-def _both_engines(options: argparse.Namespace, runs: Runs) -> Comparison:
-    """Compare Exudyn with the Lagrangian.
+def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
+    """Compare Exudyn with the Lagrangian; tells whether both runs are whole, too.
 
     Raises:
         ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
@@ -61,17 +59,16 @@ def _both_engines(options: argparse.Namespace, runs: Runs) -> Comparison:
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
-    judge = runs.run(scene, "lagrangian", "lagrangian")
-    return compare(runs.run(scene, "exudyn", "exudyn"), judge)
+    judge, _ = _run(scene, "lagrangian", "lagrangian", options, last=False)
+    result, whole = _run(scene, "exudyn", "exudyn", options)
+    return compare(result, judge), whole
 
 
-def _without_effects(options: argparse.Namespace, runs: Runs) -> Comparison:
+def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
     """Compare the scene without some effects, the paper's (a), with the scene itself, its (b).
 
     Raises:
-        ArgumentTypeError: there is nothing to compare.
-        ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
-        KeyboardInterrupt: the user had enough before there was anything of both.
+        ArgumentTypeError: there is nothing to compare; and as `_both_engines`.
 
     """
     engine = options.engine or "exudyn"
@@ -87,36 +84,31 @@ def _without_effects(options: argparse.Namespace, runs: Runs) -> Comparison:
     if point != other:
         told = f"can't compare: the point watched is {point}, but {other} without {what}"
         raise argparse.ArgumentTypeError(told)
-    first = runs.run(ideal, engine, f"without {what}")
-    second = runs.run(whole, engine, f"with {what}")
-    return compare(first, second, names=(f"without {what}", f"with {what}"))
+    names = f"without {what}", f"with {what}"
+    first, _ = _run(ideal, engine, names[0], options, last=False)
+    second, ended = _run(whole, engine, names[1], options)
+    return compare(first, second, names=names), ended
 
 
-class Runs:
-    """The runs of a comparison; `whole` as long as the user has not had enough of one of them."""
+def _run(
+    scene: Scene, engine: str, what: str, options: argparse.Namespace, *, last: bool = True
+) -> tuple[Result, bool]:
+    """Run one of the two that are compared, and measure it; of the `last` a part will do.
 
-    def __init__(self, options: argparse.Namespace) -> None:
-        self._options = options
-        self._made = 0
-        self.whole = True
+    Tells whether the user let it end.
 
-    def run(self, scene: Scene, engine: str, what: str) -> Result:
-        """Run one of the two that are compared, and measure it; of the second a part will do.
+    Raises:
+        KeyboardInterrupt: the user had enough before there was anything of both.
 
-        Raises:
-            KeyboardInterrupt: the user had enough before there was anything of both.
-
-        """
-        measure = self._options.measure
-        with Beside(scene, engine) as beside:
-            result, enough = run(scene, engine, self._options, what, beside if measure else None)
-            if measure and not enough:
-                again = f"{what}, to measure errors"
-                result, enough = measured(result, self._options, beside, again)
-        self.whole, self._made = not enough, self._made + 1
-        if enough and (self._made < NEEDED or len(result.time) < NEEDED):
-            raise KeyboardInterrupt
-        return result
+    """
+    measure = options.measure
+    with Beside(scene, engine) as beside:
+        result, enough = run(scene, engine, options, what, beside if measure else None)
+        if measure and not enough:
+            result, enough = measured(result, options, beside, f"{what}, to measure errors")
+    if enough and not (last and len(result.time) > 1):
+        raise KeyboardInterrupt
+    return result, not enough
 
 
 def _write(compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool) -> int:
@@ -129,12 +121,9 @@ def _write(compared: Comparison, folder: Path, options: argparse.Namespace, *, w
         save_comparison(compared, folder, options.tolerance, whole=whole)
 
     def draw() -> None:
-        from exudyn_flexlink.plots import comparison
-
-        look = look_of(options)
         for result, place in places:
-            look.save_run(result, place)
-        look.save(comparison, compared, folder, "comparison")
+            look_of(options).save_run(result, place)
+        draw_figure(options, "comparison", compared, folder)
 
     return kept(save_all, draw if whole and not options.no_plots else None, folder)
 

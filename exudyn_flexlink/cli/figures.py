@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,18 @@ def look_of(options: argparse.Namespace) -> Look:
     usual = Look()
     formats = tuple(dict.fromkeys(options.format or usual.formats))
     return Look(formats, options.style or usual.style)
+
+
+def draw_figure(
+    options: argparse.Namespace, figure: str, what: Any, folder: Path, name: str = "", **more: Any
+) -> None:
+    """Draw a figure of `plots`, by its name there, into an existing folder, if there is any.
+
+    Its file has the same `name`, or another; `more` is handed on to who draws it.
+    """
+    from exudyn_flexlink import plots
+
+    look_of(options).save(partial(getattr(plots, figure), **more), what, folder, name or figure)
 
 
 def idle_options(options: argparse.Namespace) -> str:

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from exudyn_flexlink import engines
-from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import read_scene, refusals, refuse_idle_integrator
@@ -68,12 +68,7 @@ def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
 
 def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, then the figure; returns the exit code, see `kept`."""
-
-    def draw() -> None:
-        from exudyn_flexlink.plots import stability
-
-        look_of(options).save(stability, found, folder, "stability")
-
+    draw = partial(draw_figure, options, "stability", found, folder)
     save = partial(save_stability, found, stability_text(found), folder)
     return kept(save, None if options.no_plots else draw, folder)
 

@@ -8,8 +8,8 @@ import shlex
 import signal
 import time
 from collections.abc import Callable
+from functools import partial
 from math import inf
-from pathlib import Path
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.accuracy import (
@@ -23,7 +23,7 @@ from exudyn_flexlink.accuracy import (
     study,
 )
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
-from exudyn_flexlink.cli.figures import Look, look_of
+from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import drawn
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import read_scene
@@ -31,8 +31,7 @@ from exudyn_flexlink.cli.terminal import (
     DONE,
     FAILED,
     INTERRUPTED,
-    Bar,
-    Lines,
+    Quiet,
     complain,
     how_called,
     progress_bar,
@@ -66,7 +65,8 @@ def accuracy_command(options: argparse.Namespace) -> int:
                 save_accuracy(found, recommendation(found), folder)
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
-                code = drawn(folder, lambda: _draw(found, folder, look_of(options)))
+                draw = partial(draw_figure, options, "work_precision", found, folder, "accuracy")
+                code = drawn(folder, draw)
     except NothingRunError as error:
         if runs.interrupted:
             told = "interrupted before there were two runs to compare; nothing was written"
@@ -88,14 +88,13 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
 class Solver:
     """Runs scenes and shows the part of the budget that is used; stops runs that take too long."""
 
-    def __init__(self, bar: Bar | Lines | None, budget: float) -> None:
+    def __init__(self, bar: Quiet, budget: float) -> None:
         self._bar, self._budget = bar, budget
         self._ends = time.monotonic() + budget
 
     def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
         """Run a scene; see `accuracy.Solve`."""
-        if self._bar is not None:
-            self._bar.say(label)
+        self._bar.say(label)
         watch = Watch(allowed, self._show)
         began = time.process_time()
         try:
@@ -118,9 +117,8 @@ class Solver:
         return Solved(result, part * used, watch.expected, given_up=watch.given_up)
 
     def _show(self) -> None:
-        if self._bar is not None:
-            left = max(self._ends - time.monotonic(), 0.0)
-            self._bar(max(1 - left / self._budget, 0.0))
+        left = max(self._ends - time.monotonic(), 0.0)
+        self._bar(max(1 - left / self._budget, 0.0))
 
 
 class Watch:
@@ -157,12 +155,6 @@ def _simulating(options: argparse.Namespace) -> str:
     words += ["--allow-outside"] * options.allow_outside
     words += [f"--impact={options.impact}"] * (options.impact is not None)
     return f"{how_called()} {shlex.join(words)}"
-
-
-def _draw(found: Study, folder: Path, look: Look) -> None:
-    from exudyn_flexlink.plots import work_precision
-
-    look.save(work_precision, found, folder, "accuracy")
 
 
 def _tell(found: Study, place: Place, code: int, command: str) -> int:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import argparse
 import os
 from collections import Counter
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from exudyn_flexlink import engines
-from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import kept
-from exudyn_flexlink.cli.naming import run_name
+from exudyn_flexlink.cli.placing import run_name
 from exudyn_flexlink.cli.running import changed, read_scene, refuse_idle_integrator
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -142,9 +141,8 @@ def _swept(
             def keep(row: Row, count: int) -> None:
                 journal.add(row)
                 made[row.status] += 1
-                if bar is not None:
-                    bar.say(_progress(made, len(plan)))
-                    bar(count / len(plan))
+                bar.say(_progress(made, len(plan)))
+                bar(count / len(plan))
 
             table = carried_out(plan, work, executor, journal.known, keep)
         return table, _write(plan, table, folder, options)
@@ -160,18 +158,9 @@ def _write(plan: Sweep, table: SweepTable, folder: Path, options: argparse.Names
     """Write the table, then its figure; returns the exit code, see `kept`."""
     with staged_folder(folder, force=options.force) as staged:
         wanted = table.whole and not (options.no_plots or options.ending.asked)
-        draw = partial(draw_sweep, table, staged, options) if wanted else None
+        draw = partial(draw_figure, options, "sweep", table, staged) if wanted else None
         code = kept(partial(save_table, plan, table, staged), draw, staged)
     return code if table.whole else INTERRUPTED
-
-
-def draw_sweep(
-    table: SweepTable, folder: Path, options: argparse.Namespace, names: Sequence[str] = ()
-) -> None:
-    """Draw the figure of a sweep into an existing folder; see `plots.sweep`."""
-    from exudyn_flexlink.plots import sweep
-
-    look_of(options).save(partial(sweep, names=names), table, folder, "sweep")
 
 
 def _tell(table: SweepTable, folder: Path, options: argparse.Namespace, code: int) -> int:

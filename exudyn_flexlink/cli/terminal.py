@@ -107,60 +107,56 @@ def folded(text: str, width: int) -> str:
 
 
 @contextmanager
-def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Bar | Lines | None]:
-    """Give a bar where somebody sees it, a terminal; else lines, of long runs; None if `quiet`."""
-    if quiet:
-        yield None
-        return
-    bar = Bar(what) if sys.stderr.isatty() else Lines(what)
+def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Quiet]:
+    """Give a bar where somebody sees it, a terminal; else lines, of long runs; none if `quiet`."""
+    bar = (Quiet if quiet else Bar if sys.stderr.isatty() else Lines)(what)
     try:
         yield bar
     finally:
         bar.close()
 
 
-class Lines:
-    """Now and then a line on stderr, for a log file, that appears only in runs over `LONG`."""
+class Quiet:
+    """Progress that nobody is shown."""
 
     def __init__(self, what: str) -> None:
-        self._what = what
-        self._began = time.monotonic()
-        self._next = self._began + LONG
-        self._first: tuple[float, float] | None = None
+        self._what, self._began = what, time.monotonic()
 
     def __call__(self, done: float) -> None:
-        """Tell the part that is done, 0 to 1, if it is time to."""
-        now = time.monotonic()
-        self._first = self._first or (now, done)
-        if now < self._next:
-            return
-        self._next = now + BETWEEN_LINES
-        left = self._left(now, done)
-        complain(f"{self._what}: {100 * done:.0f} % after {now - self._began:.0f} s{left}")
-
-    def _left(self, now: float, done: float) -> str:
-        """Say how long the rest takes, as fast as it went since the first part that was told."""
-        began, before = self._first or (now, done)
-        if done <= before:
-            return ""
-        return f", about {(1 - done) * (now - began) / (done - before):.0f} s left"
+        """Show the part that is done, 0 to 1."""
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
         self._what = what
 
     def close(self) -> None:
-        """Nothing is left to take away."""
+        """Take away what is shown."""
 
 
-class Bar:
+class Lines(Quiet):
+    """Now and then a line on stderr, for a log file, that appears only in runs over `LONG`."""
+
+    _next = LONG
+    _first: tuple[float, float] | None = None
+
+    def __call__(self, done: float) -> None:
+        """Tell the part that is done, 0 to 1, if it is time to."""
+        now = time.monotonic() - self._began
+        # The rest takes as long as it would, as fast as it went since the first part that was told.
+        since, before = self._first = self._first or (now, done)
+        if now < self._next:
+            return
+        self._next = now + BETWEEN_LINES
+        left = (1 - done) * (now - since) / (done - before) if done > before else None
+        told = "" if left is None else f", about {left:.0f} s left"
+        complain(f"{self._what}: {100 * done:.0f} % after {now:.0f} s{told}")
+
+
+class Bar(Quiet):
     """A progress bar with the time left, on stderr, that appears only in runs over a second."""
 
-    def __init__(self, what: str) -> None:
-        self._what = what
-        self._began = time.monotonic()
-        self._done = 0.0
-        self._bar: Any = None
+    _done = 0.0
+    _bar: Any = None
 
     def __call__(self, done: float) -> None:
         """Show the part that is done, 0 to 1."""
