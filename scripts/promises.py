@@ -37,10 +37,10 @@ from exudyn_flexlink.observables import (
     path,
     settled,
     strikes,
+    strongest_line,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import parse_document
-from exudyn_flexlink.verification.spectrum import strongest_line
 
 ROOT = Path(__file__).parent.parent
 MODELS, DATA = ROOT / "models", ROOT / "tests" / "data"

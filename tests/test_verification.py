@@ -13,12 +13,12 @@ from cli_runs import Capture
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.observables import strongest_line
 from exudyn_flexlink.plots import differences
 from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.shipped import benchmark_files
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.verification import VerifiedRun, judged, read_benchmark
-from exudyn_flexlink.verification.spectrum import strongest_line
 
 PENDULUM = """\
 title: Pendulum

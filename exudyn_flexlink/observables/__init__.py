@@ -51,7 +51,7 @@ from exudyn_flexlink.observables.points import (
     still_text,
     watched_point,
 )
-from exudyn_flexlink.observables.spectra import spectrum
+from exudyn_flexlink.observables.spectra import spectrum, strongest_line
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,

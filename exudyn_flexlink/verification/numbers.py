@@ -1,11 +1,19 @@
-"""Published numbers as a file gives them: which quantity of a run, its value, what it may miss."""
+"""Published numbers as a file gives them: which quantity of a run, its value, what it may miss.
+
+Each tells what a run gives for it, `computed`, in SI.
+"""
 
 from __future__ import annotations
 
+from math import nan
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, Strict, model_validator
 
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.mechanism import build_mechanism, turned
+from exudyn_flexlink.observables import between_samples, path, strongest_line
 from exudyn_flexlink.quantities import (
     Angle,
     AngularSpeed,
@@ -15,6 +23,7 @@ from exudyn_flexlink.quantities import (
     PositiveDuration,
     Speed,
 )
+from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene.base import (
     ByType,
     MovingPointName,
@@ -26,9 +35,16 @@ from exudyn_flexlink.scene.base import (
     require_one,
 )
 
+SAME_INSTANT = 1e-9  # of the run: rounding of instants
+AXES = {"x": 0, "y": 1}
+
 AtTime = Annotated[
     NonNegativeDuration | None, Field(description="instant, one of the samples; left out: the end")
 ]
+
+
+class MissingError(ValueError):
+    """A run has no sample at the instant that a number asks for by 'at'."""
 
 
 class _Number(Part):
@@ -50,6 +66,15 @@ class _Number(Part):
         require_one(self, "allowed", "allowed_part")
         return self
 
+    def computed(self, result: Result) -> float:
+        """Value of the quantity in a run; nan if nothing of the kind happened in it.
+
+        Raises:
+            MissingError: the run has no sample at the instant asked for.
+
+        """
+        raise NotImplementedError
+
 
 class PublishedPosition(_Number):
     """A coordinate of a point, in the ground's axes or in those of a body."""
@@ -64,6 +89,15 @@ class PublishedPosition(_Number):
     at: AtTime = None
     value: Coordinate = Field(description="published value")
 
+    def computed(self, result: Result) -> float:
+        """Place of the point along the axis, m."""
+        k = _sample(self.at, result)
+        place = path(result, self.point).position[k]
+        if self.seen_from is not None:
+            pose = result.poses[k, _part(self.seen_from, result)]
+            place = turned(place - pose[:2], -pose[2])
+        return float(place[AXES[self.axis]])
+
 
 class PublishedVelocity(_Number):
     """A component of a point's velocity, in the ground's axes."""
@@ -75,6 +109,11 @@ class PublishedVelocity(_Number):
     at: AtTime = None
     value: Speed = Field(description="published value")
 
+    def computed(self, result: Result) -> float:
+        """Component of the point's velocity, m/s."""
+        velocity = path(result, self.point).velocity
+        return float(velocity[_sample(self.at, result), AXES[self.axis]])
+
 
 class _OfBody(_Number):
     """What is said of a number of a body's turning."""
@@ -82,6 +121,12 @@ class _OfBody(_Number):
     body: Name = Field(description="name of a body; of a flexible one the first rod counts")
     relative_to: Name | None = Field(None, description="other body; left out: the ground")
     at: AtTime = None
+
+    def _of(self, values: FloatArray, result: Result) -> float:
+        """Difference of the bodies' third columns in values (N, parts, 3)."""
+        own = values[_sample(self.at, result), :, 2]
+        other = 0.0 if self.relative_to is None else own[_part(self.relative_to, result)]
+        return float(own[_part(self.body, result)] - other)
 
 
 class PublishedAngle(_OfBody):
@@ -91,6 +136,10 @@ class PublishedAngle(_OfBody):
     type: Literal["angle"] = "angle"
     value: Angle = Field(description="published value")
 
+    def computed(self, result: Result) -> float:
+        """Angle, rad."""
+        return self._of(result.poses, result)
+
 
 class PublishedAngularSpeed(_OfBody):
     """The angular speed of a body, or the difference of two bodies'."""
@@ -99,6 +148,10 @@ class PublishedAngularSpeed(_OfBody):
     type: Literal["angular_speed"] = "angular_speed"
     value: AngularSpeed = Field(description="published value")
 
+    def computed(self, result: Result) -> float:
+        """Angular speed, rad/s."""
+        return self._of(result.rates, result)
+
 
 class PublishedEnergyDrift(_Number):
     """The largest error of the energy balance over the run."""
@@ -106,6 +159,10 @@ class PublishedEnergyDrift(_Number):
     unit: ClassVar[str] = "J"
     type: Literal["energy_drift"] = "energy_drift"
     value: Annotated[float, Number(at_least=0.0)] = Field(description="published value, J")
+
+    def computed(self, result: Result) -> float:
+        """Largest error of the energy balance, J."""
+        return result.checks.energy_residual
 
 
 class PublishedFrequency(_Number):
@@ -126,6 +183,13 @@ class PublishedFrequency(_Number):
             refuse("a band begins above 0 and ends higher", at="between")
         return self
 
+    def computed(self, result: Result) -> float:
+        """Angular frequency of the strongest line, rad/s."""
+        moved, k = path(result, self.point), AXES[self.axis]
+        even = np.linspace(result.time[0], result.time[-1], len(result.time))
+        signal = between_samples(result.time, moved.position[:, k], moved.velocity[:, k], even)
+        return strongest_line(even, signal, *self.between)
+
 
 class PublishedTouch(_Number):
     """The instant at which one of the touches of a contact begins or ends."""
@@ -145,6 +209,13 @@ class PublishedTouch(_Number):
             refuse("touches are counted from 1, or from -1 backwards", at="number")
         return self
 
+    def computed(self, result: Result) -> float:
+        """Instant of the touch, s."""
+        touches = result.intervals[self.contact]
+        instants = touches.begin if self.edge == "begins" else touches.end
+        index = self.number - 1 if self.number > 0 else self.number + len(instants)
+        return float(instants[index]) if 0 <= index < len(instants) else nan
+
 
 PublishedNumber = Annotated[
     PublishedPosition
@@ -156,3 +227,23 @@ PublishedNumber = Annotated[
     | PublishedTouch,
     ByType(),
 ]
+
+
+def _part(body: str, result: Result) -> int:
+    """First rigid part of a body."""
+    return build_mechanism(result.scene).bodies[body][0]
+
+
+def _sample(at: float | None, result: Result) -> int:
+    """Index of the sample of an instant (s), None: of the last; nothing is interpolated.
+
+    Raises:
+        MissingError: there is none.
+
+    """
+    if at is None:
+        return len(result.time) - 1
+    k = result.sample_at(at)
+    if abs(float(result.time[k]) - at) > SAME_INSTANT * float(result.time[-1]):
+        raise MissingError(f"the run has no sample at {at:g} s: choose 'run.sample' for it")
+    return k
