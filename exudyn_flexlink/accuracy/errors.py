@@ -73,17 +73,13 @@ def errors(result: Result, reference: Result, until: float) -> Errors:
         float(np.sqrt(np.mean(apart**2))),
         float(apart.max()),
         farthest(points, each.max(axis=0)),
-        _peaks(result, reference, until),
+        {
+            body: abs(_peak(result, contact, until) - _peak(reference, contact, until))
+            for body, contact in struck_bodies(reference.scene).items()
+        },
         force,
         worst,
     )
-
-
-def _peaks(result: Result, reference: Result, until: float) -> dict[str, float]:
-    return {
-        body: abs(_peak(result, contact, until) - _peak(reference, contact, until))
-        for body, contact in struck_bodies(reference.scene).items()
-    }
 
 
 def _peak(result: Result, contact: str, until: float) -> float:

@@ -132,14 +132,25 @@ def judge(runs: Runs) -> Study:
         NothingRunError: there are not two runs to compare.
 
     """
-    bench = _bench(runs)
-    points = [_point(trial, bench) for trial in runs.trials if trial is not bench.reference]
-    own = _own(runs, bench.reference, points)
+    truth = _reference(runs)
+    if truth is None:
+        told = {**runs.refused, **runs.failed}
+        why = [f"{name}: {reason}" for name, reason in told.items()]
+        why += [f"left out for lack of time: {name}" for name in runs.left_out]
+        raise NothingRunError(
+            "no two runs ended, so there is nothing to compare\n" + "\n".join(why)
+        )
+    check, independent = _check(truth, [trial for trial in runs.trials if trial is not truth])
+    horizon = agreement(truth.result, check.result) if check else None
+    bench = Bench(truth, check, independent, horizon)
+    points = [_point(trial, bench) for trial in runs.trials if trial is not truth]
+    given = runs.own and (runs.own.method, runs.own.value)
+    own = next((point for point in points if (point.method, point.value) == given), None)
     return Study(
-        reference=bench.reference,
-        check=bench.check,
-        independent=bench.independent,
-        horizon=bench.horizon,
+        truth,
+        check,
+        independent,
+        horizon,
         scene=runs.scene,
         target=runs.target,
         points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
@@ -147,22 +158,6 @@ def judge(runs: Runs) -> Study:
         sources=(*_of_time(runs, own, bench), *_of_the_model(runs, bench)),
         runs=runs,
     )
-
-
-def _bench(runs: Runs) -> Bench:
-    """Choose reference and check.
-
-    Raises:
-        NothingRunError: there are not two runs to compare.
-
-    """
-    truth = _reference(runs)
-    if truth is None:
-        raise NothingRunError(_why_nothing(runs))
-    others = [trial for trial in runs.trials if trial is not truth]
-    check, independent = _check(truth, others)
-    horizon = agreement(truth.result, check.result) if check else None
-    return Bench(truth, check, independent, horizon)
 
 
 def _reference(runs: Runs) -> Trial | None:
@@ -176,23 +171,16 @@ def _reference(runs: Runs) -> Trial | None:
     return min(fit, key=lambda t: (t.value, -t.wall), default=None)
 
 
-def _why_nothing(runs: Runs) -> str:
-    left = [f"left out for lack of time: {name}" for name in runs.left_out]
-    told = {**runs.refused, **runs.failed}
-    why = [*(f"{name}: {reason}" for name, reason in told.items()), *left]
-    return "no two runs ended, so there is nothing to compare\n" + "\n".join(why)
-
-
 def _check(truth: Trial, others: Sequence[Trial]) -> tuple[Trial | None, bool]:
     """Find what the reference is held against: the independent run nearest to it, or any run."""
     rods = [t for t in others if t.method.of_rods]
     independent = [t for t in rods if _independent(t.method, truth.method)]
     end = float(truth.result.time[-1])
-    far = [
-        (errors(t.result, truth.result, end).largest, i, t)
-        for i, t in enumerate(independent or rods)
-    ]
-    return (min(far)[2] if far else None), bool(independent)
+
+    def far(trial: Trial) -> float:
+        return errors(trial.result, truth.result, end).largest
+
+    return min(independent or rods, key=far, default=None), bool(independent)
 
 
 def _independent(one: Method, other: Method) -> bool:
@@ -207,14 +195,6 @@ def _point(trial: Trial, bench: Bench) -> Point:
     return Point(
         trial.method, trial.value, trial.processor, len(trial.times), steps, found, claimed
     )
-
-
-def _own(runs: Runs, truth: Trial, points: Sequence[Point]) -> Point | None:
-    """Find the point at the model's own settings; None if it is the reference, or was not run."""
-    own = runs.own
-    if own is None or own is truth:
-        return None
-    return next(p for p in points if p.method == own.method and p.value == own.value)
 
 
 def _of_time(runs: Runs, own: Point | None, bench: Bench) -> list[Source]:

@@ -71,29 +71,17 @@ def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[
     `formulations` names, for each engine, the formulations that represent the scene, the one that
     the engine picks first; empty for an engine without a choice.
     """
-    found = [
-        method for engine, names in formulations.items() for method in _of_engine(engine, names)
-    ]
-    if "exudyn" in formulations:
-        found.append(_fixed_step(formulations["exudyn"]))
+    found: list[Method] = []
+    for engine, names in formulations.items():
+        title = TITLES.get(engine, engine)
+        ways = ({"formulation": name} for name in names)
+        found += [Method(f"{title}, {w['formulation']}", engine, settings=w) for w in ways]
+        found += [] if names else [Method(title, engine)]
+    if "exudyn" in formulations:  # the equal steps that anyone would script by hand
+        settings = {"formulation": "redundant"} if "redundant" in formulations["exudyn"] else {}
+        found.append(Method("Exudyn, fixed step", "exudyn", "step", settings))
     own = own_method(scene, found)
     return sorted(found, key=lambda method: method is not own)
-
-
-def _of_engine(engine: str, formulations: Sequence[str]) -> list[Method]:
-    title = TITLES.get(engine, engine)
-    if not formulations:
-        return [Method(title, engine)]
-    return [
-        Method(f"{title}, {name}", engine, "tolerance", {"formulation": name})
-        for name in formulations
-    ]
-
-
-def _fixed_step(formulations: Sequence[str]) -> Method:
-    """Return the equal steps that anyone would script by hand."""
-    settings = {"formulation": "redundant"} if "redundant" in formulations else {}
-    return Method("Exudyn, fixed step", "exudyn", "step", settings)
 
 
 def own_method(scene: Scene, methods: Sequence[Method]) -> Method:

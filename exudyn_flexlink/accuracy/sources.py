@@ -5,9 +5,7 @@ A scene is changed in one of them; what S makes of it, extrapolated, is the erro
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from exudyn_flexlink.scene import (
     Contact,
@@ -102,9 +100,11 @@ def with_stiffer_contacts(scene: Scene) -> Scene | None:
     """Return the scene with contacts and walls four times as stiff; None if there are none."""
     if not stiffnesses(scene):
         return None
-    return scene.changed(
-        contacts=_stiffer(scene.contacts), joints=dict(scene.joints) | _stiffer(_walls(scene))
+    contacts, walls = (
+        {name: _stiffer(part) for name, part in parts.items()}
+        for parts in (scene.contacts, _walls(scene))
     )
+    return scene.changed(contacts=contacts, joints={**scene.joints, **walls})
 
 
 def _walls(scene: Scene) -> dict[str, WalledJoint]:
@@ -112,11 +112,7 @@ def _walls(scene: Scene) -> dict[str, WalledJoint]:
     return {n: j for n, j in joints if isinstance(j, (SleeveJoint, RevoluteJoint)) and j.acting}
 
 
-def _stiffer(parts: Mapping[str, Contact] | Mapping[str, WalledJoint]) -> dict[str, Any]:
-    return {name: _stiffened(part) for name, part in parts.items()}
-
-
-def _stiffened(part: Contact | WalledJoint) -> Contact | WalledJoint:
+def _stiffer(part: Contact | WalledJoint) -> Contact | WalledJoint:
     if not isinstance(part.law, ContactLaw):
         return part
     law = part.law.model_copy(update={"stiffness": STIFFER * part.law.stiffness})

@@ -2,9 +2,8 @@
 
 First the model's own settings, by every method that makes short work of them, then the tight
 reference, then the scene with more rods and stiffer contacts, then what the reference is checked
-by, then ever finer settings from coarse ones on, cheapest first; what is left of the time goes into
-repetitions, since the least of several times is the truest. A run that would exceed the budget is
-not started: see `costs`.
+by, then ever finer settings from coarse ones on, cheapest first. A run that would exceed the budget
+is not started: see `predict`.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from collections.abc import Callable, Iterator, Sequence
 from math import inf, isfinite
 from time import monotonic
 
-from exudyn_flexlink.accuracy.costs import Costs
 from exudyn_flexlink.accuracy.methods import (
     REFERENCE,
     Method,
@@ -22,15 +20,24 @@ from exudyn_flexlink.accuracy.methods import (
     own_tolerance,
     own_value,
 )
-from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solve, Solved, Trial, Varied
+from exudyn_flexlink.accuracy.runs import (
+    SLOPES,
+    RefusedError,
+    Runs,
+    Solve,
+    Solved,
+    Trial,
+    Varied,
+    predict,
+)
 from exudyn_flexlink.accuracy.sources import MORE_RODS_COST, STIFFER_COST, finer_scenes
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run
 from exudyn_flexlink.scene import Run, Scene
 
 JUDGE = "lagrangian"  # the engine whose tight run everything is held against
 REPEATS = 3
+AT_ONCE = 1.0  # s: a run is repeated for as long as that
 WARM_UP = 0.01  # of a run: gives a first idea of what a run costs
-AT_ONCE = 1.0  # s: as long as that a run is repeated right away
 DEAR = 10  # a run of more than a tenth of the time left is dear: coarser first, no repetition
 FIRST_SHARE = 3  # of the time left: what a method of unknown cost may take
 COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
@@ -50,7 +57,7 @@ class Studying:
         self._clock = clock
         self._began = clock()
         self._deadline = self._began + budget - min(LEFT_FOR_FILES, budget / 10)
-        self._costs = Costs(runs.methods)
+        self._guesses: dict[str, tuple[float, float]] = {}  # a value, and what a run costs there, s
 
     @property
     def left(self) -> float:
@@ -66,7 +73,6 @@ class Studying:
             self._vary()
             self._confirm()
             self._climb()
-            self._repeat()
         except KeyboardInterrupt:
             self.runs.interrupted = True
         self.runs.spent = self._clock() - self._began
@@ -76,7 +82,7 @@ class Studying:
         """Methods that represent the scene, as far as is known: the model's own, then by cost."""
         own = own_method(self.runs.scene, self.runs.methods)
         fit = [m for m in self.runs.methods if m.name not in self.runs.refused]
-        yield from sorted(fit, key=lambda m: (m != own, self._costs.guessed(m)))
+        yield from sorted(fit, key=lambda m: (m != own, self._guesses.get(m.name, (0.0, inf))[1]))
 
     def _warm_up(self) -> None:
         """Run the beginning of the motion by every method: what can't be run is found at once.
@@ -95,7 +101,7 @@ class Studying:
                 solved = self._solve(begun, method.engine, label, inf)
                 self._deadline += max(first.wall - solved.wall, 0.0)
                 around = max(solved.wall - solved.processor, 0.0)
-                self._costs.guess(method, value, around + solved.processor / WARM_UP)
+                self._guesses[method.name] = value, around + solved.processor / WARM_UP
             except RefusedError as error:
                 self.runs.refused[method.name] = str(error)
 
@@ -112,7 +118,7 @@ class Studying:
             value = self._own_value(method)
             if value is None:
                 continue
-            short = self._costs.expected(method, value) <= self.left / DEAR
+            short = self._expected(method, value) <= self.left / DEAR
             if short or method == own or method.engine == JUDGE or not self.runs.trials:
                 self._nearest(method, value)
         if self.runs.own is not None and self.runs.own.wall > self.left / DEAR:
@@ -139,32 +145,29 @@ class Studying:
     def _try(self, method: Method, value: float) -> Trial | None:
         """Run a method at a value if time allows; None if not, or if it failed."""
         label = method.told(value)
-        expected = self._costs.expected(method, value)
+        expected = self._expected(method, value)
         if expected > self.left and self.runs.trials:  # without any, a guess is not enough
             self._leave_out(label, expected)
             return None
         scene = method.at(self.runs.scene, value)
-        unknown = not self._costs.known(method) and self.runs.trials
+        unknown = not self.runs.of(method) and self.runs.trials
         solved = self._solved(scene, method, label, FIRST_SHARE if unknown else 1)
         if solved is None:
             return None
-        self._costs.add(method, value, solved)
         trial = Trial(method, value, scene, solved.result, solved.wall, [solved.processor])
         self.runs.trials.append(trial)
-        self._repeat_at_once(trial)
+        for _ in range(REPEATS - 1):  # of a short run: the least of several times is the truest
+            if (len(trial.times) + 1) * trial.wall < min(AT_ONCE, self.left / DEAR):
+                again = self._solve(scene, method.engine, f"{label}, again", self.left)
+                trial.times += [] if again.given_up else [again.processor]
         return trial
 
-    def _repeat_at_once(self, trial: Trial) -> None:
-        """Repeat a short run: the least of several times is the truest."""
-        for _ in range(REPEATS - 1):
-            if (len(trial.times) + 1) * trial.wall < min(AT_ONCE, self.left / DEAR):
-                self._again(trial)
-
-    def _again(self, trial: Trial) -> None:
-        label = f"{trial.method.told(trial.value)}, again"
-        solved = self._solve(trial.scene, trial.method.engine, label, self.left)
-        if not solved.given_up:
-            trial.times.append(solved.processor)
+    def _expected(self, method: Method, value: float) -> float:
+        """Expected wall time of a run, s."""
+        if known := self.runs.costs(method):
+            return self.runs.slowness * predict(known, value, method.knob)
+        at, cost = self._guesses[method.name]
+        return self.runs.slowness * cost * float((at / value) ** SLOPES[method.knob])
 
     def _leave_out(self, label: str, expected: float) -> None:
         if not any(told.startswith(f"{label} (") for told in self.runs.left_out):
@@ -215,8 +218,8 @@ class Studying:
         if self.runs.reference is None or own is None or own.method.knob == "step":
             return
         for value in (10 * own.value, own.value / 10):
-            short = self._costs.expected(own.method, value) <= self.left / FIRST_SHARE
-            if short and not self._costs.has(own.method, value):
+            short = self._expected(own.method, value) <= self.left / FIRST_SHARE
+            if short and not self.runs.has(own.method, value):
                 self._try(own.method, value)
 
     def _vary(self) -> None:
@@ -240,7 +243,7 @@ class Studying:
         if not known:
             return None
         value = own_tolerance(self.runs.scene)
-        return min((t.method for t in known), key=lambda m: self._costs.expected(m, value / 10))
+        return min((t.method for t in known), key=lambda m: self._expected(m, value / 10))
 
     def _base(self, method: Method, dearer: float) -> Trial | None:
         """Return the finest run that a changed scene, `dearer` times as costly, can be held to.
@@ -249,8 +252,8 @@ class Studying:
         """
         value = own_tolerance(self.runs.scene)
         every = 1 + MORE_RODS_COST + STIFFER_COST
-        expected = every * self._costs.expected(method, value / 10)
-        if expected <= self.left / 2 and not self._costs.has(method, value / 10):
+        expected = every * self._expected(method, value / 10)
+        if expected <= self.left / 2 and not self.runs.has(method, value / 10):
             self._try(method, value / 10)
         return next((t for t in self.runs.of(method) if dearer * t.wall <= self.left), None)
 
@@ -259,7 +262,7 @@ class Studying:
         waiting = {m.name: self._rungs(m) for m in self._methods()}
         while any(waiting.values()):
             ready = [m for m in self.runs.methods if waiting.get(m.name)]
-            method = min(ready, key=lambda m: self._costs.expected(m, waiting[m.name][0]))
+            method = min(ready, key=lambda m: self._expected(m, waiting[m.name][0]))
             value = waiting[method.name].pop(0)
             if self._try(method, value) is None and self._ends(method, value):
                 finer = waiting.pop(method.name)
@@ -271,24 +274,14 @@ class Studying:
 
         Unless it was too coarse to work.
         """
-        known = self._costs.known(method)
+        known = self.runs.costs(method)
         return value < max(known) if known else method.told(value) not in self.runs.failed
 
     def _rungs(self, method: Method) -> list[float]:
         """Rungs of a method's ladder that were not run yet."""
         own = self._own_value(method)
         rungs = [] if own is None else ladder(method.knob, own, self.runs.target)
-        return [value for value in rungs if not self._costs.has(method, value)]
-
-    def _repeat(self) -> None:
-        """Repeat runs, cheapest first, in half of the time left."""
-        end = self._clock() + self.left / 2
-        for count in range(1, REPEATS):
-            once = [trial for trial in self.runs.trials if len(trial.times) <= count]
-            for trial in sorted(once, key=lambda t: t.wall):
-                if self._clock() + trial.wall > end:
-                    return
-                self._again(trial)
+        return [value for value in rungs if not self.runs.has(method, value)]
 
 
 def study(scene: Scene, methods: Sequence[Method], target: float, solve: Solve,
