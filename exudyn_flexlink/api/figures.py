@@ -50,12 +50,7 @@ class Plots:
 
 
 def _drawn(result: Result, name: str, *arguments: Any, style: str = "screen") -> Figure:
-    """Draw one figure.
-
-    Raises:
-        ValueError: this run has nothing to show in it, or there is no such style.
-
-    """
+    """Draw one figure."""
     from exudyn_flexlink import plots
 
     draw: Any = plots.FIGURES[name]

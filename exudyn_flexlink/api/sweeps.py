@@ -218,12 +218,7 @@ def _design(
     seed: int,
     mistakes: list[Mistake],
 ) -> Design | None:
-    """Return the points that the arguments of `sweep` ask for; None after a mistake in all of it.
-
-    Raises:
-        ValueError: two designs are asked for at once.
-
-    """
+    """Return the points that arguments of `sweep` ask for; None after a mistake in all of it."""
     if hypercube is not None and drawn is not None:
         raise ValueError("'latin_hypercube' and 'random' are two designs: give one of both")
     if not isinstance(varied, Mapping):

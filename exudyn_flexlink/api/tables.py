@@ -23,13 +23,7 @@ if TYPE_CHECKING:
 
 
 def data_frame(result: Result, name: str) -> DataFrame:
-    """Return what is known of a point, a struck body, a contact or a joint as a table.
-
-    Raises:
-        ImportError: pandas is not installed.
-        ValueError: the scene has nothing of that name.
-
-    """
+    """Return what is known of a point, a struck body, a contact or a joint as a table."""
     columns = _columns(result, name)
     frame: DataFrame = needed("pandas").DataFrame(columns)
     return frame
@@ -48,12 +42,7 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
 
 
 def data_set(result: Result) -> Dataset:
-    """Return all arrays as one dataset, with the names, dimensions and units of the saved file.
-
-    Raises:
-        ImportError: xarray is not installed.
-
-    """
+    """Return all arrays as one dataset, with the names, dimensions and units of the saved file."""
     arrays = {
         name: (array.dimensions, array.values, dict(array.attributes))
         for name, array in arrays_of(result).items()

@@ -3,6 +3,7 @@
 Exit codes: 0 done; 1 the run, or only its figures, failed, what was computed is kept, a comparison
 exceeds its tolerance, or a benchmark is off; 2 bad input, or a place that can't be written; 130
 interrupted; 143 or 129 asked to end, by SIGTERM or by SIGHUP.
+What a command refuses, it refuses by an exception, one of `keeping.REFUSALS`: exit code 2.
 A help text must be there at once, hence the modules with options import nothing but these. What
 carries a command out is imported as it is called, and figures as they are drawn.
 """

@@ -64,12 +64,7 @@ def _film(options: argparse.Namespace) -> tuple[Film | None, list[str]]:
 
 
 def _content(film: Film, name: str, filming: Filming, *, quiet: bool) -> bytes:
-    """The content of a file in a format; progress is shown.
-
-    Raises:
-        ArgumentTypeError: it can't be written so.
-
-    """
+    """The content of a file in a format; progress is shown."""
     try:
         with progress_bar(quiet, f"drawing the {name}") as progress:
             return film_bytes(film, name, filming, progress)

@@ -62,12 +62,7 @@ def plot_command(options: argparse.Namespace) -> int:
 
 
 def _require_columns(names: Sequence[str], swept: SweepTable | None) -> None:
-    """Refuse names that are no observables of a sweep.
-
-    Raises:
-        ArgumentTypeError: there are such names.
-
-    """
+    """Refuse names that are no observables of a sweep."""
     if names and swept is None:
         raise argparse.ArgumentTypeError("'--of' is for the folder of a sweep")
     known = () if swept is None else swept.observables
@@ -95,12 +90,7 @@ def report_command(options: argparse.Namespace) -> int:
 
 
 def schema_command(options: argparse.Namespace) -> int:
-    """Print, or write, the JSON schema of model files; returns the exit code.
-
-    Raises:
-        ArgumentTypeError: Python was told to leave docstrings out, of which the schema is made.
-
-    """
+    """Print, or write, the JSON schema of model files; returns the exit code."""
     if sys.flags.optimize > 1:
         raise argparse.ArgumentTypeError(
             "the schema explains keys by docstrings, which Python leaves out with '-OO' or "

@@ -49,13 +49,7 @@ def compare_command(options: argparse.Namespace) -> int:
 
 
 def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
-    """Compare Exudyn with the Lagrangian; tells whether both runs are whole, too.
-
-    Raises:
-        ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
-        KeyboardInterrupt: the user had enough before there was anything of both.
-
-    """
+    """Compare Exudyn with the Lagrangian; tells whether both runs are whole, too."""
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
@@ -65,12 +59,7 @@ def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
 
 
 def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
-    """Compare the scene without some effects, the paper's (a), with the scene itself, its (b).
-
-    Raises:
-        ArgumentTypeError: there is nothing to compare; and as `_both_engines`.
-
-    """
+    """Compare the scene without some effects, the paper's (a), with the scene itself, its (b)."""
     engine = options.engine or "exudyn"
     given = load_scene(options.model, options.settings, options.allow_outside)
     require_length("--tolerance", options.tolerance, given)

@@ -57,12 +57,7 @@ def _point_files(value: Any) -> Iterator[str]:
 
 
 def _write(texts: dict[Path, str], model: str, *, force: bool) -> None:
-    """Write all of the files, the model first, or none that was not there.
-
-    Raises:
-        StorageError: one may not be replaced, or can't be written.
-
-    """
+    """Write all of the files, the model first, or none that was not there."""
     new = [file for file in texts if not file.exists()]
     try:
         for file, text in texts.items():

@@ -54,12 +54,7 @@ class Place:
 
     @contextmanager
     def written(self) -> Iterator[Path]:
-        """Yield the folder to write into; Ctrl-C does not keep what is in it from its place.
-
-        Raises:
-            StorageError: the target can't be written; see `staged_folder`.
-
-        """
+        """Yield the folder to write into; Ctrl-C does not keep what is in it from its place."""
         if self._replaces is None:  # what is written twice replaces no earlier run
             self._replaces = bool(own_files(self.target))
         with deferrable_interrupts() as ctrl_c:

@@ -19,12 +19,7 @@ from exudyn_flexlink.source import Mistake, SceneError
 
 
 def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
-    """Refuse a setting of the command line that means nothing to Exudyn.
-
-    Raises:
-        ArgumentTypeError: there is one, and the engine is Exudyn.
-
-    """
+    """Refuse a setting of the command line that means nothing to Exudyn."""
     asked = any(
         setting.startswith("solver.integrator")
         or (setting.startswith("solver=") and "integrator:" in setting)
@@ -38,23 +33,13 @@ def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
 
 
 def read_scene(options: argparse.Namespace) -> Scene:
-    """Load the model with the settings of the command line, its impacts and its effects.
-
-    Raises:
-        SceneError: the model, or a setting, has mistakes.
-
-    """
+    """Load the model with the settings of the command line, its impacts and its effects."""
     scene = load_scene(options.model, options.settings, options.allow_outside)
     return changed(scene, options.impact, options.without)
 
 
 def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
-    """Return the scene with another kind of impact, and without some effects, which its title says.
-
-    Raises:
-        SceneError: what is left can't be.
-
-    """
+    """Return the scene with another kind of impact, and without effects, as its title says."""
     if impact is None and not without:
         return scene
     effects = present(scene, without)
@@ -86,10 +71,6 @@ def run(
 
     Also tells whether Ctrl-C came: so late that the run is whole all the same, unless it says that
     it was interrupted.
-
-    Raises:
-        SceneError: the engine can't represent what the scene asks for; shown where it stands.
-
     """
     with refusals(scene, engine, options):
         try:
@@ -120,12 +101,7 @@ def measured(
 
 @contextmanager
 def refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator[None]:
-    """Show what an engine refuses of a scene where it stands in the file.
-
-    Raises:
-        SceneError: the engine can't represent what the scene asks for.
-
-    """
+    """Show what an engine refuses of a scene where it stands in the file."""
     try:
         yield
     except engines.NotRepresentableError as error:

@@ -63,13 +63,7 @@ def sweep_command(options: argparse.Namespace) -> int:
 
 
 def _planned(options: argparse.Namespace) -> Sweep:
-    """Make the plan that a study file, or the options, ask for.
-
-    Raises:
-        ArgumentTypeError: there is no such model.
-        SceneError: they, or the model, have mistakes.
-
-    """
+    """Make the plan that a study file, or the options, ask for."""
     if options.vary:
         options.model = model_path(options.source)
         mistakes: list[Mistake] = []

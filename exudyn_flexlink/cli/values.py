@@ -113,10 +113,6 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
     """Return the file of a model that comes with the program; `what` says what there is not.
 
     `meant` is what a complaint suggests; by default the model whose name is nearest.
-
-    Raises:
-        ArgumentTypeError: there is no such model.
-
     """
     from exudyn_flexlink.shipped import known_names, model_file
     from exudyn_flexlink.source import did_you_mean
@@ -130,12 +126,7 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
 
 
 def published_file(text: str) -> Path:
-    """Return a file of published numbers, or that of a benchmark by its name.
-
-    Raises:
-        ArgumentTypeError: there is no such benchmark.
-
-    """
+    """Return a file of published numbers, or that of a benchmark by its name."""
     from exudyn_flexlink.shipped import PUBLISHED, benchmark_files
     from exudyn_flexlink.source import did_you_mean
 

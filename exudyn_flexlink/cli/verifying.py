@@ -37,12 +37,7 @@ def verify_command(options: argparse.Namespace) -> int:
 def _verify(
     benchmarks: Sequence[Benchmark], options: argparse.Namespace, found: list[VerifiedRun]
 ) -> bool:
-    """Make all runs, and add what comes of each to `found`; tells whether the user let them end.
-
-    Raises:
-        SceneError: an engine can't represent a scene, or a run has no sample at an instant.
-
-    """
+    """Make all runs, and add what comes of each to `found`; tells whether the user let them end."""
     pairs = [(benchmark, one) for benchmark in benchmarks for one in benchmark.runs]
     for i, (benchmark, one) in enumerate(pairs, 1):
         what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"

@@ -1,7 +1,8 @@
 """What a Result means: crank angle, path of a point, response of a struck body, strikes, touches.
 
 Pure numbers from a `Result`: no engine, no file. Times in s, lengths in m, angles in rad; N is the
-number of samples.
+number of samples. What a scene does not have, a point, a contact, a joint with walls, or a revolute
+joint where a crank is asked for, is a ValueError that says so.
 """
 
 from exudyn_flexlink.observables.answers import ANGLE, DISPLACEMENT, Measure, measures
@@ -15,7 +16,6 @@ from exudyn_flexlink.observables.crank import (
     turned_since_start,
     turns,
 )
-from exudyn_flexlink.observables.deviations import Deviation
 from exudyn_flexlink.observables.forces import (
     Force,
     force_deviations,
@@ -29,6 +29,7 @@ from exudyn_flexlink.observables.levers import LeverResponse, lever_response, st
 from exudyn_flexlink.observables.measuring import error_between
 from exudyn_flexlink.observables.parting import (
     STILL,
+    Deviation,
     common_points,
     common_times,
     farthest,
@@ -38,7 +39,6 @@ from exudyn_flexlink.observables.parting import (
     separation,
     separations,
 )
-from exudyn_flexlink.observables.perturbation import on_axis, perturbation
 from exudyn_flexlink.observables.points import (
     PointPath,
     judged_points,
@@ -51,7 +51,6 @@ from exudyn_flexlink.observables.points import (
     still_text,
     watched_point,
 )
-from exudyn_flexlink.observables.spectra import spectrum, strongest_line
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
@@ -68,5 +67,12 @@ from exudyn_flexlink.observables.touching import (
     pair_totals,
     sleeves_with_play,
 )
-from exudyn_flexlink.observables.vibration import Vibration, vibration
+from exudyn_flexlink.observables.vibration import (
+    Vibration,
+    on_axis,
+    perturbation,
+    spectrum,
+    strongest_line,
+    vibration,
+)
 from exudyn_flexlink.observables.watched import Watched

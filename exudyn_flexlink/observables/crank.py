@@ -44,12 +44,7 @@ def crank_column(scene: Scene) -> str | None:
 
 
 def crank_angle(result: Result) -> FloatArray:
-    """Angle of the crank joint (N,), rad: second body relative to the first, continuous.
-
-    Raises:
-        ValueError: the scene has no revolute joint.
-
-    """
+    """Angle of the crank joint (N,), rad: second body relative to the first, continuous."""
     name = crank_joint(result.scene)
     if name is None:
         raise ValueError("the scene has no revolute joint, hence no crank angle")
@@ -57,23 +52,13 @@ def crank_angle(result: Result) -> FloatArray:
 
 
 def turned_since_start(result: Result) -> FloatArray:
-    """How far the crank has turned since the first sample (N,), rad, without sign.
-
-    Raises:
-        ValueError: the scene has no revolute joint.
-
-    """
+    """How far the crank has turned since the first sample (N,), rad, without sign."""
     angle = crank_angle(result)
     return np.asarray(np.abs(angle - angle[0]))
 
 
 def joint_angle(result: Result, name: str) -> FloatArray:
-    """Angle of the revolute joint `name` (N,), rad: second body relative to the first.
-
-    Raises:
-        ValueError: the scene has no such joint.
-
-    """
+    """Angle of the revolute joint `name` (N,), rad: second body relative to the first."""
     joint = result.scene.joints.get(name)
     if not isinstance(joint, RevoluteJoint):
         raise ValueError(f"'{name}' is no revolute joint of the scene")
@@ -103,10 +88,6 @@ def laps(result: Result) -> IndexArray:
     """Lap of each sample (N,), from 1: the turn of the crank counted from its start angle.
 
     A sample at the very end of the last whole lap belongs to that lap.
-
-    Raises:
-        ValueError: the scene has no revolute joint.
-
     """
     return lap_of(crank_angle(result))
 

@@ -114,12 +114,7 @@ def struck_bodies(scene: Scene) -> dict[str, str]:
 
 
 def lever_response(result: Result, contact: str) -> LeverResponse:
-    """Motion of the body that the contact strikes.
-
-    Raises:
-        ValueError: the scene has no such contact, or it strikes the ground.
-
-    """
+    """Motion of the body that the contact strikes."""
     mechanism = build_mechanism(result.scene)
     own = struck_by(mechanism, contact)
     part = own.parts[1]
@@ -163,12 +158,7 @@ def _set_back(q: FloatArray, answer: Turned | Slid | Moved, part: int, by: float
 
 
 def struck_by(mechanism: Mechanism, contact: str) -> Contact:
-    """Find a contact of the scene.
-
-    Raises:
-        ValueError: the scene has no such contact.
-
-    """
+    """Find a contact of the scene."""
     for own in mechanism.contacts:
         if own.name == contact:
             return own

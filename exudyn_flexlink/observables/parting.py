@@ -6,6 +6,7 @@ Times in s, lengths in m; N is the number of instants.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +19,29 @@ from exudyn_flexlink.result import Result
 STILL = 1e-13  # m: rounding; what moves by less stands still
 ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
 VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Distances (N,) m of what is judged at instants (N,) s."""
+
+    time: FloatArray
+    distance: FloatArray
+
+    @property
+    def largest(self) -> float:
+        """Largest distance, m."""
+        return float(self.distance.max())
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of the distances, m."""
+        return float(np.sqrt(np.mean(self.distance**2)))
+
+    def until(self, time: float) -> Deviation:
+        """Return the part before an instant (s)."""
+        before = self.time < time
+        return Deviation(self.time[before], self.distance[before])
 
 
 def first_beyond(time: FloatArray, values: FloatArray, limit: float) -> float | None:
@@ -33,12 +57,7 @@ def first_beyond(time: FloatArray, values: FloatArray, limit: float) -> float | 
 def separation(
     first: Result, second: Result, time: FloatArray, points: Sequence[str] = ()
 ) -> FloatArray:
-    """Distance (N,) m of what is farthest of some points, or of those judged, at instants (N,) s.
-
-    Raises:
-        ValueError: one of the scenes has no such point.
-
-    """
+    """Distance (N,) m of the farthest of some points, or of those judged, at instants (N,) s."""
     points = points or common_points(first, second)
     return np.asarray(separations(first, second, time, points).max(axis=1))
 
@@ -46,12 +65,7 @@ def separation(
 def separations(
     first: Result, second: Result, time: FloatArray, points: Sequence[str]
 ) -> FloatArray:
-    """Distances (N, points) m of points in two runs at instants (N,) s.
-
-    Raises:
-        ValueError: one of the scenes has no such point.
-
-    """
+    """Distances (N, points) m of points in two runs at instants (N,) s."""
     one, other = (positions(result, points, time) for result in (first, second))
     return np.asarray(np.linalg.norm(one - other, axis=-1))
 
@@ -90,12 +104,7 @@ def common_times(first: Result, second: Result) -> FloatArray:
 
 
 def positions(result: Result, points: Sequence[str], time: FloatArray) -> FloatArray:
-    """Positions (N, points, 2) m at instants (N,) s, interpolated between samples.
-
-    Raises:
-        ValueError: the scene has no such point.
-
-    """
+    """Positions (N, points, 2) m at instants (N,) s, interpolated between samples."""
     found = [
         between_samples(seen.time, seen.position, seen.velocity, time)
         for seen in paths(result, points)

@@ -113,22 +113,12 @@ def still_text(points: Sequence[str]) -> str:
 
 
 def path(result: Result, point: str) -> PointPath:
-    """Motion of the point 'body.point'.
-
-    Raises:
-        ValueError: the scene has no such point.
-
-    """
+    """Motion of the point 'body.point'."""
     return paths(result, [point])[0]
 
 
 def paths(result: Result, points: Iterable[str]) -> list[PointPath]:
-    """Motions of points 'body.point'.
-
-    Raises:
-        ValueError: the scene has no such point.
-
-    """
+    """Motions of points 'body.point'."""
     mechanism, found = build_mechanism(result.scene), []
     for point in points:
         anchor = point_anchor(result.scene, mechanism, point)
@@ -139,12 +129,7 @@ def paths(result: Result, points: Iterable[str]) -> list[PointPath]:
 
 
 def room(result: Result, points: Iterable[str]) -> float:
-    """Diagonal (m) of the largest box that one of the points moves in; 0 if none moves.
-
-    Raises:
-        ValueError: the scene has no such point.
-
-    """
+    """Diagonal (m) of the largest box that one of the points moves in; 0 if none moves."""
     boxes = [np.ptp(path.position, axis=0) for path in paths(result, points)]
     return max((float(np.linalg.norm(box)) for box in boxes), default=0.0)
 
@@ -155,12 +140,7 @@ def point_names(scene: Scene) -> list[str]:
 
 
 def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
-    """Find the point 'body.point' on its part.
-
-    Raises:
-        ValueError: the scene has no such point.
-
-    """
+    """Find the point 'body.point' on its part."""
     split_point(point)  # refuses what is no name of a point at all
     if point not in mechanism.points:
         known = point_names(scene)

@@ -50,10 +50,6 @@ def strikes(result: Result, contact: str) -> list[Strike]:
     turn between them: micro-impacts and the pushing that follows are one strike, those of two laps
     are not. Without such a crank there is no measure of what belongs together, and every contact or
     impact is a strike of its own.
-
-    Raises:
-        ValueError: the scene has no such contact.
-
     """
     if contact not in result.scene.contacts:
         known = ", ".join(result.scene.contacts) or "none"
@@ -112,10 +108,6 @@ def settled(result: Result, contact: str, before: float) -> float:
     Its largest angle, or displacement, in the last 5 % of the time since the strike before, as a
     fraction of its largest in all of that time; nan if there was no strike before, or nothing
     moved.
-
-    Raises:
-        ValueError: the scene has no such contact.
-
     """
     earlier = [strike.begin for strike in strikes(result, contact) if strike.begin < before]
     if not earlier:

@@ -112,12 +112,7 @@ class PairTotals:
 
 
 def contact_states(result: Result, joint: str) -> ContactStates:
-    """States of a joint with clearance over the whole run.
-
-    Raises:
-        ValueError: the result has no `joint` with walls.
-
-    """
+    """States of a joint with clearance over the whole run."""
     history = _walls(result, joint)
     touches, side = history.touches, np.array(history.sides)[history.touches.pair]
     first, last = float(result.time[0]), float(result.time[-1])
@@ -137,12 +132,7 @@ def contact_states(result: Result, joint: str) -> ContactStates:
 def contact_totals(
     result: Result, joint: str, start: float = -np.inf, end: float = np.inf
 ) -> ContactTotals:
-    """Contacts of a joint from `start` to `end` (s); what begins at `end` counts no more.
-
-    Raises:
-        ValueError: the result has no `joint` with walls.
-
-    """
+    """Contacts of a joint from `start` to `end` (s); what begins at `end` counts no more."""
     states, touches = contact_states(result, joint), _walls(result, joint).touches
     return _totals(states, touches, start, end)
 
@@ -151,10 +141,6 @@ def lap_contacts(result: Result, joint: str) -> list[ContactTotals]:
     """Contacts of a joint in every lap, the last perhaps cut short, in order.
 
     A touch belongs to the lap in which it begins.
-
-    Raises:
-        ValueError: the result has no `joint` with walls, or no crank.
-
     """
     states, touches = contact_states(result, joint), _walls(result, joint).touches
     starts = lap_starts(result)
@@ -163,24 +149,14 @@ def lap_contacts(result: Result, joint: str) -> list[ContactTotals]:
 
 
 def lap_starts(result: Result) -> list[float]:
-    """Instants (s) at which the laps begin: the crank has made 0, 1, .. turns for the first time.
-
-    Raises:
-        ValueError: the scene has no revolute joint.
-
-    """
+    """Instants (s) at which laps begin: the crank has made 0, 1, .. turns for the first time."""
     made = turned_since_start(result) / (2 * np.pi)
     later = first_passes(result.time, made, np.arange(1, laps(result).max()))
     return [float(result.time[0]), *later.tolist()]
 
 
 def pair_totals(result: Result, joint: str) -> list[PairTotals]:
-    """Pairs of a joint that touched at all, those that touched longest first.
-
-    Raises:
-        ValueError: the result has no `joint` with walls.
-
-    """
+    """Pairs of a joint that touched at all, those that touched longest first."""
     history = _walls(result, joint)
     touches, last = history.touches, float(result.time[-1])
     found = []
