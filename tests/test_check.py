@@ -12,21 +12,20 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.report.text import number
-from exudyn_flexlink.scene import Scene
 
 MODELS = Path(__file__).parents[1] / "models"
 MASS_PER_LENGTH = 7850 * 10e-3 * 0.5e-3  # kg/m, of the link
 
 
-def model(name: str, *settings: str) -> Scene:
+def model(name, *settings):
     return load_scene(MODELS / f"{name}.yaml", settings)
 
 
-def said_of(scene: Scene) -> str:
+def said_of(scene):
     return check_text(scene, assemble_scene(scene))
 
 
-def simulated(scene: Scene) -> set[str]:
+def simulated(scene):
     """Effects that `check` lists as simulated."""
     lines = said_of(scene).split("\nEffects\n")[1].split("\n\n")[0].splitlines()
     return {line.split("  ")[1] for line in lines if " simulated" in line}
@@ -34,7 +33,7 @@ def simulated(scene: Scene) -> set[str]:
 
 @pytest.mark.parametrize("name", ["clearance", "clearance_friction", "supported", "no_clearance",
                                   "rigid", "smooth"])  # fmt: skip
-def test_effects_said_to_be_simulated_are_those_that_can_be_left_out(name: str) -> None:
+def test_effects_said_to_be_simulated_are_those_that_can_be_left_out(name):
     scene = model(name)
     whole = simulated(scene)
     assert whole & set(EFFECTS) == set(EFFECTS) - set(absent(scene, EFFECTS))
@@ -44,7 +43,7 @@ def test_effects_said_to_be_simulated_are_those_that_can_be_left_out(name: str) 
         assert left <= whole
 
 
-def test_restitution_is_no_damping() -> None:
+def test_restitution_is_no_damping():
     bare = idealise(model("clearance"), ["damping"])
     assert "restitution below 1" in simulated(bare)
     assert "restitution below 1" not in simulated(model("smooth"))
@@ -52,7 +51,7 @@ def test_restitution_is_no_damping() -> None:
     assert "restitution below 1" not in simulated(model("clearance", *settings))
 
 
-def test_walls_are_told_with_their_law_and_the_pairs_that_can_touch() -> None:
+def test_walls_are_told_with_their_law_and_the_pairs_that_can_touch():
     said = said_of(model("clearance_friction"))
     assert "link in guide, clearance 0.005 m on each side\n" in said
     row = said[said.index("  sleeve  link on the walls") :].split()
@@ -62,7 +61,7 @@ def test_walls_are_told_with_their_law_and_the_pairs_that_can_touch() -> None:
     assert "Degrees of freedom: 13\n" in said  # 9 hinges, lever, place and angle of the link, crank
 
 
-def test_a_supported_link_is_told_with_what_holds_it() -> None:
+def test_a_supported_link_is_told_with_what_holds_it():
     said = said_of(model("supported"))
     assert "link in guide, every rod inside held on its axis\n" in said
     assert "link on the axis of guide, held at up  k 100000 N/m" in said
@@ -80,18 +79,18 @@ def test_a_supported_link_is_told_with_what_holds_it() -> None:
         ("supported", ("solver.formulation=redundant",), ["redundant: ", "at most"]),
     ],
 )
-def test_the_formulation_is_told(name: str, settings: tuple[str, ...], told: list[str]) -> None:
+def test_the_formulation_is_told(name, settings, told):
     lines = said_of(model(name, *settings)).split("  formulation  ")[1].splitlines()
     for line, begin in zip(lines, told, strict=False):
         assert line.strip().startswith(begin)
 
 
-def half_period(said: str) -> float:
+def half_period(said):
     words = next(line for line in said.splitlines() if "contact with a wall" in line).split()
     return float(words[words.index("about") + 1])
 
 
-def test_a_touch_of_a_wall_lasts_half_a_period_of_the_lightest_node() -> None:
+def test_a_touch_of_a_wall_lasts_half_a_period_of_the_lightest_node():
     """A free rod opposes m / 4 to a force at its end; its guide gives way like m l^2 / 3 / l^2."""
     text = (
         "bodies={guide: {type: rod, length: 0.09, material: steel, section: {width: 1, "
@@ -130,7 +129,7 @@ accuracy: {tolerance: 1.0e-6}
 
 
 @pytest.mark.parametrize("alone", [True, False])
-def test_frequencies_of_bodies_on_sprung_joints_are_told(tmp_path: Path, alone: bool) -> None:
+def test_frequencies_of_bodies_on_sprung_joints_are_told(tmp_path, alone):
     """omega^2 = k/m along a rail, k/J about a pivot, of all springs there; for what is alone."""
     text = RAILS
     if alone:
@@ -147,7 +146,7 @@ def test_frequencies_of_bodies_on_sprung_joints_are_told(tmp_path: Path, alone: 
     assert "riser" not in told.partition("Natural frequencies")[2].partition("Run")[0]
 
 
-def test_check_leaves_effects_out(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_leaves_effects_out(capsys):
     path = str(MODELS / "clearance_friction.yaml")
     assert main(["check", path, "--without", "friction,clearance", "--without", "impact"]) == 0
     shown = capsys.readouterr()
@@ -169,7 +168,7 @@ def test_check_leaves_effects_out(capsys: pytest.CaptureFixture[str]) -> None:
         ("hard/undamped", ["solver.formulation=redundant"]),  # twice as many, to lose nothing
     ],
 )
-def test_check_names_the_steps_per_contact_of_the_run(name: str, settings: list[str]) -> None:
+def test_check_names_the_steps_per_contact_of_the_run(name, settings):
     scene = model(name, *settings, "run={duration: 1e-4}")
     said = said_of(scene)
     found = simulate(scene, measure=False).checks.steps_per_contact
@@ -185,8 +184,8 @@ def test_check_names_the_steps_per_contact_of_the_run(name: str, settings: list[
     ],
 )
 def test_check_refuses_a_formulation_that_a_contact_is_beyond(
-    name: str, stands: str, said: str, formulation: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+    name, stands, said, formulation, capsys
+):
     file = MODELS / f"{name}.yaml"
     assert main(["check", str(file), "--set", f"solver.formulation={formulation}"]) == 2
     shown = capsys.readouterr()
@@ -197,7 +196,7 @@ def test_check_refuses_a_formulation_that_a_contact_is_beyond(
     assert shown.out == ""
 
 
-def test_check_asks_nothing_of_a_formulation_when_the_contact_is_left_out() -> None:
+def test_check_asks_nothing_of_a_formulation_when_the_contact_is_left_out():
     file = str(MODELS / "benchmarks/bouncing_ball_impulse.yaml")
     redundant = ["--set", "solver.formulation=redundant"]
     assert main(["check", file, "--without", "impact", *redundant]) == 0
@@ -213,7 +212,7 @@ accuracy: {tolerance: 1.0e-6}
 """
 
 
-def test_the_start_tells_places_along_slides_and_no_rounding(tmp_path: Path) -> None:
+def test_the_start_tells_places_along_slides_and_no_rounding(tmp_path):
     """A body that assembly has left turned by rounding is told to be at 0."""
     (tmp_path / "model.yaml").write_text(CART)
     scene = load_scene(tmp_path / "model.yaml")

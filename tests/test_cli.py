@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, ROOT, SPLINE, Capture, python
+from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, ROOT, SPLINE, python
 
 from exudyn_flexlink import cli
 from exudyn_flexlink.cli import main
@@ -16,7 +16,7 @@ from exudyn_flexlink.scene import json_schema
 
 
 @pytest.mark.parametrize("model", [NO_CLEARANCE, RIGID])
-def test_check_imports_nothing_slow(model: str) -> None:
+def test_check_imports_nothing_slow(model):
     code = (
         "import sys; from exudyn_flexlink.cli import main; main(['check', sys.argv[1]]);"
         "slow = {'scipy', 'matplotlib', 'exudyn', 'rich'};"
@@ -27,7 +27,7 @@ def test_check_imports_nothing_slow(model: str) -> None:
     assert ran.stdout.startswith(model)
 
 
-def test_a_copy_of_a_model_waits_for_nothing_slow(tmp_path: Path) -> None:
+def test_a_copy_of_a_model_waits_for_nothing_slow(tmp_path):
     code = (
         "import sys; from exudyn_flexlink.cli import main; main(['new', 'rigid', sys.argv[1]]);"
         "print(*{'scipy', 'matplotlib', 'exudyn', 'rich'} & set(sys.modules), file=sys.stderr)"
@@ -37,7 +37,7 @@ def test_a_copy_of_a_model_waits_for_nothing_slow(tmp_path: Path) -> None:
     assert (tmp_path / "rigid.yaml").is_file()
 
 
-def test_help_imports_not_even_numpy() -> None:
+def test_help_imports_not_even_numpy():
     code = (
         "import sys, exudyn_flexlink.cli as cli; cli.program_parser().format_help();"
         "print(*{'numpy', 'pydantic', 'yaml'} & set(sys.modules))"
@@ -45,7 +45,7 @@ def test_help_imports_not_even_numpy() -> None:
     assert python("-c", code).stdout.strip() == ""
 
 
-def test_ctrl_c_while_the_program_is_read_is_no_traceback() -> None:
+def test_ctrl_c_while_the_program_is_read_is_no_traceback():
     code = (
         "import runpy, sys\n"
         "class Interrupted:\n"
@@ -61,14 +61,14 @@ def test_ctrl_c_while_the_program_is_read_is_no_traceback() -> None:
 # --- bad input ------------------------------------------------------------------------------
 
 
-def test_without_a_command_the_help_is_shown(capsys: Capture) -> None:
+def test_without_a_command_the_help_is_shown(capsys):
     assert main([]) == 2
     said = capsys.readouterr().err
     assert "simulate  simulate a model, save its results and draw its figures" in said
     assert "first steps:\n  exudyn-flexlink simulate no_clearance\n" in said
 
 
-def test_a_model_without_a_name_is_no_folder(capsys: Capture) -> None:
+def test_a_model_without_a_name_is_no_folder(capsys):
     """As a shell gives it for a variable that is empty."""
     with pytest.raises(SystemExit) as ended:
         main(["check", ""])
@@ -77,7 +77,7 @@ def test_a_model_without_a_name_is_no_folder(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize("command", ["check", "simulate"])
-def test_a_mistake_is_shown_where_it_stands(command: str, tmp_path: Path, capsys: Capture) -> None:
+def test_a_mistake_is_shown_where_it_stands(command, tmp_path, capsys):
     model = tmp_path / "wrong.yaml"
     text = Path(NO_CLEARANCE).read_text(encoding="utf-8")
     model.write_text(text.replace("clearance: 0", "clearance: 5 N"), encoding="utf-8")
@@ -92,14 +92,14 @@ def test_a_mistake_is_shown_where_it_stands(command: str, tmp_path: Path, capsys
 
 
 @pytest.mark.parametrize("command", ["check", "simulate"])
-def test_a_missing_model_is_named(command: str, capsys: Capture) -> None:
+def test_a_missing_model_is_named(command, capsys):
     assert main([command, "models/nowhere.yaml"]) == 2
     assert capsys.readouterr().err.startswith(
         "models/nowhere.yaml: can't read the file: No such file"
     )
 
 
-def test_a_wrong_setting_is_shown_as_given(capsys: Capture) -> None:
+def test_a_wrong_setting_is_shown_as_given(capsys):
     assert main(["check", NO_CLEARANCE, "--set", "run.turs=2"]) == 2
     assert "--set run.turs=2: run.turs: unknown key 'turs'; did you mean 'turns'?" in (
         capsys.readouterr().err
@@ -107,7 +107,7 @@ def test_a_wrong_setting_is_shown_as_given(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize("more", ["", "foo.baz=2"])
-def test_a_setting_in_a_section_that_is_none_is_shown_as_given(more: str, capsys: Capture) -> None:
+def test_a_setting_in_a_section_that_is_none_is_shown_as_given(more, capsys):
     settings = [f"--set={setting}" for setting in ("foo.bar=1", more) if setting]
     assert main(["check", NO_CLEARANCE, *settings]) == 2
     said = capsys.readouterr().err
@@ -116,7 +116,7 @@ def test_a_setting_in_a_section_that_is_none_is_shown_as_given(more: str, capsys
 
 
 @pytest.mark.parametrize("arguments", [["dance"], ["check"], ["check", RIGID, "--plots"]])
-def test_wrong_arguments_are_bad_input(arguments: list[str], capsys: Capture) -> None:
+def test_wrong_arguments_are_bad_input(arguments, capsys):
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert ended.value.code == 2
@@ -126,9 +126,7 @@ def test_wrong_arguments_are_bad_input(arguments: list[str], capsys: Capture) ->
 
 
 @pytest.mark.parametrize("word", ["--witout", "--witout=friction"])
-def test_an_unknown_option_is_told_with_a_near_one_of_its_command(
-    word: str, capsys: Capture
-) -> None:
+def test_an_unknown_option_is_told_with_a_near_one_of_its_command(word, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["compare", RIGID, word, "friction"])
     assert ended.value.code == 2
@@ -138,7 +136,7 @@ def test_an_unknown_option_is_told_with_a_near_one_of_its_command(
     )
 
 
-def test_files_outside_the_models_folder_need_leave(tmp_path: Path, capsys: Capture) -> None:
+def test_files_outside_the_models_folder_need_leave(tmp_path, capsys):
     model = tmp_path / "inner" / "model.yaml"
     model.parent.mkdir()
     text = Path(SPLINE).read_text(encoding="utf-8").replace("track_points", "../track_points")
@@ -153,7 +151,7 @@ def test_files_outside_the_models_folder_need_leave(tmp_path: Path, capsys: Capt
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_help_gives_examples_that_parse(command: str, capsys: Capture) -> None:
+def test_help_gives_examples_that_parse(command, capsys):
     with pytest.raises(SystemExit) as ended:
         main([command, "--help"])
     assert ended.value.code == 0
@@ -165,7 +163,7 @@ def test_help_gives_examples_that_parse(command: str, capsys: Capture) -> None:
         cli.program_parser().parse_args(line[1:])
 
 
-def test_help_is_no_docstring() -> None:
+def test_help_is_no_docstring():
     """Python without docstrings (``-OO``) says the same; only the schema is made of them."""
     code = (
         "from exudyn_flexlink.cli import arguments;"
@@ -179,14 +177,14 @@ def test_help_is_no_docstring() -> None:
     assert "which Python leaves out with '-OO'" in refused.stderr
 
 
-def test_version(capsys: Capture) -> None:
+def test_version(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["--version"])
     assert ended.value.code == 0
     assert capsys.readouterr().out.startswith("exudyn-flexlink")
 
 
-def test_schema_is_printed_or_written(tmp_path: Path, capsys: Capture) -> None:
+def test_schema_is_printed_or_written(tmp_path, capsys):
     assert main(["schema"]) == 0
     printed = capsys.readouterr().out
     assert json.loads(printed) == json_schema()
@@ -194,7 +192,7 @@ def test_schema_is_printed_or_written(tmp_path: Path, capsys: Capture) -> None:
     assert (tmp_path / "schema.json").read_text(encoding="utf-8") == printed
 
 
-def test_a_schema_is_no_folder(tmp_path: Path, capsys: Capture) -> None:
+def test_a_schema_is_no_folder(tmp_path, capsys):
     assert main(["schema", "--out", str(tmp_path)]) == 2
     assert (
         capsys.readouterr().err.strip()
@@ -202,12 +200,12 @@ def test_a_schema_is_no_folder(tmp_path: Path, capsys: Capture) -> None:
     )
 
 
-def test_a_schema_that_cant_be_written_is_bad_input(tmp_path: Path, capsys: Capture) -> None:
+def test_a_schema_that_cant_be_written_is_bad_input(tmp_path, capsys):
     assert main(["schema", "--out", str(tmp_path / "nowhere" / "schema.json")]) == 2
     assert "can't write" in capsys.readouterr().err
 
 
-def test_a_reader_that_has_seen_enough_is_no_error() -> None:
+def test_a_reader_that_has_seen_enough_is_no_error():
     pytest.importorskip("fcntl")  # pipes of a shell
     command = f"'{sys.executable}' -m exudyn_flexlink schema | head -n 1"
     ran = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], cwd=ROOT, check=False,
@@ -219,7 +217,7 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
 
 
 @pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "no_such"])
-def test_the_backend_that_a_notebook_left_behind_has_no_say(tmp_path: Path, backend: str) -> None:
+def test_the_backend_that_a_notebook_left_behind_has_no_say(tmp_path, backend):
     """Figures are files: nothing is shown, by whatever backend."""
     environment = {**BARE, "MPLBACKEND": backend}
     for command in (

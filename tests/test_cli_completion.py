@@ -5,7 +5,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from cli_runs import Capture
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.completing import SHELLS
@@ -35,7 +34,7 @@ printf '%s\\n' "${COMPREPLY[@]}"
 
 
 @pytest.fixture
-def script(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def script(capsys, tmp_path, monkeypatch):
     """Return bash's script, in a folder with some files of a user."""
     monkeypatch.chdir(tmp_path)
     Path("runs").mkdir()
@@ -48,7 +47,7 @@ def script(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
 @pytest.mark.parametrize(("words", "offered"), LINES, ids=[" ".join(words) for words, _ in LINES])
-def test_bash_offers(words: list[str], offered: set[str], script: Path) -> None:
+def test_bash_offers(words, offered, script):
     ran = subprocess.run(
         ["bash", "-c", ASK, "bash", f"./{script}", "exudyn-flexlink", *words],
         capture_output=True, text=True, check=True,
@@ -56,14 +55,14 @@ def test_bash_offers(words: list[str], offered: set[str], script: Path) -> None:
     assert set(ran.stdout.split()) == offered
 
 
-def test_zsh_knows_every_command_and_model(capsys: Capture) -> None:
+def test_zsh_knows_every_command_and_model(capsys):
     assert main(["completion", "zsh"]) == 0
     told = capsys.readouterr().out
     assert told.startswith("#compdef exudyn-flexlink\n")
     assert all(name in told for name in (*model_names(), "simulate", "--watch"))
 
 
-def test_another_shell_is_bad_input(capsys: Capture) -> None:
+def test_another_shell_is_bad_input(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["completion", "csh"])
     assert ended.value.code == 2

@@ -1,14 +1,10 @@
 """Effects left out."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
-from cli_runs import FRICTION, NO_CLEARANCE, QUIET, Capture, Fake, keeper
+from cli_runs import FRICTION, NO_CLEARANCE, QUIET, keeper
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.scene import Scene
 
 # --- effects left out -------------------------------------------------------------------------
 
@@ -21,10 +17,8 @@ from exudyn_flexlink.scene import Scene
         ["--without", "friction", "--without", "clearance"],
     ],
 )
-def test_effects_are_left_out(
-    without: list[str], run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    seen: list[Scene] = []
+def test_effects_are_left_out(without, run_of, capsys):
+    seen = []
     run_of(keeper(seen))
     assert main(["simulate", FRICTION, *QUIET, *without]) == 0
     (scene,) = seen
@@ -35,10 +29,8 @@ def test_effects_are_left_out(
     assert capsys.readouterr().err == "warning: made up\n"
 
 
-def test_an_effect_that_is_not_there_is_hinted_at(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    seen: list[Scene] = []
+def test_an_effect_that_is_not_there_is_hinted_at(run_of, capsys):
+    seen = []
     run_of(keeper(seen))
     assert main(["simulate", NO_CLEARANCE, *QUIET, "--without", "clearance"]) == 0
     assert seen == [load_scene(NO_CLEARANCE)]
@@ -49,9 +41,7 @@ def test_an_effect_that_is_not_there_is_hinted_at(
 
 @pytest.mark.parametrize("command", ["simulate", "check", "compare"])
 @pytest.mark.parametrize("name", ["frction", "", "friction,", "Friction"])
-def test_an_effect_that_does_not_exist_is_bad_input(
-    command: str, name: str, capsys: Capture
-) -> None:
+def test_an_effect_that_does_not_exist_is_bad_input(command, name, capsys):
     with pytest.raises(SystemExit) as ended:
         main([command, FRICTION, f"--without={name}"])
     assert ended.value.code == 2
@@ -60,9 +50,7 @@ def test_an_effect_that_does_not_exist_is_bad_input(
     )
 
 
-def test_a_scene_that_cant_be_without_an_effect_is_bad_input(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_scene_that_cant_be_without_an_effect_is_bad_input(tmp_path, capsys):
     """A link askew in its guide can't be in one without clearance."""
     tilted = ["--set", "initial={angles: {link: 2 deg, guide: 0}}"]
     assert main(["check", FRICTION, *tilted]) == 0

@@ -5,20 +5,18 @@ Most runs here are made by closed form (`results`); those of the last section ar
 
 import json
 import os
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from cli_runs import MODELS, NO_CLEARANCE, Capture, Fake, row
+from cli_runs import MODELS, NO_CLEARANCE, row
 from results import rigid_link, stopped
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import MeasuredError
-from exudyn_flexlink.result import Outcome, Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.storage import load
 
 CLEARANCE = str(MODELS / "no_clearance.yaml")
@@ -28,10 +26,10 @@ CLEARANCE = str(MODELS / "clearance.yaml")
 # --- engines and impacts --------------------------------------------------------------------
 
 
-def test_the_engine_asked_for_is_used(run_of: Callable[[Fake], None]) -> None:
-    seen: list[str] = []
+def test_the_engine_asked_for_is_used(run_of):
+    seen = []
 
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+    def fake(scene, engine="exudyn", progress=None):
         seen.append(engine)
         return rigid_link(scene=scene)
 
@@ -42,10 +40,8 @@ def test_the_engine_asked_for_is_used(run_of: Callable[[Fake], None]) -> None:
     assert seen == ["exudyn", "lagrangian"]
 
 
-def test_an_integrator_is_for_the_lagrangian(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    seen: list[tuple[str, Scene]] = []
+def test_an_integrator_is_for_the_lagrangian(run_of, capsys):
+    seen = []
     run_of(engines(seen=seen))
     quiet = ["--no-plots", "--quiet", "--out", "here"]
     asked = ["--set", "solver.integrator=dop853"]
@@ -57,7 +53,7 @@ def test_an_integrator_is_for_the_lagrangian(
 
 
 @pytest.mark.parametrize("command", ["simulate", "compare"])
-def test_an_unknown_engine_or_impact_is_bad_input(command: str, capsys: Capture) -> None:
+def test_an_unknown_engine_or_impact_is_bad_input(command, capsys):
     for option in (["--engine", "abacus"], ["--impact", "soft"]):
         with pytest.raises(SystemExit) as ended:
             main([command, NO_CLEARANCE, *option])
@@ -66,8 +62,8 @@ def test_an_unknown_engine_or_impact_is_bad_input(command: str, capsys: Capture)
 
 
 def test_redundant_coordinates_refuse_impulses_where_they_are_asked_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
+    tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     redundant = ["--set", "solver.formulation=redundant"]
     assert main(["simulate", NO_CLEARANCE, "--impact", "impulse", *redundant]) == 2
@@ -78,10 +74,10 @@ def test_redundant_coordinates_refuse_impulses_where_they_are_asked_for(
     assert list(tmp_path.iterdir()) == []
 
 
-def parting(engine: str, at: float) -> Callable[[Result], Result]:
+def parting(engine, at):
     """Measure runs; two of an engine part at an instant (s)."""
 
-    def measured(run: Result) -> Result:
+    def measured(run):
         horizon = at if run.engine == engine else None
         error = MeasuredError(("link.end",), limit=1e-6, largest=1e-7, horizon=horizon)
         return replace(run, error=error)
@@ -92,11 +88,11 @@ def parting(engine: str, at: float) -> Callable[[Result], Result]:
 # --- compare, with runs made by closed form ---------------------------------------------------
 
 
-def engines(*, off: float = 0.0, seen: list[tuple[str, Scene]] | None = None) -> Fake:
+def engines(*, off=0.0, seen=None):
     """Differ by `off` (m)."""
     calls = [] if seen is None else seen
 
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+    def fake(scene, engine="exudyn", progress=None):
         calls.append((engine, scene))
         made = rigid_link(scene=scene, samples=801)
         poses = made.poses.copy()
@@ -108,10 +104,8 @@ def engines(*, off: float = 0.0, seen: list[tuple[str, Scene]] | None = None) ->
     return fake
 
 
-def test_compare_runs_both_and_writes_what_it_found(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    seen: list[tuple[str, Scene]] = []
+def test_compare_runs_both_and_writes_what_it_found(run_of, capsys):
+    seen = []
     run_of(engines(off=2e-6, seen=seen))
     assert main(["compare", NO_CLEARANCE, "--tolerance", "3e-6"]) == 0
     shown = capsys.readouterr()
@@ -128,9 +122,7 @@ def test_compare_runs_both_and_writes_what_it_found(
     assert [engine for engine, _ in seen] == ["lagrangian", "exudyn"]
 
 
-def test_compare_ends_with_1_beyond_its_tolerance(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
+def test_compare_ends_with_1_beyond_its_tolerance(run_of, capsys):
     run_of(engines(off=2e-6))
     arguments = ["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here"]
     assert main([*arguments, "--tolerance", "1.9e-6"]) == 1
@@ -142,9 +134,7 @@ def test_compare_ends_with_1_beyond_its_tolerance(
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_compare_judges_up_to_the_horizon(
-    engine: str, run_of: Callable[..., None], capsys: Capture
-) -> None:
+def test_compare_judges_up_to_the_horizon(engine, run_of, capsys):
     run_of(engines(off=2e-6), parting(engine, 1.0))
     assert main(["compare", NO_CLEARANCE, "--no-plots"]) == 0
     told = capsys.readouterr().out
@@ -154,22 +144,20 @@ def test_compare_judges_up_to_the_horizon(
     assert "no horizon was looked for" in capsys.readouterr().out
 
 
-def test_compare_without_tolerance_only_tells(run_of: Callable[[Fake], None]) -> None:
+def test_compare_without_tolerance_only_tells(run_of):
     run_of(engines(off=1.0))
     assert main(["compare", NO_CLEARANCE, "--no-plots", "--quiet"]) == 0
 
 
 @pytest.mark.parametrize("tolerance", ["0", "-1e-6", "nan", "inf", "tight"])
-def test_a_tolerance_must_be_a_positive_length(tolerance: str, capsys: Capture) -> None:
+def test_a_tolerance_must_be_a_positive_length(tolerance, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["compare", NO_CLEARANCE, f"--tolerance={tolerance}"])
     assert ended.value.code == 2
     assert "expected a length in m of more than 0, got" in capsys.readouterr().err
 
 
-def test_compare_keeps_and_explains_a_failed_run(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
+def test_compare_keeps_and_explains_a_failed_run(run_of, capsys):
     fake = engines()
     run_of(
         lambda scene, engine, progress=None: (
@@ -181,10 +169,8 @@ def test_compare_keeps_and_explains_a_failed_run(
     assert Path("here/comparison.json").is_file()
 
 
-def test_a_comparison_interrupted_in_its_first_run_leaves_nothing(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def test_a_comparison_interrupted_in_its_first_run_leaves_nothing(run_of, capsys):
+    def fake(scene, engine="exudyn", progress=None):
         return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, "interrupted"))
 
     run_of(fake)
@@ -195,10 +181,8 @@ def test_a_comparison_interrupted_in_its_first_run_leaves_nothing(
     assert list(Path().iterdir()) == []
 
 
-def test_what_the_lagrangian_cant_represent_is_shown_before_exudyn_runs(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def test_what_the_lagrangian_cant_represent_is_shown_before_exudyn_runs(run_of, capsys):
+    def fake(scene, engine="exudyn", progress=None):
         assert engine == "lagrangian"
         raise NotRepresentableError(("joints", "pin"), "no such slot")
 
@@ -210,8 +194,8 @@ def test_what_the_lagrangian_cant_represent_is_shown_before_exudyn_runs(
     assert list(Path().iterdir()) == []
 
 
-def test_compare_gives_impulses_to_both_engines(run_of: Callable[[Fake], None]) -> None:
-    seen: list[tuple[str, Scene]] = []
+def test_compare_gives_impulses_to_both_engines(run_of):
+    seen = []
     run_of(engines(seen=seen))
     assert main(["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--impact", "impulse"]) == 0
     laws = [(engine, scene.contacts["strike"].law.type) for engine, scene in seen]
@@ -221,10 +205,10 @@ def test_compare_gives_impulses_to_both_engines(run_of: Callable[[Fake], None]) 
 # --- compare a scene with itself without an effect --------------------------------------------
 
 
-def variants(seen: list[tuple[str, Scene]]) -> Fake:
+def variants(seen):
     """Put S of a scene with clearance 1 mm higher."""
 
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+    def fake(scene, engine="exudyn", progress=None):
         made = rigid_link(scene=scene, samples=801)
         poses = made.poses.copy()
         if scene.joints["sleeve"].clearance:
@@ -237,10 +221,8 @@ def variants(seen: list[tuple[str, Scene]]) -> Fake:
 
 
 @pytest.mark.parametrize("engine", [None, "exudyn", "lagrangian"])
-def test_compare_a_scene_with_and_without_its_clearance(
-    engine: str | None, run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    seen: list[tuple[str, Scene]] = []
+def test_compare_a_scene_with_and_without_its_clearance(engine, run_of, capsys):
+    seen = []
     run_of(variants(seen))
     which = ["--engine", engine, "--no-plots"] if engine else []  # figures are the same
     assert main(["compare", CLEARANCE, "--without", "clearance", *which]) == 0
@@ -264,7 +246,7 @@ def test_compare_a_scene_with_and_without_its_clearance(
     assert found["title"] == title
 
 
-def test_compare_variants_up_to_a_horizon(run_of: Callable[..., None], capsys: Capture) -> None:
+def test_compare_variants_up_to_a_horizon(run_of, capsys):
     run_of(variants([]), parting("exudyn", 1.0))
     quiet = ["--no-plots", "--out", "here"]
     assert main(["compare", CLEARANCE, "--without", "clearance", *quiet]) == 0
@@ -273,7 +255,7 @@ def test_compare_variants_up_to_a_horizon(run_of: Callable[..., None], capsys: C
     assert row(shown, "x,")[:2] == ["x,", "mean"]
 
 
-def refuse_to_run(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def refuse_to_run(scene, engine="exudyn", progress=None):
     raise AssertionError("must not run")
 
 
@@ -286,18 +268,14 @@ def refuse_to_run(scene: Scene, engine: str = "exudyn", progress: object = None)
         (["--without", "clearance", "--set", "run.turns=no"], "expected a number, got 'no'"),
     ],
 )
-def test_what_compare_refuses_before_it_runs(
-    arguments: list[str], said: str, run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
+def test_what_compare_refuses_before_it_runs(arguments, said, run_of, capsys):
     run_of(refuse_to_run)
     assert main(["compare", CLEARANCE, *arguments]) == 2
     assert said in capsys.readouterr().err
     assert list(Path().iterdir()) == []
 
 
-def test_scenes_that_are_watched_at_other_points_are_not_compared(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
+def test_scenes_that_are_watched_at_other_points_are_not_compared(run_of, capsys):
     """Without the strike nothing says that the link's start is what to look at."""
     run_of(refuse_to_run)
     change = ["--set", "contacts.strike.point=link.start", "--without", "impact"]
@@ -310,7 +288,7 @@ def test_scenes_that_are_watched_at_other_points_are_not_compared(
 # --- real runs ------------------------------------------------------------------------------
 
 
-def test_a_real_comparison(tmp_path: Path, capsys: Capture) -> None:
+def test_a_real_comparison(tmp_path, capsys):
     """Half a turn of the smooth scene: the engines agree to the error Exudyn was allowed."""
     target = tmp_path / "found"
     short = ["run.turns=0.5", "bodies.link.rods=3", "accuracy.tolerance=1e-6"]

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from cli_runs import MODELS, Capture
+from cli_runs import MODELS
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import load_scene
@@ -15,19 +15,19 @@ SCHEMA = "flexlink.schema.json"
 
 
 @pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def names(folder: str = ".") -> list[str]:
+def names(folder="."):
     return sorted(path.name for path in Path(folder).iterdir())
 
 
-def content(file: str) -> str:
+def content(file):
     return Path(file).read_text(encoding="utf-8")
 
 
-def test_without_arguments_it_copies_the_papers_mechanism(capsys: Capture) -> None:
+def test_without_arguments_it_copies_the_papers_mechanism(capsys):
     assert main(["new"]) == 0
     assert names() == [SCHEMA, "no_clearance.yaml"]
     assert content("no_clearance.yaml") == (MODELS / "no_clearance.yaml").read_text("utf-8")
@@ -37,7 +37,7 @@ def test_without_arguments_it_copies_the_papers_mechanism(capsys: Capture) -> No
 
 
 @pytest.mark.parametrize("name", model_names())
-def test_each_model_is_copied_whole(name: str) -> None:
+def test_each_model_is_copied_whole(name):
     """With its points and with the schema that its first line names; the copy is the same scene."""
     assert main(["new", name, "mine.yaml"]) == 0
     first = content("mine.yaml").splitlines()[0]
@@ -49,19 +49,19 @@ def test_each_model_is_copied_whole(name: str) -> None:
         assert load_scene("mine.yaml") == load_scene(given)
 
 
-def test_points_come_along() -> None:
+def test_points_come_along():
     assert main(["new", "spline_track"]) == 0
     assert names() == [SCHEMA, "spline_track.yaml", "track_points.csv"]
     assert main(["check", "spline_track.yaml"]) == 0
 
 
-def test_a_name_without_its_folder_and_a_folder_to_copy_to() -> None:
+def test_a_name_without_its_folder_and_a_folder_to_copy_to():
     Path("studies").mkdir()
     assert main(["new", "whitworth", "studies"]) == 0
     assert names("studies") == [SCHEMA, "whitworth.yaml"]
 
 
-def test_what_was_changed_is_replaced_only_by_force(capsys: Capture) -> None:
+def test_what_was_changed_is_replaced_only_by_force(capsys):
     assert main(["new"]) == 0
     assert main(["new"]) == 0  # nothing would be lost
     Path("no_clearance.yaml").write_text("mine", encoding="utf-8")
@@ -72,7 +72,7 @@ def test_what_was_changed_is_replaced_only_by_force(capsys: Capture) -> None:
     assert content("no_clearance.yaml") != "mine"
 
 
-def test_points_of_the_user_stay_and_nothing_else_is_left(capsys: Capture) -> None:
+def test_points_of_the_user_stay_and_nothing_else_is_left(capsys):
     Path("track_points.csv").write_text("1, 2\n", encoding="utf-8")
     assert main(["new", "spline_track"]) == 2
     told = capsys.readouterr().err
@@ -92,9 +92,7 @@ def test_points_of_the_user_stay_and_nothing_else_is_left(capsys: Capture) -> No
         (["rigid", "/dev/null"], "can't write /dev/null: it is a device"),
     ],
 )
-def test_what_can_not_be_copied_is_bad_input(
-    arguments: list[str], told: str, capsys: Capture
-) -> None:
+def test_what_can_not_be_copied_is_bad_input(arguments, told, capsys):
     try:
         code = main(["new", *arguments])
     except SystemExit as ended:  # argparse's
@@ -104,7 +102,7 @@ def test_what_can_not_be_copied_is_bad_input(
     assert names() == []
 
 
-def test_the_list_has_every_model_and_fits_80_columns(capsys: Capture) -> None:
+def test_the_list_has_every_model_and_fits_80_columns(capsys):
     assert main(["new", "--list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 80
@@ -114,7 +112,7 @@ def test_the_list_has_every_model_and_fits_80_columns(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize("command", ["check", "simulate"])
-def test_a_model_of_an_unknown_name_is_told_with_a_near_one(command: str, capsys: Capture) -> None:
+def test_a_model_of_an_unknown_name_is_told_with_a_near_one(command, capsys):
     with pytest.raises(SystemExit) as ended:
         main([command, "no_clearence"])
     assert ended.value.code == 2
@@ -123,7 +121,7 @@ def test_a_model_of_an_unknown_name_is_told_with_a_near_one(command: str, capsys
     assert "did you mean 'no_clearance'?\nhint: 'exudyn-flexlink new --list' names all\n" in told
 
 
-def test_an_own_file_whose_suffix_was_forgotten_is_told(capsys: Capture) -> None:
+def test_an_own_file_whose_suffix_was_forgotten_is_told(capsys):
     assert main(["new", "rigid", "mine.yaml"]) == 0
     with pytest.raises(SystemExit) as ended:
         main(["check", "mine"])
@@ -131,7 +129,7 @@ def test_an_own_file_whose_suffix_was_forgotten_is_told(capsys: Capture) -> None
     assert "did you mean 'mine.yaml'?" in capsys.readouterr().err
 
 
-def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys: Capture) -> None:
+def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys):
     """Who changed his copy, and forgets the suffix, must not take the other's numbers for his."""
     assert main(["new", "rigid"]) == 0
     assert main(["check", "rigid"]) == 0
@@ -140,9 +138,7 @@ def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys: Capture)
 
 
 @pytest.mark.parametrize("command", [["new", "--list"], ["check", "no_clearance"], ["verify"]])
-def test_an_installation_without_models_is_told(
-    command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
+def test_an_installation_without_models_is_told(command, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("exudyn_flexlink.shipped.HERE", tmp_path / "package")
     assert main(command) == 2
     assert capsys.readouterr().err.startswith("the models are missing beside ")

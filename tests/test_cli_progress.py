@@ -4,7 +4,6 @@ import io
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from cli_runs import NO_CLEARANCE, ROOT, python
@@ -34,12 +33,12 @@ sys.exit(cli.main(['simulate', sys.argv[2], '--no-plots', '--out', *sys.argv[3:]
 """
 
 
-def prepared(more: str) -> str:
+def prepared(more):
     """Return the program with some more lines before it is run."""
     return PROGRESS.replace("cli.terminal.SOON", more + "cli.terminal.SOON")
 
 
-def on_a_terminal(*arguments: str, before: str = "") -> str:
+def on_a_terminal(*arguments, before=""):
     """What the program writes to stderr if that is a terminal."""
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()
@@ -65,7 +64,7 @@ def on_a_terminal(*arguments: str, before: str = "") -> str:
     return seen.decode()
 
 
-def test_a_long_run_shows_its_progress_and_the_time_left(tmp_path: Path) -> None:
+def test_a_long_run_shows_its_progress_and_the_time_left(tmp_path):
     seen = on_a_terminal("0.1", NO_CLEARANCE, str(tmp_path / "out"))
     assert "simulating" in seen
     assert "%" in seen
@@ -73,14 +72,12 @@ def test_a_long_run_shows_its_progress_and_the_time_left(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(("pause", "quiet"), [("0", []), ("0.1", ["--quiet"])])
-def test_a_short_or_quiet_run_shows_no_progress(
-    pause: str, quiet: list[str], tmp_path: Path
-) -> None:
+def test_a_short_or_quiet_run_shows_no_progress(pause, quiet, tmp_path):
     seen = on_a_terminal(pause, NO_CLEARANCE, str(tmp_path / "out"), *quiet)
     assert seen.strip() == "warning: made up"
 
 
-def test_a_long_piped_run_tells_its_progress_in_lines(tmp_path: Path) -> None:
+def test_a_long_piped_run_tells_its_progress_in_lines(tmp_path):
     """After 10 s the first, then 5 s apart at least; by a clock that only pauses move on."""
     clock = """
 now = [0.0]
@@ -98,15 +95,13 @@ time.sleep = lambda pause: now.append(now.pop() + pause)
     assert quiet.stderr == "warning: made up\n"
 
 
-def test_a_piped_run_shows_no_progress(tmp_path: Path) -> None:
+def test_a_piped_run_shows_no_progress(tmp_path):
     ran = python("-c", PROGRESS, "0.05", NO_CLEARANCE, str(tmp_path / "out"))
     assert ran.returncode == 0
     assert ran.stderr == "warning: made up\n"
 
 
-def test_rows_too_long_for_a_terminal_are_broken_between_words(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_rows_too_long_for_a_terminal_are_broken_between_words(monkeypatch):
     text = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell of words\n"
     told = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell\n      of words\n"
     assert folded(text, 20) == told

@@ -1,11 +1,10 @@
 """The command `report`, and `simulate --report`: where pages go, and what they never replace."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli_runs import NO_CLEARANCE, Capture, Fake
+from cli_runs import NO_CLEARANCE
 from pages import read_page
 from results import put, rigid_link, stopped
 
@@ -13,39 +12,37 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.api.results import own_result
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.page import PAGE, is_page, page_of
-from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage import StorageError, own_files
 
 SIMULATE = ["simulate", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here", "--report"]
 
 
 @pytest.fixture(autouse=True)
-def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+def without_figures(monkeypatch):
     """Leave out the figures of pages, which take seconds."""
     monkeypatch.setattr("exudyn_flexlink.page.contents.pictures_of", lambda _: {})
 
 
 @pytest.fixture
-def saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def saved(tmp_path, monkeypatch):
     """Return the folder of a run, in the folder that the program is called in."""
     monkeypatch.chdir(tmp_path)
     put(rigid_link(turns=1, samples=401), "run")
     return Path("run")
 
 
-def closed_form(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def closed_form(scene, engine="exudyn", progress=None):
     return rigid_link(scene=scene, samples=401)
 
 
-def page_in(folder: Path | str) -> str:
+def page_in(folder):
     return (Path(folder) / PAGE).read_text(encoding="utf-8")
 
 
 # --- report -----------------------------------------------------------------------------------
 
 
-def test_a_page_is_put_beside_its_run(saved: Path, capsys: Capture) -> None:
+def test_a_page_is_put_beside_its_run(saved, capsys):
     assert main(["report", "run"]) == 0
     assert capsys.readouterr().out == f"Report written to {saved / PAGE}\n"
     read_page(page_in(saved))
@@ -54,12 +51,12 @@ def test_a_page_is_put_beside_its_run(saved: Path, capsys: Capture) -> None:
     assert main(["report", "run"]) == 0  # its own is replaced
 
 
-def test_the_page_of_a_saved_run_is_that_of_the_run_itself(saved: Path) -> None:
+def test_the_page_of_a_saved_run_is_that_of_the_run_itself(saved):
     main(["report", "run"])
     assert page_in(saved) == page_of(rigid_link(turns=1, samples=401))
 
 
-def test_a_page_may_be_put_elsewhere(saved: Path) -> None:
+def test_a_page_may_be_put_elsewhere(saved):
     assert main(["report", "run", "--out", "strike.html"]) == 0
     read_page(Path("strike.html").read_text(encoding="utf-8"))
     assert not (saved / PAGE).exists()
@@ -67,9 +64,7 @@ def test_a_page_may_be_put_elsewhere(saved: Path) -> None:
 
 
 @pytest.mark.parametrize("out", [[], ["--out", "run/report.html"]], ids=["beside", "by name"])
-def test_a_file_of_the_user_is_replaced_only_by_force(
-    saved: Path, out: list[str], capsys: Capture
-) -> None:
+def test_a_file_of_the_user_is_replaced_only_by_force(saved, out, capsys):
     (saved / PAGE).write_text("<p>my notes</p>")
     assert main(["report", "run", *out]) == 2
     assert "--force" in capsys.readouterr().err
@@ -78,7 +73,7 @@ def test_a_file_of_the_user_is_replaced_only_by_force(
     assert is_page(page_in(saved).encode())
 
 
-def test_what_is_no_run_has_no_report(saved: Path, capsys: Capture) -> None:
+def test_what_is_no_run_has_no_report(saved, capsys):
     Path("empty").mkdir()
     for folder in ("empty", "nowhere"):
         assert main(["report", folder]) == 2
@@ -86,14 +81,14 @@ def test_what_is_no_run_has_no_report(saved: Path, capsys: Capture) -> None:
     assert list(Path("empty").iterdir()) == []
 
 
-def test_a_page_has_the_ending_that_browsers_know(saved: Path, capsys: Capture) -> None:
+def test_a_page_has_the_ending_that_browsers_know(saved, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["report", "run", "--out", "page.pdf"])
     assert stop.value.code == 2
     assert "'page.pdf' does not end in .html or .htm" in capsys.readouterr().err
 
 
-def test_a_folder_that_is_missing_is_no_place(saved: Path, capsys: Capture) -> None:
+def test_a_folder_that_is_missing_is_no_place(saved, capsys):
     assert main(["report", "run", "--out", "nowhere/a.html"]) == 2
     assert "no such folder" in capsys.readouterr().err
 
@@ -102,11 +97,11 @@ def test_a_folder_that_is_missing_is_no_place(saved: Path, capsys: Capture) -> N
 
 
 @pytest.fixture
-def made_by_closed_form(run_of: Callable[[Fake], None]) -> None:
+def made_by_closed_form(run_of):
     run_of(closed_form)
 
 
-def test_a_run_brings_its_page(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+def test_a_run_brings_its_page(run_of, capsys):
     run_of(closed_form)
     assert main([one for one in SIMULATE if one != "--quiet"]) == 0
     assert PAGE in capsys.readouterr().out
@@ -115,14 +110,14 @@ def test_a_run_brings_its_page(run_of: Callable[[Fake], None], capsys: Capture) 
     assert not list(Path("here").glob("*.png"))
 
 
-def test_a_run_without_a_page_leaves_none_of_an_earlier_one(run_of: Callable[[Fake], None]) -> None:
+def test_a_run_without_a_page_leaves_none_of_an_earlier_one(run_of):
     run_of(closed_form)
     main(SIMULATE)
     assert main(SIMULATE[:-1]) == 0
     assert not Path("here", PAGE).exists()
 
 
-def test_a_run_that_stopped_has_a_page_that_says_why(run_of: Callable[[Fake], None]) -> None:
+def test_a_run_that_stopped_has_a_page_that_says_why(run_of):
     run_of(lambda scene, engine, progress=None: stopped(closed_form(scene)))
     assert main(SIMULATE) == 1
     assert "no convergence at the smallest step" in read_page(page_in("here")).words
@@ -137,10 +132,8 @@ def test_a_run_that_stopped_has_a_page_that_says_why(run_of: Callable[[Fake], No
         (KeyboardInterrupt(), 130, "interrupted: the run is whole"),
     ],
 )
-def test_no_failure_of_a_page_costs_the_run(
-    error: BaseException, code: int, told: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    def fail(_: Result) -> str:
+def test_no_failure_of_a_page_costs_the_run(error, code, told, monkeypatch, capsys):
+    def fail(_):
         raise error
 
     monkeypatch.setattr("exudyn_flexlink.page.rendering.page_of", fail)
@@ -153,7 +146,7 @@ def test_no_failure_of_a_page_costs_the_run(
 # --- Python -----------------------------------------------------------------------------------
 
 
-def test_a_result_writes_its_page(tmp_path: Path) -> None:
+def test_a_result_writes_its_page(tmp_path):
     result = own_result(rigid_link(turns=1, samples=401))
     path = result.report(tmp_path / "a.html")
     assert path.read_text(encoding="utf-8") == page_of(result)

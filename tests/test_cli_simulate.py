@@ -1,27 +1,25 @@
 """The command `simulate`: runs made by closed form, and a real one."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from cli_runs import NO_CLEARANCE, RIGID, Capture, Fake, python, row
+from cli_runs import NO_CLEARANCE, RIGID, python, row
 from results import rigid_link, stopped
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.result import Outcome, Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.result import Outcome
 
 # --- simulate, with runs made by closed form --------------------------------------------------
 
 
-def closed_form(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def closed_form(scene, engine="exudyn", progress=None):
     return rigid_link(scene=scene)
 
 
-def test_simulate_summarises_the_run(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+def test_simulate_summarises_the_run(run_of, capsys):
     run_of(closed_form)
     assert main(["simulate", NO_CLEARANCE, "--no-plots"]) == 0
     shown = capsys.readouterr()
@@ -41,17 +39,17 @@ def test_simulate_summarises_the_run(run_of: Callable[[Fake], None], capsys: Cap
     assert all(name in shown.out for name in written)
 
 
-def test_quiet_says_no_more_than_warnings(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+def test_quiet_says_no_more_than_warnings(run_of, capsys):
     run_of(closed_form)
     assert main(["simulate", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here"]) == 0
     assert tuple(capsys.readouterr()) == ("", "warning: made up\n")
     assert Path("here/summary.json").is_file()
 
 
-def test_settings_reach_the_engine(run_of: Callable[[Fake], None]) -> None:
-    seen: list[float | None] = []
+def test_settings_reach_the_engine(run_of):
+    seen = []
 
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+    def fake(scene, engine="exudyn", progress=None):
         seen.append(scene.run.turns)
         return rigid_link(scene=scene)
 
@@ -70,9 +68,7 @@ def test_settings_reach_the_engine(run_of: Callable[[Fake], None]) -> None:
         ("sweep", "--retries", "accuracy.tolerance"),
     ],
 )
-def test_an_option_that_went_is_told_with_what_to_do_instead(
-    command: str, option: str, instead: str, capsys: Capture
-) -> None:
+def test_an_option_that_went_is_told_with_what_to_do_instead(command, option, instead, capsys):
     with pytest.raises(SystemExit) as ended:
         main([command, RIGID, option])
     assert ended.value.code == 2
@@ -82,9 +78,7 @@ def test_an_option_that_went_is_told_with_what_to_do_instead(
 
 
 @pytest.mark.parametrize("quiet", [[], ["--quiet"]])
-def test_a_failed_run_is_kept_and_explained(
-    run_of: Callable[[Fake], None], quiet: list[str], capsys: Capture
-) -> None:
+def test_a_failed_run_is_kept_and_explained(run_of, quiet, capsys):
     run_of(lambda scene, engine, progress=None: stopped(rigid_link(scene=scene)))
     assert main(["simulate", NO_CLEARANCE, "--no-plots", *quiet]) == 1
     shown = capsys.readouterr()
@@ -96,10 +90,8 @@ def test_a_failed_run_is_kept_and_explained(
     assert shown.out.startswith("" if quiet else "Stopped before its end: ")
 
 
-def test_an_engine_that_stops_at_an_interrupt_keeps_its_part(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def test_an_engine_that_stops_at_an_interrupt_keeps_its_part(run_of, capsys):
+    def fake(scene, engine="exudyn", progress=None):
         return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, "interrupted"))
 
     run_of(fake)
@@ -108,10 +100,8 @@ def test_an_engine_that_stops_at_an_interrupt_keeps_its_part(
     assert Path("runs/no_clearance/summary.json").is_file()
 
 
-def test_an_interrupt_leaves_nothing_behind(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def test_an_interrupt_leaves_nothing_behind(run_of, capsys):
+    def fake(scene, engine="exudyn", progress=None):
         raise KeyboardInterrupt
 
     run_of(fake)
@@ -120,10 +110,8 @@ def test_an_interrupt_leaves_nothing_behind(
     assert list(Path().iterdir()) == []
 
 
-def test_what_an_engine_cant_represent_is_bad_input(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def test_what_an_engine_cant_represent_is_bad_input(run_of, capsys):
+    def fake(scene, engine="exudyn", progress=None):
         raise NotRepresentableError(("joints", "pin"), "no such slot")
 
     run_of(fake)
@@ -135,10 +123,8 @@ def test_what_an_engine_cant_represent_is_bad_input(
     assert list(Path().iterdir()) == []
 
 
-def test_a_folder_of_something_else_is_refused_before_the_run(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def test_a_folder_of_something_else_is_refused_before_the_run(run_of, capsys):
+    def fake(scene, engine="exudyn", progress=None):
         raise AssertionError("must not run")
 
     run_of(fake)
@@ -153,7 +139,7 @@ def test_a_folder_of_something_else_is_refused_before_the_run(
 
 
 @pytest.fixture(scope="module")
-def real_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def real_run(tmp_path_factory):
     """Run of the program as a user starts it, with figures: one strike."""
     target = tmp_path_factory.mktemp("runs") / "short"
     command = ["-m", "exudyn_flexlink", "simulate", RIGID, "--set", "run.turns=0.75"]
@@ -166,18 +152,18 @@ def real_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return target
 
 
-def test_a_real_run_writes_results_and_figures(real_run: Path) -> None:
+def test_a_real_run_writes_results_and_figures(real_run):
     assert (real_run / "summary.json").is_file()
     assert list(real_run.rglob("*.png"))
 
 
-def test_plot_draws_the_figures_again(real_run: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_plot_draws_the_figures_again(real_run, tmp_path, capsys):
     assert main(["plot", str(real_run), "--out", str(tmp_path / "figures")]) == 0
     assert "Figures written to" in capsys.readouterr().out
     first = {path.name for path in real_run.rglob("*.png")}
     assert {path.name for path in (tmp_path / "figures").rglob("*.png")} == first
 
 
-def test_plot_of_no_run_is_bad_input(tmp_path: Path, capsys: Capture) -> None:
+def test_plot_of_no_run_is_bad_input(tmp_path, capsys):
     assert main(["plot", str(tmp_path)]) == 2
     assert "Traceback" not in capsys.readouterr().err

@@ -15,8 +15,8 @@ from test_mechanism_assembly import assembled, pin, rods
     ],
 )
 def test_speeds_that_are_left_open_do_not_depend_on_a_body_s_axes(
-    up: float, drive: str, initial: str, trolley: float, load: float
-) -> None:
+    up, drive, initial, trolley, load
+):
     """A load hangs on a trolley: it does not turn, and the trolley stands, unless they have to."""
     found = assembled(
         "bodies:\n"
@@ -33,7 +33,7 @@ def test_speeds_that_are_left_open_do_not_depend_on_a_body_s_axes(
     )
 
 
-def test_pendulums_in_a_row_hang_still_but_for_those_that_are_told_to_turn() -> None:
+def test_pendulums_in_a_row_hang_still_but_for_those_that_are_told_to_turn():
     bars = "".join(
         f"  {name}: {{type: rigid, mass: 1, inertia: 0.1,"
         f" points: {{a: [{a}, 0], b: [{a + 1}, 0]}}}}\n"
@@ -47,7 +47,7 @@ def test_pendulums_in_a_row_hang_still_but_for_those_that_are_told_to_turn() -> 
     assert found.state.v[:, 2] == pytest.approx([3, 0, 0], abs=1e-13)
 
 
-def test_a_long_chain_whose_ends_are_told_to_turn_hangs_still_between_them() -> None:
+def test_a_long_chain_whose_ends_are_told_to_turn_hangs_still_between_them():
     count = 60
     bars = "".join(
         f"  b{k}: {{type: rigid, mass: 1, inertia: 0.1, points: {{a: [0, 0], b: [1, 0]}}}}\n"
@@ -60,7 +60,7 @@ def test_a_long_chain_whose_ends_are_told_to_turn_hangs_still_between_them() -> 
     assert found.state.v[:, 2] == pytest.approx([1, *[0] * (count - 2), 3], abs=1e-10)
 
 
-def test_a_loop_shares_what_it_leaves_open_of_its_angular_speeds() -> None:
+def test_a_loop_shares_what_it_leaves_open_of_its_angular_speeds():
     """Five bars: of two freedoms one is given; the sum of the squares of the others is least."""
     found = assembled(
         rods(a=0.1, b=0.3, c=0.2, d=0.25)

@@ -3,10 +3,6 @@
 In the table of tolerances, among the hard cases, and in the models that fuzzing changes.
 """
 
-from collections.abc import Iterable, Iterator
-from pathlib import Path
-from typing import Any
-
 import pytest
 import tolerance
 from fuzzing.inputs import shipped_models
@@ -17,7 +13,7 @@ from pydantic import BaseModel
 
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.scene import FlexibleBody, RevoluteJoint, RigidBody, Scene, json_schema
+from exudyn_flexlink.scene import FlexibleBody, RevoluteJoint, RigidBody, json_schema
 
 # Settings of a run, and sections, whose numbers alone count.
 NO_PARTS = {"Accuracy", "Initial", "Material", "Outputs", "Run", "Solver"}
@@ -27,7 +23,7 @@ WAYS = {"stretch", "point mass", "free body", "clearance in a joint", "carried c
 WAYS |= {"hollow circle", "gravity"}
 
 
-def used(scene: Scene) -> set[str]:
+def used(scene):
     """Parts of a scene, by their classes, and ways in which parts are used."""
     held = {name for name in scene.bodies if any(name in repr(j) for j in scene.joints.values())}
     bodies, joints = scene.bodies.values(), scene.joints.values()
@@ -42,7 +38,7 @@ def used(scene: Scene) -> set[str]:
     return {way for way, found in ways.items() if found} | set(_parts(scene))
 
 
-def _parts(value: Any) -> Iterator[str]:
+def _parts(value):
     """Names of the classes of everything below a value."""
     if isinstance(value, Expression):
         yield "expression"
@@ -60,7 +56,7 @@ def _parts(value: Any) -> Iterator[str]:
             yield from _parts(one)
 
 
-def missing(files: Iterable[Path]) -> set[str]:
+def missing(files):
     """Parts and ways that no model has."""
     return (PARTS | WAYS).difference(*(used(load_scene(file)) for file in files))
 
@@ -76,5 +72,5 @@ PLACES = {
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_every_part_is_tried(place: str) -> None:
+def test_every_part_is_tried(place):
     assert missing(file for file in PLACES[place] if file.exists()) == set()

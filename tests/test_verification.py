@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_runs import Capture
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
@@ -18,7 +16,7 @@ from exudyn_flexlink.plots import differences
 from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.shipped import benchmark_files
 from exudyn_flexlink.source import SceneError
-from exudyn_flexlink.verification import VerifiedRun, judged, read_benchmark
+from exudyn_flexlink.verification import judged, read_benchmark
 
 PENDULUM = """\
 title: Pendulum
@@ -47,7 +45,7 @@ runs:
 
 
 @pytest.fixture
-def files(tmp_path: Path) -> Path:
+def files(tmp_path):
     """Return a file of published numbers, beside its model."""
     (tmp_path / "own.yaml").write_text(PENDULUM, encoding="utf-8")
     file = tmp_path / "own.published.yaml"
@@ -55,7 +53,7 @@ def files(tmp_path: Path) -> Path:
     return file
 
 
-def verified(file: Path) -> list[VerifiedRun]:
+def verified(file):
     benchmark = read_benchmark(file)
     return [
         judged(benchmark, one, simulate(one.scene, one.engine, measure=False))
@@ -64,13 +62,13 @@ def verified(file: Path) -> list[VerifiedRun]:
 
 
 @pytest.mark.parametrize("name", sorted(set(benchmark_files()) - {"cantilever"}))
-def test_benchmarks_are_as_near_as_allowed(name: str) -> None:
+def test_benchmarks_are_as_near_as_allowed(name):
     off = [(one.run, n) for one in verified(benchmark_files()[name]) for n in one.numbers
            if not n.fine]  # fmt: skip
     assert off == []
 
 
-def test_frequencies_of_a_cantilever_of_rods_are_of_order_two() -> None:
+def test_frequencies_of_a_cantilever_of_rods_are_of_order_two():
     benchmark = read_benchmark(benchmark_files()["cantilever"])
     errors = []
     for rods, one in zip((4, 8, 16), benchmark.runs[1:4], strict=True):
@@ -83,7 +81,7 @@ def test_frequencies_of_a_cantilever_of_rods_are_of_order_two() -> None:
     assert np.all(orders > 1.6)
 
 
-def test_every_benchmark_has_a_source_and_reasons() -> None:
+def test_every_benchmark_has_a_source_and_reasons():
     there = {"pendulum", "n_four_bar", "n_four_bar_40", "cantilever", "flores_slider",
              "four_bar_clearance", "cam_jump", "cam_lift_off"}  # fmt: skip
     assert there <= set(benchmark_files())
@@ -93,13 +91,13 @@ def test_every_benchmark_has_a_source_and_reasons() -> None:
         assert all(n.because for one in benchmark.runs for n in one.numbers.values())
 
 
-def test_quantities_of_an_even_turn(files: Path) -> None:
+def test_quantities_of_an_even_turn(files):
     (found,) = verified(files)
     assert found.fine, found
     assert [n.unit for n in found.numbers] == ["m", "m", "m/s", "rad", "rad/s", "J"]
 
 
-def test_a_number_that_is_off_costs_the_exit_code(files: Path, capsys: Capture) -> None:
+def test_a_number_that_is_off_costs_the_exit_code(files, capsys):
     files.write_text(NUMBERS.replace("body: bob, value: 2, allowed_part", "body: bob, value: 2.1, "
                                      "allowed_part"), encoding="utf-8")  # fmt: skip
     assert main(["verify", str(files), "--quiet"]) == 1
@@ -110,7 +108,7 @@ def test_a_number_that_is_off_costs_the_exit_code(files: Path, capsys: Capture) 
     assert "closed form: it turns evenly" in told
 
 
-def test_numbers_of_a_stopped_run_are_missing(files: Path) -> None:
+def test_numbers_of_a_stopped_run_are_missing(files):
     benchmark = read_benchmark(files)
     result = simulate(benchmark.runs[0].scene)
     stopped = replace(result, outcome=Outcome(False, 0.3, "no step was small enough"))
@@ -121,7 +119,7 @@ def test_numbers_of_a_stopped_run_are_missing(files: Path) -> None:
     assert differences([found]).axes
 
 
-def test_results_are_printed_as_json_and_markdown(files: Path, capsys: Capture) -> None:
+def test_results_are_printed_as_json_and_markdown(files, capsys):
     assert main(["verify", str(files), "--as", "json"]) == 0
     (one,) = json.loads(capsys.readouterr().out)
     assert (one["benchmark"], one["run"], one["fine"]) == ("own", "turning", True)
@@ -132,7 +130,7 @@ def test_results_are_printed_as_json_and_markdown(files: Path, capsys: Capture) 
     assert len({row.count("|") for row in rows}) == 1
 
 
-def test_its_figure_is_written_and_replaces_no_other_file(files: Path, capsys: Capture) -> None:
+def test_its_figure_is_written_and_replaces_no_other_file(files, capsys):
     figure = files.with_name("differences.svg")
     for _ in range(2):
         assert main(["verify", str(files), "--figure", str(figure)]) == 0
@@ -156,7 +154,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("right", MISTAKES)
-def test_a_mistake_is_shown_where_it_stands(files: Path, right: str, capsys: Capture) -> None:
+def test_a_mistake_is_shown_where_it_stands(files, right, capsys):
     wrong, message = MISTAKES[right]
     assert NUMBERS.count(right) == 1
     files.write_text(NUMBERS.replace(right, wrong), encoding="utf-8")
@@ -167,7 +165,7 @@ def test_a_mistake_is_shown_where_it_stands(files: Path, right: str, capsys: Cap
     assert "^" in told
 
 
-def test_all_mistakes_are_shown_at_once(files: Path) -> None:
+def test_all_mistakes_are_shown_at_once(files):
     text = NUMBERS.replace("axis: x, at", "axis: z, at").replace("type: angle,", "type: angel,")
     files.write_text(text, encoding="utf-8")
     with pytest.raises(SceneError) as caught:
@@ -175,14 +173,14 @@ def test_all_mistakes_are_shown_at_once(files: Path) -> None:
     assert len(caught.value.mistakes) == 2
 
 
-def test_an_unknown_benchmark_is_named(capsys: Capture) -> None:
+def test_an_unknown_benchmark_is_named(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["verify", "pendulem"])
     assert ended.value.code == 2
     assert "did you mean 'pendulum'?" in capsys.readouterr().err
 
 
-def test_a_line_is_found_beside_a_stronger_one() -> None:
+def test_a_line_is_found_beside_a_stronger_one():
     time = np.linspace(0, 40, 8001)
     signal = 3 + np.cos(3.516 * time) + 1e-3 * np.sin(22.03 * time + pi / 5)
     assert strongest_line(time, signal, 2, 5) == pytest.approx(3.516, rel=1e-6)
