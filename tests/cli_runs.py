@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from results import rigid_link
 
+from exudyn_flexlink.cli import main
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -40,6 +41,14 @@ def python(*arguments: str, **options: object) -> subprocess.CompletedProcess[st
         timeout=120,
         **options,  # type: ignore[call-overload]
     )
+
+
+def code_of(*arguments: str) -> int:
+    """Exit code of a command, also where argparse ends it."""
+    try:
+        return main([*arguments])
+    except SystemExit as ended:
+        return int(ended.code or 0)
 
 
 def row(text: str, first: str) -> list[str]:

@@ -16,7 +16,7 @@ from exudyn_flexlink.accuracy import (
     judge,
     methods_of,
 )
-from exudyn_flexlink.accuracy.sources import extrapolated, with_more_rods, with_stiffer_contacts
+from exudyn_flexlink.accuracy.sources import with_more_rods, with_stiffer_contacts
 from exudyn_flexlink.accuracy.study import Studying
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.loading import load_scene
@@ -80,12 +80,6 @@ def test_half_ends_are_extrapolated_at_second_order():
     assert rods.errors.largest == pytest.approx(RODS / 16, rel=1e-6)
     assert "O(1/n^2)" in accuracy_text(study, "simulate it")
     assert "about 8 rods" in recommendation(study)  # 4 sqrt(1.25e-4 / 4e-5) = 7.07
-
-
-def test_extrapolation():
-    assert extrapolated(2, 1) == 2
-    assert extrapolated(2, 2) == pytest.approx(4 / 3)
-    assert extrapolated(4, 0.5) == 2
 
 
 def test_a_finer_link_is_damped_like_the_link():

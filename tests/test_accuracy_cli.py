@@ -69,26 +69,6 @@ def test_the_command_that_is_advised_keeps_its_promise(tmp_path, capsys):
     assert compare(exact, made).deviation.largest <= target / 3
 
 
-@pytest.mark.parametrize("option", ["--budget=-3", "--budget=x", "--target=0", "--target=inf"])
-def test_bad_options_are_told(option, capsys):
-    with pytest.raises(SystemExit) as stop:
-        accuracy(option)
-    assert stop.value.code == 2
-    assert f"argument {option.split('=')[0]}: expected " in capsys.readouterr().err
-
-
-def test_a_bad_model_is_told(capsys):
-    assert main(["accuracy", "nowhere.yaml"]) == 2
-    assert "nowhere.yaml" in capsys.readouterr().err
-
-
-def test_a_file_in_the_way_is_told_before_anything_runs(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(engines, "simulate", None)
-    (tmp_path / "out").write_text("mine")
-    assert accuracy(f"--out={tmp_path / 'out'}") == 2
-    assert "is a file" in capsys.readouterr().err
-
-
 def interrupt_after(runs, monkeypatch):
     """Let Ctrl-C fall into the first run after so many settings; those warming up don't count."""
     whole, settings = engines.simulate, set()

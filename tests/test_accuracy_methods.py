@@ -12,19 +12,12 @@ from exudyn_flexlink.accuracy.study import Studying
 # --- costs and ladders
 
 
-def test_costs_follow_the_power_law_of_the_last_two():
+def test_costs_follow_the_power_law_of_the_two_finest():
+    """One alone grows like a second-order method; noise makes no finer run cheaper, or absurd."""
     costs = {1e-4: 1.0, 1e-5: 2.0, 1e-6: 8.0}  # fourfold per decade at the end
-    assert predict(costs, 1e-7) == pytest.approx(32.0)
-    assert predict(costs, 1e-8) == pytest.approx(128.0)
-    assert predict(costs, 1e-3) == 1.0
-
-
-def test_one_cost_grows_like_a_second_order_method():
+    assert [predict(costs, x) for x in (1e-7, 1e-8, 1e-3)] == pytest.approx([32.0, 128.0, 1.0])
     assert predict({1e-4: 1.0}, 1e-6) == pytest.approx(10.0)
     assert predict({1e-4: 1.0}, 1e-6, "step") == pytest.approx(100.0)
-
-
-def test_a_noisy_cost_makes_no_finer_run_cheaper_or_absurd():
     assert predict({1e-4: 2.0, 1e-5: 1.0}, 1e-6) == 1.0
     assert predict({1e-4: 1e-3, 1e-5: 1.0}, 1e-6) == pytest.approx(10.0)
 

@@ -95,12 +95,6 @@ time.sleep = lambda pause: now.append(now.pop() + pause)
     assert quiet.stderr == "warning: made up\n"
 
 
-def test_a_piped_run_shows_no_progress(tmp_path):
-    ran = python("-c", PROGRESS, "0.05", NO_CLEARANCE, str(tmp_path / "out"))
-    assert ran.returncode == 0
-    assert ran.stderr == "warning: made up\n"
-
-
 def test_rows_too_long_for_a_terminal_are_broken_between_words(monkeypatch):
     text = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell of words\n"
     told = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell\n      of words\n"

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from cli_runs import NO_CLEARANCE
+from cli_runs import NO_CLEARANCE, code_of
 from pages import read_page
 from results import put, rigid_link, stopped
 
@@ -56,11 +56,13 @@ def test_the_page_of_a_saved_run_is_that_of_the_run_itself(saved):
     assert page_in(saved) == page_of(rigid_link(turns=1, samples=401))
 
 
-def test_a_page_may_be_put_elsewhere(saved):
+def test_a_page_may_be_put_elsewhere(saved, capsys):
     assert main(["report", "run", "--out", "strike.html"]) == 0
     read_page(Path("strike.html").read_text(encoding="utf-8"))
     assert not (saved / PAGE).exists()
     assert main(["report", "run", "--out", "strike.html"]) == 0
+    assert code_of("report", "run", "--out", "page.pdf") == 2
+    assert "'page.pdf' does not end in .html or .htm" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("out", [[], ["--out", "run/report.html"]], ids=["beside", "by name"])
@@ -81,24 +83,7 @@ def test_what_is_no_run_has_no_report(saved, capsys):
     assert list(Path("empty").iterdir()) == []
 
 
-def test_a_page_has_the_ending_that_browsers_know(saved, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(["report", "run", "--out", "page.pdf"])
-    assert stop.value.code == 2
-    assert "'page.pdf' does not end in .html or .htm" in capsys.readouterr().err
-
-
-def test_a_folder_that_is_missing_is_no_place(saved, capsys):
-    assert main(["report", "run", "--out", "nowhere/a.html"]) == 2
-    assert "no such folder" in capsys.readouterr().err
-
-
 # --- simulate --report ------------------------------------------------------------------------
-
-
-@pytest.fixture
-def made_by_closed_form(run_of):
-    run_of(closed_form)
 
 
 def test_a_run_brings_its_page(run_of, capsys):
@@ -123,16 +108,18 @@ def test_a_run_that_stopped_has_a_page_that_says_why(run_of):
     assert "no convergence at the smallest step" in read_page(page_in("here")).words
 
 
-@pytest.mark.usefixtures("made_by_closed_form")
 @pytest.mark.parametrize(
-    ("error", "code", "told"),
+    "failure",
     [
         (ValueError("a mistake"), 1, "no report: ValueError: a mistake; the numbers are kept"),
         (MemoryError(), 1, "no report: not enough memory"),
         (KeyboardInterrupt(), 130, "interrupted: the run is whole"),
     ],
 )
-def test_no_failure_of_a_page_costs_the_run(error, code, told, monkeypatch, capsys):
+def test_no_failure_of_a_page_costs_the_run(failure, run_of, monkeypatch, capsys):
+    run_of(closed_form)
+    error, code, told = failure
+
     def fail(_):
         raise error
 
