@@ -42,19 +42,6 @@ def test_a_row_has_the_median_of_the_pairs_and_both_errors(monkeypatch, tmp_path
     assert not trouble
 
 
-def test_a_run_that_fails_is_told_in_its_row(tmp_path):
-    cells, trouble = row(Case("no_such_model", "exudyn", 1.0), tmp_path, 1)
-    assert cells[3] == "failed"
-    assert trouble.startswith("Failed: no_such_model by exudyn, here: ")
-    assert "no_such_model.yaml" in trouble
-
-
-def test_the_reason_is_the_first_line_of_the_message():
-    raised = "Traceback (most recent call last):\n  File x.py\nSomeError: why\n  | y\n2 mistakes"
-    assert compare_commits.reason(f"a warning\n{raised}") == "SomeError: why"
-    assert compare_commits.reason("stopped at 1 s: why") == "stopped at 1 s: why"
-
-
 @pytest.mark.parametrize("case", compare_commits.CASES, ids=lambda case: case.scene)
 def test_models_are_there_and_other_words_replace_some(case, tmp_path):
     file = case.file(tmp_path)

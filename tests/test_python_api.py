@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 from html import unescape
-from importlib import import_module
 from pathlib import Path
 
 import matplotlib as mpl
@@ -16,9 +15,8 @@ import pytest
 import results
 
 import exudyn_flexlink as fl
-from exudyn_flexlink import observables, storage
+from exudyn_flexlink import observables
 from exudyn_flexlink.api.results import own_result
-from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import build
@@ -62,16 +60,12 @@ def test_the_docstring_is_what_happens():
 
 def test_every_name_is_there_and_told():
     assert dir(fl) == sorted(fl.__all__)
+    modules = {module.name for module in pkgutil.iter_modules(fl.__path__)}
     for name in fl.__all__:
         assert getattr(fl, name) is not None
+        assert name not in modules  # importing one sets it as an attribute of its package
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         fl.simulat  # noqa: B018
-
-
-def test_no_module_hides_a_name():
-    """Importing a module sets it as an attribute of its package."""
-    for module in pkgutil.iter_modules(fl.__path__):
-        assert module.name not in fl.__all__
 
 
 def test_the_package_alone_imports_nothing_slow():
@@ -87,10 +81,6 @@ def test_examples_run(example, capsys):
     assert capsys.readouterr().out or list(Path().glob("*.pdf"))
 
 
-def test_there_are_examples():
-    assert len(EXAMPLES) >= 4
-
-
 # --- scenes -----------------------------------------------------------------------------------
 
 
@@ -100,9 +90,6 @@ def test_a_name_a_path_and_a_dict_are_one_scene():
     assert named == fl.load_scene(file) == fl.load_scene(str(file)) == load_scene(file)
     assert fl.load_scene(named.to_data()) == named
     assert isinstance(named, fl.Scene)
-
-
-def test_a_model_of_a_folder_by_either_name():
     assert fl.load_scene("whitworth") == fl.load_scene("textbook/whitworth")
     assert "textbook/whitworth" in fl.model_names()
 
@@ -143,11 +130,8 @@ def test_changes_follow_changes_and_effects():
     assert (rigid.run.turns, rigid.bodies["link"].type) == (2, "rod")
     assert fl.idealise(scene, "clearance").joints["sleeve"].clearance == 0
     assert scene.with_({"run.turns": 3}).with_({"bodies.link.rods": 2}).run.turns == 3
-
-
-def test_points_of_a_file_stay_where_they_are():
-    scene = fl.load_scene("spline_track").with_({"run.turns": 1})
-    assert fl.idealise(scene, "flexibility").with_({"run.turns": 2}).curves == scene.curves
+    points = fl.load_scene("spline_track").with_({"run.turns": 1})  # which a file gives
+    assert fl.idealise(points, "flexibility").with_({"run.turns": 2}).curves == points.curves
 
 
 def test_none_takes_a_key_away():
@@ -203,31 +187,7 @@ def test_a_path_is_no_scene(call):
         call(None)
 
 
-def test_a_scene_tells_itself_in_a_line():
-    told = repr(fl.load_scene("no_clearance", turns=2))
-    assert "\n" not in told
-    assert "2 turns of crank" in told
-    assert "<li>bodies guide, link, lever</li>" in fl.load_scene("no_clearance")._repr_html_()
-
-
-def test_the_command_line_knows_models_by_name(capsys):
-    assert main(["check", "smooth"]) == 0
-    assert "no mistakes" in capsys.readouterr().out
-    with pytest.raises(SystemExit) as caught:
-        main(["check", "smoth"])
-    assert caught.value.code == 2
-    assert "did you mean 'smooth'?" in capsys.readouterr().err
-
-
 # --- results ----------------------------------------------------------------------------------
-
-
-def test_observables_say_what_they_are_in_a_line(run):
-    for found in (run.path("link.end"), run.lever("lever")):
-        assert "\n" not in repr(found)
-        assert len(repr(found)) < 120
-    assert repr(run.path("link.end")).startswith("<PointPath of link.end: to ")
-    assert "rad at" in repr(run.lever("lever"))
 
 
 def test_observables_are_methods(run, tilting):
@@ -254,16 +214,25 @@ def test_what_there_is_none_of_is_told_with_what_there_is(run):
         run.plot.cordinates  # noqa: B018
 
 
-def test_a_result_tells_itself(run):
-    assert "\n" not in repr(run)
-    assert "completed at 2.51327 s" in repr(run)
-    assert "1 warning" in repr(run)
+def test_things_tell_themselves_in_a_line_and_in_a_notebook(run):
+    same = fl.compare(run, run, names=("rigid", "flexible"))
+    stopped = own_result(results.stopped(results.pendulum()))
+    for found, told in (
+        (run, "completed at 2.51327 s, 1601 samples, 1 warning"),
+        (stopped, "stopped: no convergence at the smallest step at 0.5 s"),
+        (run.path("link.end"), "<PointPath of link.end: to "),
+        (run.lever("lever"), "rad at"),
+        (same, "of rigid and flexible: all 8 named points apart by 0 m at most>"),
+        (fl.load_scene("no_clearance", turns=2), "2 turns of crank"),
+    ):
+        assert told in repr(found)
+        assert "\n" not in repr(found)
     page = unescape(run._repr_html_())
     assert "Strikes of contact 'strike'" in page
     assert "warning: made up" in page
-    assert "data:image/png;base64," in page
-    stopped = repr(own_result(results.stopped(results.pendulum())))
-    assert "stopped: no convergence at the smallest step at 0.5 s" in stopped
+    for shown in (page, same._repr_html_()):
+        assert "data:image/png;base64," in shown
+    assert "<li>bodies guide, link, lever</li>" in run.scene._repr_html_()
 
 
 def test_figures_by_name(run, tilting):
@@ -297,15 +266,12 @@ def test_a_saved_run_comes_back(run):
         run.save("mine")
 
 
-def test_tables_need_what_they_are_made_with(run, monkeypatch):
-    for name, ask in (("pandas", lambda: run.to_dataframe("lever")), ("xarray", run.to_xarray)):
-        monkeypatch.setitem(sys.modules, name, None)
-        with pytest.raises(ImportError, match=rf"pip install {name}.*exudyn-flexlink\[tables\]"):
-            ask()
-
-
-def test_tables_are_those_of_the_saved_run(run, tilting):
+def test_tables_are_those_of_the_saved_run(run, tilting, monkeypatch):
     pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    found = run.to_xarray()
+    np.testing.assert_array_equal(found["poses.angle"].sel(part="lever"), run.poses[:, -1, 2])
+    assert found["contacts.strike.force"].attrs["units"] == "N"
     path = run.to_dataframe("link.end")
     assert list(path)[:4] == ["t_s", "crank_angle_rad", "x_m", "y_m"]
     np.testing.assert_array_equal(path["x_m"], run.path("link.end").position[:, 0])
@@ -315,25 +281,10 @@ def test_tables_are_those_of_the_saved_run(run, tilting):
         run.to_dataframe("nix")
     touches = tilting.to_dataframe("sleeve")
     assert list(touches["impulse_N_s"]) == list(tilting.touches("sleeve").impulse)
-
-
-def test_all_samples_are_one_dataset(run):
-    pytest.importorskip("xarray")
-    found = run.to_xarray()
-    np.testing.assert_array_equal(found["poses.angle"].sel(part="lever"), run.poses[:, -1, 2])
-    assert found["contacts.strike.force"].attrs["units"] == "N"
-    assert found["time"].attrs["units"] == "s"
-
-
-def test_comparisons_tell_themselves(run):
-    other = own_result(results.retitled(results.rigid_link(), "other"))
-    found = fl.compare(run, other)
-    assert repr(found) == (
-        "<Comparison of exudyn 1 and exudyn 2: all 8 named points apart by 0 m at most>"
-    )
-    assert "data:image/png" in found._repr_html_()
-    named = fl.compare(run, other, names=("rigid", "flexible"))
-    assert named.second.name == "flexible"
+    for name, ask in (("pandas", lambda: run.to_dataframe("lever")), ("xarray", run.to_xarray)):
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(ImportError, match=rf"pip install {name}.*exudyn-flexlink\[tables\]"):
+            ask()
 
 
 def test_mechanisms_are_put_together_once(monkeypatch):
@@ -368,8 +319,3 @@ def test_ctrl_c_in_python_is_what_it_is_everywhere(engine, settings):
     with pytest.raises(KeyboardInterrupt) as raised:
         fl.simulate(scene, engine, lambda _: signal.raise_signal(signal.SIGINT))
     assert not isinstance(raised.value, LateInterruptError)
-
-
-def test_storage_of_the_package_is_that_of_the_program():
-    assert fl.StorageError is storage.StorageError
-    assert import_module("exudyn_flexlink.storage") is storage
