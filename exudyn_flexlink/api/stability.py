@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from exudyn_flexlink import engines, storage
+from exudyn_flexlink import engines, stability, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import page, style_of
 from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
@@ -21,20 +21,6 @@ from exudyn_flexlink.report import exponent_text, stability_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.scene import Run
 from exudyn_flexlink.scene import Scene as PlainScene
-from exudyn_flexlink.stability import (
-    Asked,
-    Exponent,
-    StoppedError,
-    require_possible,
-    rhythm_of,
-    section_by_crank,
-    section_by_time,
-    section_of_row,
-    section_row,
-    study,
-)
-from exudyn_flexlink.stability import Branches as PlainBranches
-from exudyn_flexlink.stability import Stability as PlainStability
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, OneRun, Scalar
 
 if TYPE_CHECKING:
@@ -42,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Stability(PlainStability):
+class Stability(stability.Stability):
     """What one run of many laps, and its neighbours, tell of a motion; SI units throughout."""
 
     def plot(self, style: str = "screen") -> Figure:
@@ -80,7 +66,7 @@ class Stability(PlainStability):
 
 
 @dataclass(frozen=True, repr=False)
-class Branches(PlainBranches):
+class Branches(stability.Branches):
     """Sections of runs in which one value is varied: a bifurcation diagram."""
 
     def plot(self, axis: str = "y", style: str = "screen") -> Figure:
@@ -104,8 +90,8 @@ def stability_of(
     scene: PlainScene,
     engine: str = "exudyn",
     *,
-    laps: int = Asked.laps,
-    after: float = Asked.after,
+    laps: int = stability.Asked.laps,
+    after: float = stability.Asked.after,
     lap: float | None = None,
     angle: float = 0.0,
     tolerance: float | None = None,
@@ -127,12 +113,12 @@ def stability_of(
         TooShortError: there are too few laps.
 
     """
-    asked = Asked(laps, after, lap, angle, tolerance, twice)
+    asked = stability.Asked(laps, after, lap, angle, tolerance, twice)
     simulate = partial(engines.simulate, engine=engine, measure=False)
-    return with_methods(Stability, study(given_scene(scene), simulate, asked, progress))
+    return with_methods(Stability, stability.study(given_scene(scene), simulate, asked, progress))
 
 
-def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> Exponent:
+def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> stability.Exponent:
     """Largest Lyapunov exponent (1/s) of a scene's motion; `more` is as of `stability_of`."""
     return stability_of(scene, engine, **more).exponent
 
@@ -144,8 +130,8 @@ def bifurcation(
     engine: str = "exudyn",
     progress: Callable[[float], None] | None = None,
     *,
-    laps: int = Asked.laps,
-    after: float = Asked.after,
+    laps: int = stability.Asked.laps,
+    after: float = stability.Asked.after,
     lap: float | None = None,
     angle: float = 0.0,
     folder: str | PathLike[str] | None = None,
@@ -186,12 +172,14 @@ def bifurcation(
     whole = [(value, row.numbers) for value, row in rows if row.status != FAILED]
     if not whole:
         value, row = rows[0]
-        raise StoppedError(f"no value of {path} has a section; at {value:g}: {row.reason}")
+        raise stability.StoppedError(
+            f"no value of {path} has a section; at {value:g}: {row.reason}"
+        )
     point = watched_point(scene)
     return Branches(
         path,
         np.array([value for value, _ in whole]),
-        [section_of_row(row, point, angle, by_crank=lap is None) for _, row in whole],
+        [stability.section_of_row(row, point, angle, by_crank=lap is None) for _, row in whole],
         {value: row.reason for value, row in rows if row.status == FAILED},
         {value: row.reason for value, row in rows if row.status == DOUBTFUL},
     )
@@ -207,14 +195,16 @@ class _SectionRow:
     angle: float
 
     def __call__(self, scene: Scene, simulate: Simulate) -> Mapping[str, Scalar]:
-        rhythm = rhythm_of(scene, self.lap)
-        require_possible(self.laps, rhythm)
+        rhythm = stability.rhythm_of(scene, self.lap)
+        stability.require_possible(self.laps, rhythm)
         begin = self.after * rhythm.lap
 
         def row(result: PlainResult) -> Mapping[str, Scalar]:
             if self.lap is None:
-                return section_row(section_by_crank(result, self.angle, after=begin))
-            return section_row(section_by_time(result, rhythm.lap, after=begin))
+                return stability.section_row(
+                    stability.section_by_crank(result, self.angle, after=begin)
+                )
+            return stability.section_row(stability.section_by_time(result, rhythm.lap, after=begin))
 
         long = own_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
         return OneRun(row)(long, cast(Any, simulate))

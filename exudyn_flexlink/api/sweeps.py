@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from exudyn_flexlink import engines, storage
+from exudyn_flexlink import engines, storage, sweeps
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.results import Result, own_result
@@ -18,25 +18,6 @@ from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import needed
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.source import Document, Mistake
-from exudyn_flexlink.sweeps import (
-    DOUBTFUL,
-    FAILED,
-    Design,
-    OneRun,
-    Row,
-    Scalar,
-    carried_out,
-    executor_of,
-    grid,
-    latin_hypercube,
-    listed,
-    planned,
-    standard_row,
-    work_of,
-)
-from exudyn_flexlink.sweeps import Simulate as PlainSimulate
-from exudyn_flexlink.sweeps import SweepTable as PlainTable
-from exudyn_flexlink.sweeps import random as drawn_at_random
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,15 +27,15 @@ if TYPE_CHECKING:
 Simulate = Callable[[Scene], Result]
 """Runs a scene by the engine of a sweep; a run that fails is a Result, too."""
 
-RowFunction = Callable[[Result], Mapping[str, Scalar]]
+RowFunction = Callable[[Result], Mapping[str, sweeps.Scalar]]
 """Observables of one run, by the names of their columns, which end in their units."""
 
-Observe = Callable[[Scene, Simulate], Mapping[str, Scalar]]
+Observe = Callable[[Scene, Simulate], Mapping[str, sweeps.Scalar]]
 """Observables of one point that may need several runs."""
 
 
 @dataclass(frozen=True, repr=False)
-class SweepTable(PlainTable):
+class SweepTable(sweeps.SweepTable):
     """What a sweep has given: a row for every point, in SI units."""
 
     def plot(self, *names: str, style: str = "screen") -> Figure:
@@ -84,7 +65,7 @@ class SweepTable(PlainTable):
     def __repr__(self) -> str:
         """Return one line: what varied, how many rows, how many of them are to be looked at."""
         paths = ", ".join(one.path for one in self.varied)
-        told = [f"{self.count(s)} {s}" for s in (DOUBTFUL, FAILED) if self.count(s)]
+        told = [f"{self.count(s)} {s}" for s in (sweeps.DOUBTFUL, sweeps.FAILED) if self.count(s)]
         return f"<Sweep of {paths}: {', '.join([f'{len(self.rows)} rows', *told])}>"
 
 
@@ -152,22 +133,22 @@ def sweep(
         if wrong:
             raise ValueError(why)
     place = None if folder is None else Path(folder)
-    executor = executor_of(workers, scheduler)
+    executor = sweeps.executor_of(workers, scheduler)
     mistakes: list[Mistake] = []
-    plan = planned(
+    plan = sweeps.planned(
         scene,
         _design(varied, latin_hypercube, random, seed, mistakes),
         Document("the sweep"),
         engine=engine,
         measure=measure,
-        observed=_name_of(observe or row or standard_row),
+        observed=_name_of(observe or row or sweeps.standard_row),
         allow_outside=True,
         mistakes=mistakes,
     )
-    work = work_of(
+    work = sweeps.work_of(
         plan,
         partial(engines.simulate, engine=engine, measure=measure),
-        _Own(observe or cast(Observe, OneRun(cast(Any, row or standard_row)))),
+        _Own(observe or cast(Observe, sweeps.OneRun(cast(Any, row or sweeps.standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
     kept = nullcontext() if place is None else storage.open_journal(
@@ -175,14 +156,14 @@ def sweep(
     )  # fmt: skip
     with kept as journal:
 
-        def told(found: Row, count: int) -> None:
+        def told(found: sweeps.Row, count: int) -> None:
             if journal is not None:
                 journal.add(found)
             if progress is not None:
                 progress(count / len(plan))
 
         there = {} if journal is None else journal.known
-        table = carried_out(plan, work, executor, there, told)
+        table = sweeps.carried_out(plan, work, executor, there, told)
         if place is not None:
             with storage.staged_folder(place, force=force) as staged:
                 storage.save_table(plan, table, staged)
@@ -207,7 +188,7 @@ class _Own:
 
     observe: Observe
 
-    def __call__(self, scene: PlainScene, simulate: PlainSimulate) -> Mapping[str, Scalar]:
+    def __call__(self, scene: PlainScene, simulate: sweeps.Simulate) -> Mapping[str, sweeps.Scalar]:
         return self.observe(own_scene(scene), lambda own: own_result(simulate(own)))
 
 
@@ -217,19 +198,19 @@ def _design(
     drawn: int | None,
     seed: int,
     mistakes: list[Mistake],
-) -> Design | None:
+) -> sweeps.Design | None:
     """Return the points that arguments of `sweep` ask for; None after a mistake in all of it."""
     if hypercube is not None and drawn is not None:
         raise ValueError("'latin_hypercube' and 'random' are two designs: give one of both")
     if not isinstance(varied, Mapping):
         if hypercube is not None or drawn is not None:
             raise ValueError("points that are listed are not drawn: give ranges by path")
-        return listed(list(varied), (), mistakes)
+        return sweeps.listed(list(varied), (), mistakes)
     if hypercube is not None:
-        return latin_hypercube(varied, hypercube, seed, (), mistakes)
+        return sweeps.latin_hypercube(varied, hypercube, seed, (), mistakes)
     if drawn is not None:
-        return drawn_at_random(varied, drawn, seed, (), mistakes)
-    return grid(varied, (), mistakes)
+        return sweeps.random(varied, drawn, seed, (), mistakes)
+    return sweeps.grid(varied, (), mistakes)
 
 
 def _name_of(function: Any) -> str:

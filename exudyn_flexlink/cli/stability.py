@@ -6,7 +6,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from exudyn_flexlink import engines
+from exudyn_flexlink import engines, stability
 from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
@@ -15,17 +15,9 @@ from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complai
 from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.stability import (
-    Asked,
-    ImpossibleLapsError,
-    NoRhythmError,
-    Stability,
-    StoppedError,
-    TooShortError,
-    study,
-)
 from exudyn_flexlink.storage import save_stability
 
+IMPOSSIBLE = stability.ImpossibleLapsError, stability.NoRhythmError, stability.TooShortError
 UNTOLD = "interrupted before the exponent was known; nothing was written"
 
 
@@ -40,9 +32,9 @@ def stability_command(options: argparse.Namespace) -> int:
         with place.written() as folder:
             found = _studied(scene, options)
             code = _write(found, folder, options)
-    except (ImpossibleLapsError, NoRhythmError, TooShortError) as error:
+    except IMPOSSIBLE as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
-    except StoppedError as error:
+    except stability.StoppedError as error:
         return complain(str(error), FAILED)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
@@ -50,30 +42,30 @@ def stability_command(options: argparse.Namespace) -> int:
 
 
 def _advice(error: Exception, options: argparse.Namespace) -> str:
-    if isinstance(error, TooShortError):
+    if isinstance(error, stability.TooShortError):
         return f"hint: more than '--laps {options.laps}', or less than '--after {options.after}'"
-    if isinstance(error, ImpossibleLapsError):
+    if isinstance(error, stability.ImpossibleLapsError):
         return "hint: '--laps' says how many, '--lap' how many seconds each takes"
     return "hint: '--lap SECONDS'"
 
 
-def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
-    asked = Asked(
+def _studied(scene: Scene, options: argparse.Namespace) -> stability.Stability:
+    asked = stability.Asked(
         options.laps, options.after, options.lap, options.at, options.tolerance, options.twice
     )
     simulate = partial(engines.simulate, engine=options.engine, measure=False)
     with refusals(scene, options.engine, options), progress_bar(options.quiet, "stability") as bar:
-        return study(scene, simulate, asked, bar)
+        return stability.study(scene, simulate, asked, bar)
 
 
-def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
+def _write(found: stability.Stability, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, then the figure; returns the exit code, see `kept`."""
     draw = partial(draw_figure, options, "stability", found, folder)
     save = partial(save_stability, found, stability_text(found), folder)
     return kept(save, None if options.no_plots else draw, folder)
 
 
-def _tell(found: Stability, place: Place, code: int) -> int:
+def _tell(found: stability.Stability, place: Place, code: int) -> int:
     place.tell(stability_text(found))
     if code == INTERRUPTED:
         return complain("interrupted: the study is whole", INTERRUPTED)

@@ -11,17 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from math import inf
 
-from exudyn_flexlink import engines
-from exudyn_flexlink.accuracy import (
-    NothingRunError,
-    RefusedError,
-    Runs,
-    Solved,
-    Study,
-    judge,
-    methods_of,
-    study,
-)
+from exudyn_flexlink import accuracy, engines
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import drawn
@@ -61,13 +51,13 @@ def accuracy_command(options: argparse.Namespace) -> int:
             runs = _runs(scene, options)
             with deferrable_interrupts() as ctrl_c:
                 ctrl_c.defer()
-                found = judge(runs)
+                found = accuracy.judge(runs)
                 save_accuracy(found, recommendation(found), folder)
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
                 draw = partial(draw_figure, options, "work_precision", found, folder, "accuracy")
                 code = drawn(folder, draw)
-    except NothingRunError as error:
+    except accuracy.NothingRunError as error:
         if runs.interrupted:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
@@ -77,12 +67,12 @@ def accuracy_command(options: argparse.Namespace) -> int:
     return place.ended(_tell(found, place, place.code(code), _simulating(options)))
 
 
-def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
+def _runs(scene: Scene, options: argparse.Namespace) -> accuracy.Runs:
     ways = {engine: engines.formulations(scene, engine) for engine in engines.ENGINES}
-    methods = methods_of(scene, ways)
+    methods = accuracy.methods_of(scene, ways)
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:
-        return study(scene, methods, target, Solver(bar, options.budget), options.budget)
+        return accuracy.study(scene, methods, target, Solver(bar, options.budget), options.budget)
 
 
 class Solver:
@@ -92,7 +82,7 @@ class Solver:
         self._bar, self._budget = bar, budget
         self._ends = time.monotonic() + budget
 
-    def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
+    def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> accuracy.Solved:
         """Run a scene; see `accuracy.Solve`."""
         self._bar.say(label)
         watch = Watch(allowed, self._show)
@@ -105,7 +95,7 @@ class Solver:
                 raise
             result = error.result
         except engines.NotRepresentableError as error:
-            raise RefusedError(str(error)) from error
+            raise accuracy.RefusedError(str(error)) from error
         used = time.process_time() - began
         if allowed == inf:  # warming up is not counted
             self._ends = time.monotonic() + self._budget
@@ -114,7 +104,7 @@ class Solver:
             raise KeyboardInterrupt
         wall = sum(result.timings.values())
         part = result.timings["solve"] / wall if wall > 0 else 1.0
-        return Solved(result, part * used, watch.expected, given_up=watch.given_up)
+        return accuracy.Solved(result, part * used, watch.expected, given_up=watch.given_up)
 
     def _show(self) -> None:
         left = max(self._ends - time.monotonic(), 0.0)
@@ -157,7 +147,7 @@ def _simulating(options: argparse.Namespace) -> str:
     return f"{how_called()} {shlex.join(words)}"
 
 
-def _tell(found: Study, place: Place, code: int, command: str) -> int:
+def _tell(found: accuracy.Study, place: Place, code: int, command: str) -> int:
     """Print the report; that the study was interrupted also where it is not wanted."""
     place.tell(accuracy_text(found, command))
     if found.runs.interrupted:

@@ -8,7 +8,7 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 
-from exudyn_flexlink import engines
+from exudyn_flexlink import engines, storage, sweeps
 from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import run_name
@@ -25,23 +25,6 @@ from exudyn_flexlink.cli.terminal import (
 from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.report import sweep_text
 from exudyn_flexlink.source import Document, Mistake
-from exudyn_flexlink.storage import SeriesKeeper, open_journal, own_files, save_table, staged_folder
-from exudyn_flexlink.sweeps import FAILED as FAILED_ROW
-from exudyn_flexlink.sweeps import (
-    CannotStartError,
-    Executor,
-    OneRun,
-    Row,
-    Sweep,
-    SweepTable,
-    carried_out,
-    executor_of,
-    grid,
-    planned,
-    read_study,
-    standard_row,
-    work_of,
-)
 
 
 def sweep_command(options: argparse.Namespace) -> int:
@@ -49,7 +32,7 @@ def sweep_command(options: argparse.Namespace) -> int:
     if options.resume and options.force:
         return complain("'--resume' goes on, '--force' begins anew: give one of both", BAD_INPUT)
     try:
-        executor = executor_of(options.workers, options.scheduler)
+        executor = sweeps.executor_of(options.workers, options.scheduler)
     except ValueError as error:
         return refuse(error)
     plan = _planned(options)
@@ -57,33 +40,33 @@ def sweep_command(options: argparse.Namespace) -> int:
     folder: Path = options.out or Path("runs") / run_name(options, "-sweep")
     try:
         table, code = _swept(plan, executor, folder, options)
-    except CannotStartError as error:
+    except sweeps.CannotStartError as error:
         return refuse(error)
     return _tell(table, folder, options, code)
 
 
-def _planned(options: argparse.Namespace) -> Sweep:
+def _planned(options: argparse.Namespace) -> sweeps.Sweep:
     """Make the plan that a study file, or the options, ask for."""
     if options.vary:
         options.model = model_path(options.source)
         mistakes: list[Mistake] = []
         given = _varied(options.vary, mistakes)
-        design = grid(given, (), mistakes)
+        design = sweeps.grid(given, (), mistakes)
         scene, document = read_scene(options), Document("--vary")
         engine = options.engine or "exudyn"
     else:
         options.model = Path(options.source)
-        study = read_study(options.model, options.settings, options.allow_outside)
+        study = sweeps.read_study(options.model, options.settings, options.allow_outside)
         scene = changed(study.scene, options.impact, options.without)
         design, document, mistakes = study.design, study.document, [*study.mistakes]
         engine = options.engine or study.engine
-    return planned(
+    return sweeps.planned(
         scene,
         design,
         document,
         engine=engine,
         measure=options.measure,
-        observed=f"{standard_row.__module__}.{standard_row.__qualname__}",
+        observed=f"{sweeps.standard_row.__module__}.{sweeps.standard_row.__qualname__}",
         allow_outside=options.allow_outside,
         mistakes=mistakes,
     )
@@ -108,8 +91,8 @@ def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
 
 
 def _swept(
-    plan: Sweep, executor: Executor, folder: Path, options: argparse.Namespace
-) -> tuple[SweepTable, int]:
+    plan: sweeps.Sweep, executor: sweeps.Executor, folder: Path, options: argparse.Namespace
+) -> tuple[sweeps.SweepTable, int]:
     """Carry a sweep out and write its table; returns the exit code, too.
 
     Raises:
@@ -117,13 +100,13 @@ def _swept(
         StorageError: the folder can't be written.
 
     """
-    work = work_of(
+    work = sweeps.work_of(
         plan,
         partial(engines.simulate, engine=plan.engine, measure=plan.measure),
-        OneRun(standard_row),
-        SeriesKeeper(folder.resolve()) if options.series else None,
+        sweeps.OneRun(sweeps.standard_row),
+        storage.SeriesKeeper(folder.resolve()) if options.series else None,
     )  # fmt: skip
-    with open_journal(
+    with storage.open_journal(
         folder, plan, resume=options.resume, force=options.force, series=options.series
     ) as journal:
         made = Counter(row.status for row in journal.known.values())
@@ -132,42 +115,44 @@ def _swept(
             complain(f"{len(journal.known)} of {len(plan)} rows are there; {rest}")
         with progress_bar(options.quiet, _progress(made, len(plan))) as bar:
 
-            def keep(row: Row, count: int) -> None:
+            def keep(row: sweeps.Row, count: int) -> None:
                 journal.add(row)
                 made[row.status] += 1
                 bar.say(_progress(made, len(plan)))
                 bar(count / len(plan))
 
-            table = carried_out(plan, work, executor, journal.known, keep)
+            table = sweeps.carried_out(plan, work, executor, journal.known, keep)
         return table, _write(plan, table, folder, options)
 
 
 def _progress(count: Counter[str], points: int) -> str:
     """Rows that are there, and how many have no numbers."""
-    failed = f", {count[FAILED_ROW]} failed" if count[FAILED_ROW] else ""
+    failed = f", {count[sweeps.FAILED]} failed" if count[sweeps.FAILED] else ""
     return f"sweep: {count.total()} of {points} runs{failed}"
 
 
-def _write(plan: Sweep, table: SweepTable, folder: Path, options: argparse.Namespace) -> int:
+def _write(
+    plan: sweeps.Sweep, table: sweeps.SweepTable, folder: Path, options: argparse.Namespace
+) -> int:
     """Write the table, then its figure; returns the exit code, see `kept`."""
-    with staged_folder(folder, force=options.force) as staged:
+    with storage.staged_folder(folder, force=options.force) as staged:
         wanted = table.whole and not (options.no_plots or options.ending.asked)
         draw = partial(draw_figure, options, "sweep", table, staged) if wanted else None
-        code = kept(partial(save_table, plan, table, staged), draw, staged)
+        code = kept(partial(storage.save_table, plan, table, staged), draw, staged)
     return code if table.whole else INTERRUPTED
 
 
-def _tell(table: SweepTable, folder: Path, options: argparse.Namespace, code: int) -> int:
+def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, code: int) -> int:
     """Print the summary; that rows are missing, or all failed, also where it is not wanted."""
     if not options.quiet:
         tell(sweep_text(table))
-        names = ", ".join(sorted(name for name in own_files(folder) if "/" not in name))
+        names = ", ".join(sorted(name for name in storage.own_files(folder) if "/" not in name))
         tell(f"\nWritten to {folder}{os.sep}:\n  {names}")
     if not table.whole:
         there = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
         return complain(f"interrupted: {there}; with '--resume' they are not made again", code)
     if code == INTERRUPTED:
         return complain(f"interrupted: the sweep is whole, in {folder}{os.sep}", code)
-    if table.count(FAILED_ROW) == len(table.rows):
+    if table.count(sweeps.FAILED) == len(table.rows):
         return complain("no row has numbers", FAILED)
     return code
