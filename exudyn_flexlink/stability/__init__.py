@@ -5,6 +5,9 @@
 - `lap_distances` and `repeating` hold laps against earlier ones.
 - `section_by_crank`, `section_by_time` and `Branches` are Poincare sections and how they branch.
 - `study` does it all for a scene. No engine is known here: who calls says what runs a scene.
+
+What can't be told is a ValueError: too few laps or free instants (TooShortError), laps that no run
+can have (ImpossibleLapsError) or that nothing tells (NoRhythmError), a run that stopped.
 """
 
 from exudyn_flexlink.stability.exponent import (

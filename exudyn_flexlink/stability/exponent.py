@@ -162,10 +162,6 @@ def batches(times: FloatArray, batch: float) -> tuple[int, IndexArray]:
 
     The last end of batches is that of the times; from there they are counted back, so that what
     is left over belongs to what does not count. Each is a multiple of `batch` (s).
-
-    Raises:
-        TooShortError: there are fewer than `FEWEST`.
-
     """
     whole = float(times[-1] - times[0])
     count = int((1 - SETTLE) * whole / batch * (1 + 1e-9))

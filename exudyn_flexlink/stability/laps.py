@@ -68,10 +68,6 @@ def lap_distances(
     With a crank of constant speed that is at the same crank angles. The point is the watched one
     if left out. Between samples it is interpolated, which may differ from lap to lap; nothing is
     where a lap is a multiple of `PHASES` samples.
-
-    Raises:
-        ValueError: the scene has no such point.
-
     """
     seen = path(result, watched_point(result.scene) if point is None else point)
     count = max(0, int((float(seen.time[-1]) - after) / lap * (1 + 1e-9)))

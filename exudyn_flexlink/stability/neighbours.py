@@ -84,10 +84,6 @@ def restarts(result: Result, stretch: float, after: float = 0.0) -> FloatArray:
 
     Each is the sample with most room to the touches before and after it: neighbours touch a little
     earlier or later, and have to be free there, too.
-
-    Raises:
-        TooShortError: there are none.
-
     """
     room = _room(result, NEAR * stretch)
     free = (room >= EDGE * stretch) & (result.time >= after)

@@ -33,10 +33,6 @@ def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
     """Return the rhythm of the first joint that a drive turns at one speed, or of a `lap` (s).
 
     Curves with laps tell how many laps make a cycle.
-
-    Raises:
-        NoRhythmError: no drive turns a joint at one speed, and no lap is given.
-
     """
     turned = [
         2 * pi / abs(drive.value)

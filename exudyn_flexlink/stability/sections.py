@@ -58,10 +58,6 @@ def section_by_crank(
     """Look at a point whenever the crank passes an angle (rad), from `after` (s) on.
 
     The point is the watched one if left out.
-
-    Raises:
-        ValueError: the scene has no crank, or no such point.
-
     """
     turned = crank_angle(result)
     low, high = sorted((float(turned[0]), float(turned[-1])))

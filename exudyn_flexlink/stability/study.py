@@ -77,12 +77,7 @@ class Stability:
 
 
 def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None) -> Scene:
-    """Return the scene with so many laps, at a tolerance (m) that leaves room for neighbours.
-
-    Raises:
-        ImpossibleLapsError: no run can have such laps, or so many.
-
-    """
+    """Return the scene with so many laps, at a tolerance (m) that leaves room for neighbours."""
     assembly = assemble_scene(scene)
     given = scene.accuracy.tolerance
     fine = max(FINE * extent(assembly), least_tolerance(assembly) / TIGHTER)
@@ -98,12 +93,7 @@ def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None)
 
 
 def require_possible(laps: int, rhythm: Rhythm) -> None:
-    """Refuse what would be no number of a run, or a stretch that is no run.
-
-    Raises:
-        ImpossibleLapsError: laps are so short, so long or so many.
-
-    """
+    """Refuse what would be no number of a run, or a stretch that is no run."""
     shortest, longest = STRETCHES * SHORTEST_RUN, LARGEST / max(laps, 1)
     if not shortest <= rhythm.lap <= longest:
         raise ImpossibleLapsError(
