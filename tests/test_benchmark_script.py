@@ -1,7 +1,5 @@
 """The benchmark's own arithmetic, and that its hand-written peers simulate the same mechanism."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from benchmarks import (
@@ -45,29 +43,6 @@ def test_the_fewest_steps_are_cheapest_whatever_one_time_says():
     assert measuring.loosest(points, 1e-4) == points[0]
     points = [Measured(1, 1e-3, 1.0), Measured(2, 1e-5, 3.0), Measured(3, 1e-6, 2.0)]
     assert measuring.loosest(points, 1e-4) == points[2]
-
-
-def test_each_error_has_the_cheapest_run_of_each_ladder_that_reaches_it():
-    runs = {"square": lambda h: (h**2, round(1 / h)), "line": lambda h: (h, 7)}
-    rungs = {name: [1e-1, 1e-2, 1e-3] for name in runs}
-    found = measuring.cheapest(runs, rungs, [1e-2, 1e-4], budget=60)
-    assert found["line", 1e-2].error <= 1e-2
-    assert ("line", 1e-4) not in found
-    assert found["square", 1e-4].setting == 1e-2  # where the climb ends
-    assert found["square", 1e-4].steps == 100
-
-
-def test_a_setting_that_counts_twice_is_repeated_once_a_turn():
-    order = []
-    point = Measured(0.5, 1e-3, 60.0)
-    points = {("a", 1e-2): replace(point, cost=1.0), ("a", 1e-1): replace(point, cost=1.0)}
-    again = measuring.repeated({"a": order.append}, points, 2)
-    assert order == [0.5, 0.5]
-    assert all(0 <= own.cost < 1 for own in again.values())
-    assert [own.error for own in again.values()] == [1e-3, 1e-3]
-    long = measuring.repeated({"a": order.append}, {("a", 1e-2): point}, 2)
-    assert len(order) == 2
-    assert long["a", 1e-2].cost == 60.0
 
 
 def test_the_script_by_hand_simulates_the_same_mechanism():

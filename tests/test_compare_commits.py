@@ -6,7 +6,7 @@ import sys
 import compare_commits
 import numpy as np
 import pytest
-from compare_commits import ROOT, Case, Motion, apart, row
+from compare_commits import ROOT, Case, Motion, apart
 
 from exudyn_flexlink import load_scene
 
@@ -24,22 +24,6 @@ def test_motions_are_compared_at_the_instants_that_both_have():
     assert apart(moved((3e-3, 4e-3)), moved((0, 0), step=0.05)) == "5.0e-03"
     fewer = Motion(np.zeros(1), np.zeros((1, 1, 2)), 1.0)
     assert apart(moved((0, 0)), fewer) == "not the same bodies or instants"
-
-
-def test_a_row_has_the_median_of_the_pairs_and_both_errors(monkeypatch, tmp_path):
-    seconds = iter([1.0, 10.0, 3.0, 5.0, 2.0, 8.0, 9.0])
-    asked = []
-
-    def simulated(root, case, tolerance, runs=2):
-        asked.append((root, tolerance, runs))
-        return moved((10 * tolerance, 0), next(seconds))
-
-    monkeypatch.setattr(compare_commits, "simulated", simulated)
-    case = Case("textbook/some", "exudyn", 1 / 4, here=1e-6, there=1e-5)
-    cells, trouble = row(case, tmp_path, 3)
-    assert asked == [(ROOT, 1e-6, 2), (tmp_path, 1e-5, 2)] * 3 + [(ROOT, 1e-10, 1)]
-    assert cells[3:] == ("2.00 s", "8.00 s", "0.25", "0.25", "1.0e-05", "1.0e-04")
-    assert not trouble
 
 
 @pytest.mark.parametrize("case", compare_commits.CASES, ids=lambda case: case.scene)
