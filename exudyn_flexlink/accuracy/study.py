@@ -1,9 +1,9 @@
 """The runs of a work-precision study, in the order of what they tell, within a budget of time.
 
-First the model's own settings, by every method that makes short work of them, then the tight
-reference, then the scene with more rods and stiffer contacts, then what the reference is checked
-by, then ever finer settings from coarse ones on, cheapest first. A run that would exceed the budget
-is not started: see `predict`.
+First the model's own settings, by its own method and by the judge, then the tight reference, then
+the scene with more rods and stiffer contacts, then what the reference is checked by, then ever
+finer settings from coarse ones on, cheapest first. A run that would exceed the budget is not
+started: see `predict`.
 """
 
 from __future__ import annotations
@@ -106,39 +106,27 @@ class Studying:
                 self.runs.refused[method.name] = str(error)
 
     def _own_settings(self) -> None:
-        """Run the model's own settings, or the nearest that take not too long.
+        """Run the model's own settings, or the nearest that take not too long; so does the judge.
 
-        So does the judge, and whoever makes short work of it; the others begin with coarser ones.
-
-        Equal steps are as long as those that the model's tolerance leads to on average. What was
-        left out at first for lack of time may yet be run later, when costs are known.
+        The others begin with coarser ones, but something has to run. What is left out at first for
+        lack of time may yet be run later, when costs are known.
         """
         own = own_method(self.runs.scene, self.runs.methods)
-        for method in sorted(self._methods(), key=lambda m: m.knob == "step"):
-            value = self._own_value(method)
-            if value is None:
+        for method in self._methods():
+            value = own_value(self.runs.scene, method)
+            if value is None or (method != own and method.engine != JUDGE and self.runs.trials):
                 continue
-            short = self._expected(method, value) <= self.left / DEAR
-            if short or method == own or method.engine == JUDGE or not self.runs.trials:
-                self._nearest(method, value)
+            for factor in COARSER:
+                if self._try(method, factor * value) or self.runs.trials:
+                    break
         if self.runs.own is not None and self.runs.own.wall > self.left / DEAR:
             self._try(self.runs.own.method, 10 * self.runs.own.value)
 
-    def _nearest(self, method: Method, value: float) -> None:
-        """Run a method at a value; something has to run, if only at coarser settings."""
-        for factor in COARSER:
-            if self._try(method, factor * value) or self.runs.trials:
-                return
-
-    def _own_value(self, method: Method) -> float | None:
-        value = own_value(self.runs.scene, method)
-        return value if value is not None else self._mean_step()
-
-    def _mean_step(self) -> float | None:
-        """Step (s) to begin with: of the mean one at the model's own tolerance; None: not known."""
-        own = self.runs.own
-        if own is None or own.result.checks.steps < 1:
-            return None
+    def _begin(self, method: Method) -> float | None:
+        """Value that the model gives, or a step (s) from its own run's mean one; None: unknown."""
+        own, value = self.runs.own, own_value(self.runs.scene, method)
+        if value is not None or own is None or own.result.checks.steps < 1:
+            return value
         mean = own.result.time[-1] / own.result.checks.steps
         return float(f"{mean / SECOND_ORDER:.1g}")
 
@@ -279,7 +267,7 @@ class Studying:
 
     def _rungs(self, method: Method) -> list[float]:
         """Rungs of a method's ladder that were not run yet."""
-        own = self._own_value(method)
+        own = self._begin(method)
         rungs = [] if own is None else ladder(method.knob, own, self.runs.target)
         return [value for value in rungs if not self.runs.has(method, value)]
 
