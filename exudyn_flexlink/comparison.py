@@ -50,8 +50,6 @@ _TOLD = {
     "step": "step {:.3g} s",
     "elements": "beam of {:.0f} elements",
 }
-
-
 _OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
 _AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that
 
@@ -152,8 +150,7 @@ class Comparison:
     @property
     def answer_differences(self) -> dict[str, FloatArray]:
         """First minus second angle or displacement (N,) of every struck body."""
-        one, other = self.first.answers, self.second.answers
-        return {body: one[body] - other[body] for body in self.levers}
+        return {body: self.first.answers[body] - self.second.answers[body] for body in self.levers}
 
     @property
     def measures(self) -> dict[str, Measure]:
@@ -198,10 +195,9 @@ class Comparison:
     @property
     def strikes(self) -> list[StrikePair]:
         """Strikes of both runs, those that belong together as pairs, by contact, in order."""
+        other = self.second.strikes
         return [
-            pair
-            for contact in self.first.strikes
-            for pair in _pairs(contact, self.first.strikes[contact], self.second.strikes[contact])
+            p for name, own in self.first.strikes.items() for p in _pairs(name, own, other[name])
         ]
 
     @property
@@ -337,7 +333,7 @@ def _statistics(seen: Seen, point: str, time: FloatArray, part: BoolArray) -> St
     """Statistics over a part of the instants; least and greatest are those of the run itself."""
     position, (begin, end) = seen.position[part], time[part][[0, -1]].tolist()
     mean = position.mean(axis=0)
-    turns = [seen.result.extremes[f"{point}.{axis}_m"].between(begin, end) for axis in "xy"]
+    turns = (seen.result.extremes[f"{point}.{axis}_m"].between(begin, end) for axis in "xy")
     reached = [np.append(own.value, x) for own, x in zip(turns, position.T, strict=True)]
     levers = {
         body: lever.between(begin, np.nextafter(end, np.inf)) for body, lever in seen.levers.items()
