@@ -29,7 +29,6 @@ from exudyn_flexlink.plots import (
 )
 from exudyn_flexlink.plots.motion import radial_scale
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
-from exudyn_flexlink.storage import save
 
 ROOT = Path(__file__).parents[1]
 
@@ -352,7 +351,7 @@ def test_a_guide_with_clearance_is_drawn_as_its_walls(tilting):
     assert "walls of" not in words(mechanism(results.rigid_link(samples=401), [0.0]))
 
 
-# --- laziness, and the scripts
+# --- laziness
 
 
 def test_nothing_but_plots_imports_matplotlib():
@@ -361,43 +360,3 @@ def test_nothing_but_plots_imports_matplotlib():
         "sys.exit('matplotlib' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
-
-
-def run_script(name, *args):
-    command = [sys.executable, str(ROOT / "scripts" / name), *map(str, args)]
-    env_path = {"PYTHONPATH": str(ROOT), "PATH": "", "COLUMNS": "150"}
-    return subprocess.run(command, capture_output=True, text=True, env=env_path, check=False)
-
-
-@pytest.mark.parametrize(
-    ("script", "said"),
-    [("s_trajectory.py", "x least mm"), ("lever_response.py", "approach speed, m/s")],
-)
-def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
-    save(rigid, tmp_path / "run")
-    csv, png = tmp_path / "table.csv", tmp_path / "figure.png"
-    done = run_script(script, tmp_path / "run", "--csv", csv, "--png", png)
-    assert done.returncode == 0, done.stderr
-    assert said in done.stdout
-    assert csv.read_text().startswith("t_s,crank_angle_rad,")
-    assert png.read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    ("script", "make", "more", "said"),
-    [
-        ("s_trajectory.py", None, [], "has no result.nc"),
-        ("lever_response.py", None, [], "has no result.nc"),
-        ("lever_response.py", results.pendulum, [], "no contact"),
-        ("s_trajectory.py", results.pendulum, ["--csv", "no/such/x.csv"], "can't write"),
-    ],
-)
-def test_scripts_refuse_what_they_can_not_do(tmp_path, script, make, more, said):
-    folder = tmp_path / "run"
-    folder.mkdir()
-    if make:
-        save(make(), folder)
-    done = run_script(script, folder, *more)
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
