@@ -140,10 +140,12 @@ def test_figures_say_in_words_what_they_show(whole: str) -> None:
     alts = {f.attributes["id"]: f.all("img")[0].attributes["alt"] for f in
             read_page(whole).all("figure")}  # fmt: skip
     response = lever_response(run, "strike")
-    for angle, time in (response.least, response.greatest):
-        assert f"{angle:.4g} rad at {time:.4g} s" in alts["figure-lever"]
-    x = run.extremes["link.end.x_m"]
-    assert f"x from {x.least[0]:.4g} to {x.greatest[0]:.4g} m" in alts["figure-coordinates"]
+    reach = f"from {response.least[0]:.4g} to {response.greatest[0]:.4g}"
+    assert f"angle of lever (rad) {reach}" in alts["figure-lever"]
+    x, y = (run.extremes[f"link.end.{axis}_m"] for axis in "xy")
+    least, greatest = 1e3 * min(x.least[0], y.least[0]), 1e3 * max(x.greatest[0], y.greatest[0])
+    reach = f"from {least:.4g} to {greatest:.4g}"
+    assert f"coordinates of link.end (mm) {reach}" in alts["figure-coordinates"]
     assert "guide, link, lever" in alts["figure-mechanism"]
 
 

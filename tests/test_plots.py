@@ -303,7 +303,7 @@ def test_the_link_in_its_guide_on_no_one_and_two_points(tilting):
     figure = guide_contact(tilting)
     assert [len(marked(axes)) for axes in figure.axes] == [0, 1, 2]
     said = words(figure)
-    for word in ("no contact: t = ", "one point: t = ", "two points, ", "°\n", " N\n"):
+    for word in ("free: t = ", "one point: t = ", "two points, ", "°\n", " N\n"):
         assert word in said
     for axes in figure.axes:
         walls = [line for line in axes.lines if line.get_label() == "walls"]
@@ -337,7 +337,7 @@ def test_a_state_shorter_than_the_samples_is_not_drawn(tilting):
     end = sleeve.touches.begin + 1e-5
     short = replace(sleeve, touches=replace(sleeve.touches, end=end))
     figure = guide_contact(replace(tilting, sleeves={"sleeve": short}))
-    assert "no contact" in words(figure)
+    assert "free: t = " in words(figure)
     assert "two points" not in words(figure)
 
 

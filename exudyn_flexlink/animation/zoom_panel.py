@@ -17,14 +17,9 @@ from exudyn_flexlink.mechanism import Channel, pair_sides
 from exudyn_flexlink.observables import State, contact_states
 from exudyn_flexlink.plots.outline import through
 from exudyn_flexlink.plots.panels import BEYOND
+from exudyn_flexlink.plots.sleeve import STATE_WORDS
 from exudyn_flexlink.plots.style import BLUE
 
-STATES = {
-    State.FREE: "free",
-    State.ONE_POINT: "one point",
-    State.SAME_SIDE: "two points, same side",
-    State.OPPOSITE_SIDES: "two points, opposite sides",
-}
 EDGE = 0.02  # of the width, beside the line
 LEAST = 0.15  # of its height: a touch is no lower
 TOP, BOTTOM = 0.9, 0.25  # of the height
@@ -51,7 +46,7 @@ class ZoomPanel:
         axes, told = self._place.axes, self._told
         if self._states is not None:
             now = self._states.at(self._takes[0].frames.times[frame : frame + 1])[0]
-            told += f" \N{EN DASH} {STATES[State(int(now))]}"
+            told += f" \N{EN DASH} {STATE_WORDS[State(int(now))]}"
         axes.text(
             0.012, 0.98, told, transform=axes.transAxes, va="top", color="#666666",
             fontsize=self._place.points(12),
