@@ -69,15 +69,6 @@ def test_the_length_to_read_sizes_by_stands_below_the_mechanism(width):
     assert told.get_window_extent().y1 < low - HALO / 2 * thickness(width)
 
 
-def test_frames_do_not_depend_on_those_before(run):
-    film = film_of(run)
-    frames = frames_of(film, 10, 0.2)
-    one, other = Picture(film, frames, 320), Picture(film, frames, 320)
-    for frame in (0, 9, 30):
-        one.frame(frame)
-    assert np.array_equal(one.frame(16), other.frame(16))
-
-
 def test_a_gif_has_its_frames_its_time_and_few_colours(run):
     film = film_of(run, window=(0.25, 0.45))
     made = film_bytes(film, "gif", Filming(fps=20, speed=0.1, width=320))
@@ -106,13 +97,6 @@ def test_two_runs_are_drawn_in_the_colours_of_their_engines(run):
     assert pixel(picture, shown, place) == pytest.approx(rgb(ENGINE_COLOURS["lagrangian"]), abs=12)
 
 
-def test_progress_goes_to_the_end(run):
-    seen = []
-    film_bytes(film_of(run, window=(0, 0.1)), "gif", Filming(speed=0.1, width=200), seen.append)
-    assert seen == sorted(seen)
-    assert seen[-1] == 1.0
-
-
 @pytest.mark.parametrize(
     ("suffix", "filming", "told"),
     [
@@ -127,13 +111,6 @@ def test_progress_goes_to_the_end(run):
 def test_what_cannot_be_written_is_told(run, suffix, filming, told):
     with pytest.raises(FilmError, match=told):
         film_bytes(film_of(run, window=(0, 0.001)), suffix, filming)
-
-
-def test_without_ffmpeg_there_is_a_gif_and_no_video(run, monkeypatch):
-    monkeypatch.setattr(writing_room, "ffmpeg", lambda: None)
-    assert writing_room.usual_formats() == ("gif", "html")
-    with pytest.raises(FilmError, match="a video needs the program ffmpeg"):
-        film_bytes(film_of(run), "mp4", Filming())
 
 
 @needs_ffmpeg

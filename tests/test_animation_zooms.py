@@ -7,8 +7,6 @@ import pytest
 import results
 
 from exudyn_flexlink.animation import film_of, zooms
-from exudyn_flexlink.animation.look import TOUCH
-from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.samples import PRECISE, kept_instants
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import frames_of
@@ -102,34 +100,9 @@ def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
     assert fine < np.max(off) <= coarse
 
 
-def test_what_slides_along_much_of_the_picture_needs_no_zoom(run, monkeypatch):
-    film = film_of(run)
-    part = zoom_of(film).length / film.size
-    monkeypatch.setattr(zooms, "SLIDES", 0.99 * part)
-    assert zooms_of(film, film.takes[0]) == []
-
-
 def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkeypatch):
     assert [zoom.name for zoom in zooms_of(film_of(run), film_of(run).takes[0])] == ["strike"]
     for film in (film_of(without_touches(run)), film_of(run, window=(0.0, 0.2))):
         assert zooms_of(film, film.takes[0]) == []
     monkeypatch.setattr(zooms, "MOST_FACES", 0)
     assert zooms_of(film_of(run), film_of(run).takes[0]) == []
-
-
-def test_a_picture_with_a_strike_flashes_in_its_zoom(run):
-    """The colours of a touch are below the picture itself only while it touches, or fades."""
-    film = film_of(run, window=(0.25, 0.6))
-    picture = Picture(film, frames_of(film, 50, 0.05), 620)
-    begin = run.contacts["strike"].touches.begin[0]
-    touch = int(np.searchsorted(picture._frames.times, begin, side="right"))
-    low, high = 30, 130  # pixels from below: above the line of all touches, within the zoom
-    red = np.array([int(TOUCH[i : i + 2], 16) for i in (1, 3, 5)])
-
-    def flashes(frame):
-        shown = picture.frame(frame)[-high:-low, :, :3].astype(int)
-        return int(np.count_nonzero(np.abs(shown - red).max(axis=2) < 10))
-
-    assert flashes(touch - 1) == 0
-    assert flashes(touch) > 20
-    assert flashes(len(picture) - 1) == 0

@@ -52,11 +52,6 @@ def test_a_page_fits_its_window(size: tuple[int, int], page: Page, file: Path) -
     assert reached is True
 
 
-def test_a_page_loads_nothing_but_itself(page: Page, file: Path) -> None:
-    page.open(file, *DESK)
-    assert set(page.asked) == {file.resolve().as_uri()}
-
-
 def test_the_animation_plays(page: Page, file: Path) -> None:
     """In sight, which it is not at first."""
     page.open(file, *PHONE)
@@ -88,12 +83,6 @@ def test_figures_are_made_for_the_width_of_the_window(page: Page, file: Path) ->
         widths = figures(page)
         assert len(widths) == 6
         assert all(0.9 * drawn <= shown <= size[0] for drawn, shown in widths)
-
-
-def test_headings_lead_to_their_sections(page: Page, file: Path) -> None:
-    page.open(file, *PHONE)
-    page.value("document.querySelector('nav a[href=\"#energy\"]').click()")
-    assert abs(page.value("document.getElementById('energy').getBoundingClientRect().top")) < 5
 
 
 def test_a_page_is_dark_where_the_reader_wants_that(page: Page, file: Path) -> None:

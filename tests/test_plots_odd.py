@@ -14,7 +14,6 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.observables import between_samples
 from exudyn_flexlink.plots import energy, figures, forces
 from exudyn_flexlink.plots.sketch import Posed
 
@@ -85,13 +84,6 @@ def test_samples_of_one_instant_are_drawn(which, rigid, capsys):
     plotted(replace(rigid, time=SAME[which](rigid.time)), capsys)
 
 
-def test_between_samples_of_one_instant_values_are_finite():
-    time, values = np.array([0.0, 1.0, 1.0]), np.array([0.0, 1.0, 2.0])
-    found = between_samples(time, values, np.ones(3), np.array([0.0, 0.5, 1.0]))
-    assert np.all(np.isfinite(found))
-    assert found[1] == pytest.approx(0.5)
-
-
 @pytest.mark.filterwarnings("error")
 def test_what_does_not_move_is_drawn(rigid, capsys):
     plotted(replace(rigid, poses=0 * rigid.poses, rates=0 * rigid.rates), capsys)
@@ -147,11 +139,6 @@ def test_of_many_contacts_those_that_act_are_drawn_and_have_room():
     assert min(panel.height for panel in panels) > figure.dpi  # an inch
     for one, other in pairwise(legends):
         assert not one.overlaps(other)
-
-
-def test_of_contacts_that_never_act_all_are_named(rigid):
-    idle = {"strike": without_force(rigid.contacts["strike"])}
-    assert "strike" in words(forces(replace(rigid, contacts=idle)))
 
 
 def test_a_picture_has_room_for_a_cam_that_turns():

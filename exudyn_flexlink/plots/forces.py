@@ -23,6 +23,7 @@ from exudyn_flexlink.plots.panels import (
     letter,
     limits,
     line_widths,
+    logarithmic,
     shade_beyond,
     sized,
 )
@@ -197,16 +198,10 @@ def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
 
 
 def _residual(axes: Axes, result: Result, factor: float, unit: str) -> None:
-    missed = np.abs(result.energy.residual)
-    shown = factor * np.where(missed > 0, missed, np.nan)
+    missed, colours = {"|error|": factor * result.energy.residual}, [engine_colour(result)]
+    logarithmic(axes, result.time, missed, colours, "zero throughout")
     axes.set_ylabel(f"error ({unit})")
-    axes.set_yscale("log")
-    if np.all(np.isnan(shown)):
-        axes.text(0.5, 0.5, "zero throughout", ha="center", transform=axes.transAxes)
-        return
-    axes.plot(result.time, shown, color=engine_colour(result), linewidth=0.9, label="|error|")
     kinetic = factor * result.checks.largest_kinetic_energy
     if kinetic > 0:
         axes.axhline(kinetic, color=BLACK, linestyle=":", label="largest kinetic\nenergy")
-    worst = float(np.nanmax(shown))
-    axes.set_ylim(bottom=worst * 1e-6)  # zero crossings would stretch the axis without end
+        axes.set_ylim(top=max(3 * kinetic, axes.get_ylim()[1]))
