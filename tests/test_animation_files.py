@@ -4,7 +4,6 @@ import json
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -18,8 +17,7 @@ from exudyn_flexlink.animation import writing as writing_room
 from exudyn_flexlink.animation.look import HALO, thickness
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.speed import frames_of
-from exudyn_flexlink.mechanism import Anchor, anchor_position
-from exudyn_flexlink.plots.style import BLACK, BLUE, ENGINE_COLOURS
+from exudyn_flexlink.plots.style import BLACK, BLUE
 
 FFPROBE = shutil.which("ffprobe") if shutil.which("ffmpeg") else None
 needs_ffmpeg = pytest.mark.skipif(FFPROBE is None, reason="no ffmpeg on the path")
@@ -83,34 +81,6 @@ def test_a_gif_has_its_frames_its_time_and_few_colours(run):
         later = np.asarray(image.convert("RGB"))
     assert tuple(first[60, 5]) == WHITE
     assert np.any(first != later)
-
-
-def test_two_runs_are_drawn_in_the_colours_of_their_engines(run):
-    poses = run.poses.copy()
-    poses[:, 11, 2] += 0.5  # its lever points elsewhere
-    late = replace(run, engine="lagrangian", poses=poses)
-    film = film_of(run, late)
-    picture = Picture(film, frames_of(film, 10, 0.2), 800)
-    shown = picture.frame(0)
-    lever = Anchor(11, 0.02, 0.0)
-    place = anchor_position(lever, late.poses[0])
-    assert pixel(picture, shown, place) == pytest.approx(rgb(ENGINE_COLOURS["lagrangian"]), abs=12)
-
-
-@pytest.mark.parametrize(
-    ("suffix", "filming", "told"),
-    [
-        ("gif", Filming(fps=100), "100 frames in a second: a GIF has up to 50"),
-        ("gif", Filming(width=5), "5 pixels: a width is from 160 to 4096"),
-        ("html", Filming(speed=-1), "a speed of -1: it is a number of more than 0"),
-        ("avi", Filming(), "no format 'avi'; there is: mp4, gif, html"),
-        ("gif", Filming(speed=1e-9), "too long: the film would last 1e.06 s, 2e.07 frames"),
-        ("gif", Filming(speed=1e-5, width=4000), "too long for a GIF: 2001 frames"),
-    ],
-)
-def test_what_cannot_be_written_is_told(run, suffix, filming, told):
-    with pytest.raises(FilmError, match=told):
-        film_bytes(film_of(run, window=(0, 0.001)), suffix, filming)
 
 
 @needs_ffmpeg

@@ -11,7 +11,6 @@ import results
 from exudyn_flexlink.animation import FilmError, Slow, Take, film_of
 from exudyn_flexlink.animation.film import spot_of
 from exudyn_flexlink.animation.look import GLOW_SECONDS
-from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of
 from exudyn_flexlink.intervals import Interval, Intervals
@@ -104,26 +103,6 @@ def test_a_touch_that_faded_in_slow_motion_does_not_come_back(run):
     assert np.count_nonzero(np.diff(shown.astype(int)) > 0) <= 2
     last = shots.frames.times[shown][-1]
     assert last < film.slow[0].end
-
-
-def test_straight_lines_between_kept_instants_are_as_good_as_they_say(run):
-    film = film_of(run)
-    times, off = kept_instants(film, film.takes[0])
-    assert len(times) < 0.7 * len(run.time)
-    assert off == pytest.approx(film.size / 4000)
-    poses, model = film.takes[0].poses(times), film.takes[0].model
-    shape = run.poses.reshape(len(run.time), -1)
-    between = np.stack([np.interp(run.time, times, c) for c in poses.reshape(len(times), -1).T], 1)
-    error = np.abs(between - shape).reshape(len(run.time), -1, 3)
-    assert np.max(error[..., :2]) <= off
-    assert np.max(error[..., 2] * [part.reach for part in model.parts]) <= off
-
-
-def test_frames_show_where_things_are(run):
-    film = film_of(run, window=(0.05, 1.2))
-    shots = Shots(film, film.takes[0], frames_of(film, 20, 0.2))
-    assert shots.watched == pytest.approx(results.exact_s(run.scene, shots.frames.times), abs=1e-6)
-    assert shots.crank == pytest.approx(results.SPEED * shots.frames.times)
 
 
 def test_a_touch_glows_while_it_lasts_and_fades_after(run):

@@ -70,20 +70,6 @@ def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
     assert length == pytest.approx(max(STRIKE_PART * film.size, 1.5 * np.ptp(x)), rel=0.05)
 
 
-def test_a_touch_that_ended_stays_on_the_face_which_moves_on(run):
-    film = film_of(run)
-    zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 400, 0.05))
-    end = run.contacts["strike"].touches.end[1]
-    first = int(np.searchsorted(shots.frames.times, end, side="right"))
-    later = first + 60
-    was, now = (shots.glows(i)[-1] for i in (first, later))
-    lever = shots.poses[:, -1, 2]
-    assert abs(lever[later] - lever[now.frame]) > 0.01
-    assert 0 < now.fresh < was.fresh
-    places = [zoom.view.seen(g.place[None], shots.poses[g.frame])[0] for g in (was, now)]
-    assert places[1] == pytest.approx(places[0])
-
-
 def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
     film = film_of(run)
     [take], zoom = film.takes, zoom_of(film)

@@ -103,14 +103,6 @@ def test_one_version_is_cited_and_built() -> None:
     assert cited[1] == built[1]
 
 
-def test_extras_that_are_printed_exist() -> None:
-    extras = text_of(ROOT / "pyproject.toml").partition("[project.optional-dependencies]")[2]
-    there = re.findall(r"^(\w+) = \[", extras.partition("\n[")[0], re.MULTILINE)
-    printed = {name for page in PAGES for name in re.findall(r"'\.\[([\w,]+)\]'", text_of(page))}
-    assert printed
-    assert {name for names in printed for name in names.split(",")} <= set(there)
-
-
 @any_page
 def test_figures_are_made_by_a_script(page: Path) -> None:
     made = {file for item in make_docs.ITEMS for file in item.figures}

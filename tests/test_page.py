@@ -13,7 +13,6 @@ import pytest
 from pages import Element, read_page, tables_of
 from results import (
     BLOCK,
-    first_samples,
     result_of,
     rigid_link,
     scene_from,
@@ -242,13 +241,6 @@ def test_a_page_speaks_of_no_parts_that_a_scene_has_not() -> None:
     said = f"{page.words.replace(model.words, '')} {alts}".lower()
     for word in ("crank", "lever", "guide", "link", "strikes", "touches", "lap"):
         assert not re.search(rf"\b{word}\b", said.replace("support in the guide", "")), word
-
-
-def test_a_run_of_one_sample_has_a_page() -> None:
-    page = read_page(page_of(first_samples(rigid_link(turns=1, samples=401), 1)))
-    assert [figure.attributes["id"] for figure in page.all("figure")] == ["figure-mechanism"]
-    assert not page.all("script")
-    assert tables_of(page)["Energies of all parts together"]
 
 
 # --- foreign text ---------------------------------------------------------------------------

@@ -76,24 +76,6 @@ def test_what_someone_put_into_a_page_does_not_run(page: Page, file: Path, tmp_p
     assert len(refused) >= 2  # a program and an image
 
 
-def test_figures_are_made_for_the_width_of_the_window(page: Page, file: Path) -> None:
-    """Text in them is then no smaller than it was drawn."""
-    for size in (PHONE, DESK):
-        page.open(file, *size)
-        widths = figures(page)
-        assert len(widths) == 6
-        assert all(0.9 * drawn <= shown <= size[0] for drawn, shown in widths)
-
-
-def test_a_page_is_dark_where_the_reader_wants_that(page: Page, file: Path) -> None:
-    shades = []
-    for dark in (False, True):
-        page.open(file, *PHONE, dark=dark)
-        shades.append(page.value(BACKGROUND))
-    assert shades[0] == "rgb(255, 255, 255)"
-    assert shades[1] != shades[0]
-
-
 def test_a_page_is_printed_whole(page: Page, file: Path) -> None:
     page.open(file, *PHONE)
     printed = page.printed()

@@ -23,7 +23,6 @@ from exudyn_flexlink.plots import (
     guide_contact,
     lever,
     mechanism,
-    polar,
     save_figures,
 )
 from exudyn_flexlink.plots.motion import radial_scale
@@ -105,12 +104,6 @@ def test_title_engine_and_assumptions(rigid, drawn):
         assert same_color(engine.get_color(), ENGINE_COLOURS["exudyn"])
 
 
-def test_no_text_is_smaller_than_nine_points(drawn):
-    for name, figure in drawn.items():
-        for text in texts(figure):
-            assert text.get_fontsize() >= 9, f"{name}: {text.get_text()}"
-
-
 def test_a_failed_run_says_so_in_red(rigid):
     for figure in figures(results.stopped(rigid)).values():
         (note,) = (text for text in texts(figure) if text.get_text().startswith("stopped at t"))
@@ -120,13 +113,6 @@ def test_a_failed_run_says_so_in_red(rigid):
 
 
 # --- what stands in some
-
-
-def test_coordinates_and_polar_show_every_lap(rigid):
-    said = words(coordinates(rigid))
-    assert all(f"lap {lap}" in said for lap in range(1, 5))
-    assert "first contact" in said
-    assert len(polar(rigid).axes[0].lines) == 4
 
 
 def test_a_radius_that_differs_by_rounding_alone_is_seen_from_0(rigid):

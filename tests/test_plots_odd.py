@@ -64,13 +64,6 @@ def test_a_title_is_wrapped_into_the_figure(title, rigid):
         assert text.get_window_extent().x1 <= width
 
 
-@pytest.mark.filterwarnings("error")
-def test_any_reason_of_a_failure_is_drawn(rigid, capsys):
-    reason = r"$\foo{$ " * 100
-    outcome = replace(results.stopped(rigid).outcome, reason=reason)
-    plotted(replace(rigid, outcome=outcome), capsys)
-
-
 SAME = {
     "the first two": lambda time: np.concatenate([time[:1], time[:1], time[2:]]),
     "the last two": lambda time: np.concatenate([time[:-2], time[-1:], time[-1:]]),
@@ -108,12 +101,6 @@ def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
     drawn = figures(replace(rigid, poses=poses))
     for name in ("coordinates", "forces"):
         assert "time (s)" in words(drawn[name]).splitlines(), name
-
-
-def test_five_hundred_turns_are_drawn(capsys):
-    many = results.rigid_link(turns=500, samples=20001)
-    drawn = figures(many)
-    assert len(drawn["coordinates"].axes[0].get_legend().get_texts()) < 12
 
 
 # --- many of a kind

@@ -15,7 +15,6 @@ from results import (
     SPEED,
     rigid_link,
     tilting_link,
-    touched,
 )
 
 from exudyn_flexlink.cli import main
@@ -23,7 +22,6 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_duration, run_text
 from exudyn_flexlink.report.text import WIDTH, table
-from exudyn_flexlink.storage import load, save
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
@@ -66,13 +64,6 @@ def test_settings_without_a_use_are_named() -> None:
     names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
     both = ["solver.spectral_radius", "solver.integrator"]
     assert names == [both, both[1:], both[:1]]
-
-
-def test_a_saved_run_had_no_settings_without_a_use(tmp_path: Path) -> None:
-    """Its scene says all defaults, which nobody gave."""
-    run = replace(rigid_link(), settings={"formulation": "minimal"})
-    save(run, tmp_path)
-    assert idle_settings(load(tmp_path)) == []
 
 
 def test_check_compares_the_link_with_a_beam(capsys: Capture) -> None:
@@ -155,12 +146,6 @@ def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> N
 
 
 # --- runs -----------------------------------------------------------------------------------
-
-
-def test_a_run_without_strikes_says_so() -> None:
-    result = touched(rigid_link(turns=1, samples=401))
-    assert "Strikes of contact 'strike': none" in run_text(result)
-    assert "Link in" not in run_text(result)  # there is no clearance
 
 
 def test_the_peak_of_the_lever_is_found_between_samples() -> None:

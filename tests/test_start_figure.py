@@ -77,13 +77,6 @@ def test_nothing_beside_a_tall_mechanism_is_cut_off(tmp_path: Path) -> None:
     assert 0 <= box.x0 < box.x1 <= figure.bbox.width
 
 
-def test_points_of_one_place_are_named_together() -> None:
-    _, axes = drawn("whitworth")
-    names = [text.get_text() for text in axes.texts]
-    assert "lever.end\ncoupler.start" in names
-    assert "crank.hub" in names
-
-
 @pytest.mark.parametrize("name", ["no_clearance", "clearance", "pump", "whitworth"])
 def test_names_lie_on_no_symbol(name: str) -> None:
     """The names of the short lever's ends once lay on the symbols of its pivot."""

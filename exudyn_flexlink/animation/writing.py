@@ -35,7 +35,7 @@ NO_FFMPEG = (
     "a video needs the program ffmpeg, which is not on the path; install it, or the Python package "
     "imageio-ffmpeg, or write a GIF or a page"
 )
-COLOURS = 64  # lines on white need few
+COLOURS = 256  # of a GIF, which has no more
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,7 @@ def _gif(film: Film, filming: Filming, progress: Progress | None = None) -> byte
         )
     picture = Picture(film, frames, width)
     chosen = np.unique(np.linspace(0, len(picture) - 1, LOOKED_AT).astype(int))
-    seen = np.concatenate([picture.frame(int(i))[..., :3] for i in chosen])
-    palette = Image.fromarray(seen).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    palette = _palette([picture.frame(int(i))[..., :3] for i in chosen])
     images = (
         Image.fromarray(own[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
         for own in _counted(picture, progress)
@@ -116,6 +115,16 @@ def _gif(film: Film, filming: Filming, progress: Progress | None = None) -> byte
         optimize=False, comment=GENERATOR.encode(),
     )  # fmt: skip
     return written.getvalue()
+
+
+def _palette(frames: list[Pixels]) -> Image.Image:
+    """Return an image with the colours that are most frequent in some frames; greys stay grey."""
+    red, green, blue = np.concatenate(frames).astype(np.intp).reshape(-1, 3).T >> 3
+    most = np.argsort(-np.bincount(red << 10 | green << 5 | blue), kind="stable")[:COLOURS]
+    colours = np.stack([most >> 10, most >> 5 & 31, most & 31], axis=1) * 255 // 31
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours.astype(np.uint8).tobytes())
+    return palette
 
 
 def _video(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
