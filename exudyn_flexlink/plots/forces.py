@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import ceil, log10
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
@@ -92,7 +88,6 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
             axes.fill_between(x, force.size - off, force.size + off,
                               color=colour, alpha=0.25, linewidth=0)  # fmt: skip
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
-    _coarsen(axes, [_largest_error(result, name) for name in panel])
 
 
 def _band(result: Result, name: str) -> FloatArray:
@@ -114,13 +109,6 @@ def _largest_error(result: Result, name: str) -> float:
 
 def _deviation(result: Result, name: str) -> ForceDeviation:
     return result.error.forces.get(name, ForceDeviation("", None, None))
-
-
-def _coarsen(axes: Axes, errors: Sequence[float]) -> None:
-    """Let numbers at the axis be no finer than the least of the errors."""
-    least = min(errors, default=0.0)
-    if least > 0 and float(np.min(np.diff(axes.get_yticks()))) < least:
-        axes.yaxis.set_major_locator(MultipleLocator(10.0 ** ceil(log10(least))))
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:

@@ -128,7 +128,7 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
         yield Drawn("face", RED, through(face.name, face.start, face.end))
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    circles = [(own.name, *circle) for own in model.contacts for circle in _circles_of(own)]
+    circles = [(own.name, *circle) for own in model.contacts for circle in circles_of(own)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
@@ -182,7 +182,7 @@ def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
     ]
 
 
-def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
+def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
     """Centres and radii (m) of the circles of a contact, a roller among them."""
     if isinstance(contact, CircleContact):
         return [(contact.first, contact.radii[0]), (contact.second, contact.radii[1])]
