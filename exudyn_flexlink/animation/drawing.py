@@ -31,7 +31,15 @@ from exudyn_flexlink.animation.look import (
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position
-from exudyn_flexlink.plots.outline import Drawn, Mark, Viewpoint, coil, wall_lines, walled
+from exudyn_flexlink.plots.outline import (
+    Drawn,
+    Mark,
+    Viewpoint,
+    coil,
+    together,
+    wall_lines,
+    walled,
+)
 
 POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
 NEAR = 0.03  # of the picture: points nearer than this are named together
@@ -149,11 +157,7 @@ def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
     for name, marker in (("S", "o"), ("O", "+")):
         if name in at:
             place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9))
-    together: dict[str, list[str]] = {}
-    for name, here in at.items():
-        near = (k for k in together if np.max(np.abs(at[k] - here)) < NEAR * size)
-        together.setdefault(next(near, name), []).append(name)
-    for first, names in together.items():
+    for first, names in together(at, NEAR * size).items():
         away = 0, place.points(7)
         place.write(", ".join(names), at[first], away, 12, va="bottom", ha="center")
 

@@ -148,10 +148,10 @@ def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> N
         for strike in found
         if strike.begin <= compared.time[-1]
     ]
-    places = np.interp(begins, compared.time, x)
-    for i, strike in enumerate(places):
-        label = "strike" if named and i == 0 else None
-        axes.axvline(float(strike), color=ORANGE, linewidth=1.0, label=label, zorder=1)
+    if begins:
+        places, height = np.interp(begins, compared.time, x), axes.get_xaxis_transform()
+        look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0, "zorder": 1}
+        axes.vlines(places, 0, 1, label="strike" * named, transform=height, **look)
     if compared.horizon is None:
         return
     place = float(np.interp(compared.horizon, compared.time, x))

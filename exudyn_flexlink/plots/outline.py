@@ -5,7 +5,7 @@ In the parts' own axes, hence the same at every instant: figures and animations 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -249,6 +249,15 @@ def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
     if len(model.slots) == 1:
         found["P"] = model.slots[0].anchor
     return {**found, "S": point_anchor(scene, model, watched_point(scene))}
+
+
+def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:
+    """Names of places (2,) m, those nearer than that to one another under the first of them."""
+    found: dict[str, list[str]] = {}
+    for name, here in places.items():
+        beside = (first for first in found if np.max(np.abs(places[first] - here)) < near)
+        found.setdefault(next(beside, name), []).append(name)
+    return found
 
 
 def box_around(
