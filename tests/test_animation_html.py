@@ -4,12 +4,12 @@ import base64
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 import results
 from browsing.chromium import browser, program
+from pages import read_page
 
 from exudyn_flexlink.animation import film_of, page, player
 from exudyn_flexlink.animation.data import film_data
@@ -23,34 +23,14 @@ def run():
     return results.rigid_link(samples=801)
 
 
-class Reader(HTMLParser):
-    """What a page refers to, and the data in it."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.addresses, self.data, self._inside = [], [], False
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        known = dict(attrs)
-        self.addresses += [
-            known[name] for name in ("src", "href", "data", "action") if name in known
-        ]
-        self._inside = tag == "script" and known.get("type") == "application/json"
-
-    def handle_data(self, data):
-        if self._inside:
-            self.data.append(json.loads(data))
-        self._inside = False
-
-
 def numbers(packed):
     [(kind, text)] = packed.items()
     return np.frombuffer(base64.b64decode(text), dtype=f"<{kind}")
 
 
 def embedded(text):
-    return Reader(text).data
+    found = read_page(text).all("script")
+    return [json.loads("".join(own.inside)) for own in found if "type" in own.attributes]
 
 
 def test_the_page_has_the_numbers_of_the_run(run):
@@ -87,8 +67,8 @@ def test_forces_of_walls_are_stored_where_they_press(tilting):
 
 def test_the_page_loads_nothing(run):
     text = page(film_of(run))
-    reader = Reader(text)
-    assert reader.addresses == []
+    for one in read_page(text).all():
+        assert not {"src", "href", "data", "action"} & set(one.attributes)
     program = re.sub(r'<script type="application/json">.*?</script>', "", text, flags=re.DOTALL)
     for word in ("http:", "https:", "//cdn", "@import", "url(", "fetch(", "XMLHttpRequest",
                  "import(", "WebSocket", "sendBeacon"):  # fmt: skip
