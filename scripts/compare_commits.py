@@ -1,206 +1,107 @@
-"""Time scenes at this checkout and at another commit in turn, and compare their errors.
+"""Time scenes at this checkout and at another commit, in turn.
 
   .venv/bin/python scripts/compare_commits.py HEAD~1                 all scenes, some minutes
   .venv/bin/python scripts/compare_commits.py HEAD~1 slider_crank --repeat 5
 
 The other commit is checked out into a temporary folder. Both read the model files of this checkout.
 Every run is a process of its own, A B A B ..., and simulates twice: the second time counts, since
-the first imports. Errors are the largest distance of any body from a tight run of this
-checkout. They are told where the motion is not sensitive.
+the first imports. Steps are told, too: a run that is faster by fewer of them may be less accurate.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
+from time import process_time
 
-import numpy as np
 from benchmarks.measuring import Table
-from benchmarks.printing import markdown, show
-from rich.console import Console
-
-from exudyn_flexlink.arrays import FloatArray
 
 ROOT = Path(__file__).resolve().parent.parent
-CHILD = ROOT / "scripts" / "benchmarks" / "timed_simulation.py"
-TIGHT = 1e-10  # m
-DIGITS = 9  # of instants (s) that are the same
-COLUMNS = ("scene", "by", "tolerances, m", "here", "there", "ratio", "asked", "errors, m", "")
-
-
-@dataclass(frozen=True)
-class Case:
-    """A model and an engine, with the tolerances (m) of both commits.
-
-    `asked`: the largest ratio of times that is allowed. It is told, not tested. `instead`:
-    words of the file, and what both read in place of them.
-    """
-
-    model: str
-    engine: str
-    asked: float
-    here: float = 1e-6
-    there: float = 1e-6
-    judged: bool = True  # by its errors
-    instead: tuple[tuple[str, str], ...] = ()
-
-    @property
-    def scene(self) -> str:
-        """Its short name."""
-        return Path(self.model).stem
-
-    def file(self, folder: Path) -> Path:
-        """The model file, or one in a folder, with other words in it."""
-        own = ROOT / "models" / f"{self.model}.yaml"
-        if not self.instead:
-            return own
-        text = own.read_text(encoding="utf-8")
-        for words, others in self.instead:
-            text = text.replace(words, others)
-        changed = folder / own.name
-        changed.write_text(text, encoding="utf-8")
-        return changed
-
-
-ONE_TURN = (("turns: 4", "turns: 1"),)
-AT_MOST = 1.15  # of the time before: what simpler code may cost
-CASES = (
-    Case("smooth", "exudyn", AT_MOST),
-    Case("no_clearance", "exudyn", AT_MOST, judged=False),
-    Case("clearance", "exudyn", AT_MOST, 4e-5, 4e-5, judged=False, instead=ONE_TURN),
-    Case("textbook/slider_crank", "exudyn", AT_MOST),
-    Case("textbook/flexible_four_bar", "exudyn", AT_MOST),
-    Case("textbook/cam_follower", "exudyn", AT_MOST),
-    Case("benchmarks/n_four_bar", "exudyn", AT_MOST, 1e-8, 1e-8, judged=False),
-    Case("no_clearance", "lagrangian", AT_MOST, judged=False),
-    Case("clearance", "lagrangian", AT_MOST, 4e-5, 4e-5, judged=False, instead=ONE_TURN),
+CHILD = "--simulate"  # as the first argument: time one scene, and print it as JSON
+COLUMNS = ("scene", "by", "here", "there", "ratio", "steps")
+ONE_TURN = ("run.turns=1", "accuracy.tolerance=4e-5")
+CASES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    ("smooth", "exudyn", ()),
+    ("no_clearance", "exudyn", ()),
+    ("clearance", "exudyn", ONE_TURN),
+    ("textbook/slider_crank", "exudyn", ()),
+    ("textbook/flexible_four_bar", "exudyn", ()),
+    ("textbook/cam_follower", "exudyn", ()),
+    ("benchmarks/n_four_bar", "exudyn", ("accuracy.tolerance=1e-8",)),
+    ("no_clearance", "lagrangian", ()),
+    ("clearance", "lagrangian", ONE_TURN),
 )
-SCENES = list(dict.fromkeys(case.scene for case in CASES))
+"""Models, engines and settings."""
+SCENES = list(dict.fromkeys(Path(model).stem for model, *_ in CASES))
 
 
-class RunFailedError(Exception):
-    """A simulation that could not be made: where, and the first line of why."""
+def simulate_here(model: str, engine: str, *settings: str) -> None:
+    """Simulate twice by the package of a checkout; print the last processor time (s) and steps."""
+    from exudyn_flexlink import load_scene, simulate  # noqa: PLC0415 - not of this checkout
+
+    scene = load_scene(Path(model), list(settings))
+    for _ in range(2):
+        began = process_time()
+        result = simulate(scene, engine, measure=False)
+        seconds = process_time() - began
+        if not result.outcome.completed:
+            raise SystemExit(f"stopped at {result.outcome.time} s: {result.outcome.reason}")
+    print(json.dumps([seconds, result.checks.steps]))
 
 
-@dataclass(frozen=True)
-class Motion:
-    """What a process computed: instants (N,) s, places (N, bodies, 2) m, and its time in s."""
-
-    time: FloatArray
-    places: FloatArray
-    seconds: float
-
-
-def simulated(root: Path, case: Case, tolerance: float, runs: int = 2) -> Motion:
-    """Simulate a case in a new process, by the package of a checkout; the last run is timed.
+def timed(root: Path, model: str, engine: str, *settings: str) -> tuple[float, int]:
+    """Processor time (s) and steps of a scene in a new process, by the package of a checkout.
 
     Raises:
-        RunFailedError: the file can't be read there, or the run stopped early.
+        RuntimeError: the file can't be read there, or the run stopped early.
 
     """
-    with TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        out = folder / "motion.npz"
-        settings = f"accuracy.tolerance={tolerance!r}"
-        told = (root, case.file(folder), case.engine, runs, out, settings)
-        ended = subprocess.run(
-            [sys.executable, str(CHILD), *map(str, told)],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if ended.returncode:
-            why = reason(ended.stderr) or f"exit code {ended.returncode}"
-            raise RunFailedError(f"{'here' if root == ROOT else 'there'}: {why}")
-        with np.load(out) as motion:
-            places = motion["poses"][:, :, :2]
-            return Motion(motion["time"], places, json.loads(ended.stdout.splitlines()[-1])[-1])
+    file = ROOT / "models" / f"{model}.yaml"
+    ended = subprocess.run(
+        [sys.executable, __file__, CHILD, str(file), engine, *settings],
+        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": str(root)},
+    )  # fmt: skip
+    if ended.returncode:
+        where = "here" if root == ROOT else "there"
+        raise RuntimeError(f"{model} by {engine} failed {where}: {ended.stderr.strip()}")
+    seconds, steps = json.loads(ended.stdout)
+    return seconds, steps
 
 
-def reason(printed: str) -> str:
-    """The first line of an error's message, after the lines of code that led to it."""
-    lines = printed.rpartition("Traceback")[2].splitlines()
-    return next((line for line in lines if line[:1].strip()), "")
-
-
-def apart(one: Motion, other: Motion) -> str:
-    """Largest distance (m) of any body at the instants that both have sampled, as text."""
-    times = [np.round(motion.time, DIGITS) for motion in (one, other)]
-    _, i, j = np.intersect1d(times[0], times[1], return_indices=True)
-    if one.places.shape[1] != other.places.shape[1] or not len(i):
-        return "not the same bodies or instants"
-    return f"{np.linalg.norm(one.places[i] - other.places[j], axis=2).max():.1e}"
-
-
-def row(case: Case, there: Path, repeat: int) -> tuple[tuple[str, ...], str]:
-    """A row of the table, and what went wrong, if something did."""
-    name = (case.scene, case.engine, f"{case.here:g}, {case.there:g}")
-    asked = f"{case.asked:.2g}"
-    pairs, errors = [], ["", ""]
-    try:
-        for _ in range(repeat):
-            here = simulated(ROOT, case, case.here)
-            pairs.append((here, simulated(there, case, case.there)))
-        if case.judged:
-            truth = simulated(ROOT, case, TIGHT, runs=1)
-            errors = [apart(motion, truth) for motion in pairs[0]]
-    except RunFailedError as error:
-        cells = (*name, "failed", "", "", asked, "", "")
-        return cells, f"Failed: {case.scene} by {case.engine}, {error}."
-    times = [
-        f"{median(motion.seconds for motion in side):.2f} s" for side in zip(*pairs, strict=True)
-    ]
-    ratio = median(here.seconds / other.seconds for here, other in pairs)
-    return (*name, *times, f"{ratio:.3g}", asked, *errors), ""
-
-
-def commit_of(name: str) -> str:
-    """The hash that a name stands for; empty if there is no such commit."""
-    asked = ["git", "-C", str(ROOT), "rev-parse", "--verify", "--quiet", f"{name}^{{commit}}"]
-    try:
-        return subprocess.run(asked, capture_output=True, text=True, check=False).stdout.strip()
-    except FileNotFoundError:
-        return ""  # no git
+def row(there: Path, repeat: int, model: str, engine: str, *settings: str) -> tuple[str, ...]:
+    """A row of the table: medians over pairs."""
+    pairs = [[timed(root, model, engine, *settings) for root in (ROOT, there)]
+             for _ in range(repeat)]  # fmt: skip
+    here, other = (median(pair[i][0] for pair in pairs) for i in (0, 1))
+    ratio = median(one[0] / two[0] for one, two in pairs)
+    steps = " / ".join(str(steps) for _, steps in pairs[0])
+    return (Path(model).stem, engine, f"{here:.2f} s", f"{other:.2f} s", f"{ratio:.3g}", steps)
 
 
 @contextmanager
 def checked_out(commit: str) -> Iterator[Path]:
-    """A temporary folder with the files of a commit."""
+    """A temporary folder with the files of a commit.
+
+    Raises:
+        subprocess.CalledProcessError: there is no such commit.
+
+    """
     with TemporaryDirectory() as folder:
         place = Path(folder).resolve() / "there"
         git = ["git", "-C", str(ROOT), "worktree"]
+        subprocess.run([*git, "add", "--quiet", "--detach", str(place), commit], check=True)
         try:
-            subprocess.run(
-                [*git, "add", "--quiet", "--detach", str(place), commit], check=True, text=True
-            )
             yield place
         finally:
-            if place.exists():
-                subprocess.run([*git, "remove", "--force", str(place)], check=True, text=True)
-
-
-def table(cases: Sequence[Case], there: Path, commit: str, repeat: int) -> Table:
-    """Measure all cases, and tell it."""
-    rows, wrong = [], []
-    for case in cases:
-        print(f"{case.scene} by {case.engine} ...", file=sys.stderr, flush=True)
-        cells, trouble = row(case, there, repeat)
-        rows.append(cells)
-        if trouble:
-            wrong.append(trouble)
-    told = (
-        f"Processor times and their ratio, here over there, are medians over pairs: {repeat}. "
-        "Tolerances and errors of this checkout come first."
-    )
-    return Table(f"This checkout and {commit}", COLUMNS, tuple(rows), " ".join([told, *wrong]))
+            subprocess.run([*git, "remove", "--force", str(place)], check=True)
 
 
 def main() -> int:
@@ -211,22 +112,25 @@ def main() -> int:
     parser.add_argument("commit", help="a hash, a tag or a branch")
     parser.add_argument("scenes", nargs="*", metavar="scene", help=f"of: {', '.join(SCENES)}")
     parser.add_argument("--repeat", type=int, default=3, help="pairs of runs")
-    parser.add_argument("--markdown", action="store_true", help="print the table as Markdown")
     options = parser.parse_args()
     if unknown := [name for name in options.scenes if name not in SCENES]:
         parser.error(f"no scene '{unknown[0]}'; there is: {', '.join(SCENES)}")
-    found = commit_of(options.commit)
-    if not found:
-        parser.error(f"no commit '{options.commit}' in {ROOT}: see 'git log --oneline'")
-    cases = [case for case in CASES if not options.scenes or case.scene in options.scenes]
-    with checked_out(found) as there:
-        made = table(cases, there, options.commit, max(1, options.repeat))
-    if options.markdown:
-        print(markdown(made))
-    else:
-        show(Console(width=140), made)
+    rows = []
+    try:
+        with checked_out(options.commit) as there:
+            for model, engine, settings in CASES:
+                if not options.scenes or Path(model).stem in options.scenes:
+                    print(f"{model} by {engine} ...", file=sys.stderr, flush=True)
+                    rows.append(row(there, max(1, options.repeat), model, engine, *settings))
+    except (subprocess.CalledProcessError, RuntimeError) as error:
+        parser.error(str(error))
+    told = f"Processor times, and here over there, are medians over {options.repeat} pairs."
+    print(Table(f"This checkout and {options.commit}", COLUMNS, tuple(rows), told))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    if sys.argv[1:2] == [CHILD]:
+        simulate_here(*sys.argv[2:])
+    else:
+        sys.exit(main())

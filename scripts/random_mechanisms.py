@@ -29,6 +29,7 @@ from benchmarks.side_by_side import add_numbers, judged, numbers_of
 from benchmarks.verdicts import (
     CRASHED,
     LATE,
+    OF_ACCURACY,
     OPEN,
     REFUSED,
     RIGHT,
@@ -40,7 +41,6 @@ from benchmarks.verdicts import (
     table,
 )  # fmt: skip
 from drawing.mechanisms import FAMILIES, TOLERANCE, draw
-from random_strikes import OF_ACCURACY
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines import simulate

@@ -20,15 +20,22 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
-from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from benchmarks.lever_tip import tip_apart
 from benchmarks.side_by_side import add_numbers, judged, numbers_of
-from benchmarks.verdicts import CRASHED, OPEN, RIGHT, SILENT, STOPPED, TOLD
+from benchmarks.verdicts import (
+    CRASHED,
+    OF_ACCURACY,
+    OPEN,
+    RIGHT,
+    SILENT,
+    STOPPED,
+    TOLD,
+    Verdict,
+    table,
+)  # fmt: skip
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.comparison import compare
@@ -43,20 +50,7 @@ TOLERANCE, TIGHTER = 1e-6, 100.0  # m, times
 CONFIRMED = 0.5  # of the tolerance: what the two runs to judge by may differ by
 REACH = -0.11  # m: where S is farthest to the left in odd laps
 PLASTIC, ELASTIC = 0.15, 0.1  # shares of strikes that return nothing, and all
-OF_ACCURACY = ("error", "tolerance", "energy")  # warnings that say that numbers may be off
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What became of a scene by one engine: parts of the tolerance by which S and tip are off."""
-
-    engine: str
-    kind: str
-    point: float = 0.0
-    tip: float = 0.0
-    steps: int = 0
-    told: str = ""
-    shown: float = np.inf  # error that the run tells, over that which it has
+KINDS = (RIGHT, TOLD, SILENT, STOPPED, OPEN, CRASHED)
 
 
 def draw(rng: np.random.Generator, undamped: bool = False) -> list[str]:
@@ -120,22 +114,14 @@ def _run(scene: Scene, engine: str, *, measure: bool) -> Result:
 
 
 def _verdict(engine: str, found: Result, exact: Result, sure: bool) -> Verdict:
-    steps = found.checks.steps
     if not found.outcome.completed:
-        return Verdict(engine, STOPPED, steps=steps, told=found.outcome.reason)
+        return Verdict(engine, STOPPED, told=found.outcome.reason)
     told = [line for line in found.warnings if any(word in line for word in OF_ACCURACY)]
     if not exact.outcome.completed:
-        return Verdict(engine, OPEN, steps=steps, told=exact.outcome.reason)
-    point, tip = _off(exact, found)
-    if max(point, tip) <= 1:
-        kind = RIGHT
-    elif not sure:
-        kind = TOLD if told else OPEN
-    else:
-        kind = TOLD if told else SILENT
-    error = found.error
-    shown = np.inf if error.missing else error.largest / max(point, tip) / TOLERANCE
-    return Verdict(engine, kind, point, tip, steps, told[0] if told else "", shown)
+        return Verdict(engine, OPEN, told=exact.outcome.reason)
+    off = max(_off(exact, found))
+    kind = RIGHT if off <= 1 else TOLD if told else SILENT if sure else OPEN
+    return Verdict(engine, kind, off, told[0] if told else "")
 
 
 def _off(exact: Result, found: Result) -> tuple[float, ...]:
@@ -149,22 +135,6 @@ def _off(exact: Result, found: Result) -> tuple[float, ...]:
 def verdicts_of(number: int, seed: int, undamped: bool, measure: bool) -> list[Verdict]:
     """Draw a scene by its number, and judge it."""
     return judge(draw(np.random.default_rng([seed, number]), undamped), measure)
-
-
-def table(found: list[Verdict]) -> Iterator[str]:
-    """Lines that count the verdicts of each engine."""
-    kinds = [RIGHT, TOLD, SILENT, STOPPED, OPEN, CRASHED]
-    measures = "largest of the right | error told over made, at least | steps"
-    yield f"| engine | {' | '.join(kinds)} | {measures} |"
-    yield "|---" * (len(kinds) + 4) + "|"
-    for engine in ENGINES:
-        own = [verdict for verdict in found if verdict.engine == engine]
-        counts = Counter(verdict.kind for verdict in own)
-        right = [max(verdict.point, verdict.tip) for verdict in own if verdict.kind == RIGHT]
-        numbers = " | ".join(str(counts[kind]) for kind in kinds)
-        steps = sum(verdict.steps for verdict in own)
-        least = min(verdict.shown for verdict in own)
-        yield f"| {engine} | {numbers} | {max(right, default=0.0):.2g} | {least:.2g} | {steps} |"
 
 
 def main() -> int:
@@ -185,11 +155,9 @@ def main() -> int:
         for one in pair:
             if one.kind != RIGHT or options.only is not None:
                 print(
-                    f"{number:4d} {one.engine} {one.kind}: S {one.point:.2g}, "
-                    f"tip {one.tip:.2g} tolerances, {one.steps} steps; {one.told}",
-                    flush=True,
+                    f"{number:4d} {one.family}, {one.kind}: {one.off:.2g}; {one.told}", flush=True
                 )
-    print(*table(found), sep="\n")
+    print(*table(found, ENGINES, KINDS, (RIGHT,), "largest of the right"), sep="\n")
     return 1 if any(one.kind in {SILENT, CRASHED} for one in found) else 0
 
 

@@ -4,7 +4,6 @@ Usage:
   .venv/bin/python scripts/tolerance.py                        the Lagrangian, all scenes
   .venv/bin/python scripts/tolerance.py --engine exudyn lagrangian --models smooth --tolerances 1e-4
   .venv/bin/python scripts/tolerance.py --integrator dop853 --models smooth strike_n5_paper
-  .venv/bin/python scripts/tolerance.py --turns 1 --repeat 3
   .venv/bin/python scripts/tolerance.py --models spline_24 coast_24 spline_240 coast_240
 
 `spline_N` is `spline_track` with a cam through N points, rounded to microns as in a file; on
@@ -13,8 +12,7 @@ points, and of the lever's tip by its angle, m, over the run, against the Lagran
 its implicit method. Scenes with clearance go on for less than half a turn. Flagged are errors above
 the tolerance, with the run's first warning if it has one, and where both are more than a hundred
 times below it. No second run is made here, so that warnings which need one are missing:
-`told_errors.py` counts these. Seconds are of processor time, the least of some solves. At the end
-the larger of both errors is printed as a table.
+`told_errors.py` counts these. At the end the larger of both errors is printed as a table.
 """
 
 from __future__ import annotations
@@ -24,7 +22,6 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 from benchmarks.lever_tip import tip_apart
@@ -65,12 +62,11 @@ FARTHEST_BELOW = 100.0
 
 @dataclass(frozen=True)
 class Point:
-    """One run: errors (m), steps, processor time of all of it (s), and the first warning."""
+    """One run: errors (m), steps, and the first warning."""
 
     error: float
     tip: float
     steps: int
-    seconds: float
     by: str
     told: str
 
@@ -123,17 +119,13 @@ def reference(name: str, turns: float) -> Result:
     return simulate(model(name, turns, REFERENCE, "radau"), "lagrangian", measure=False)
 
 
-def measure(scene: Scene, engine: str, judge: Result, repeat: int) -> Point:
+def measure(scene: Scene, engine: str, judge: Result) -> Point:
     """Run a scene in one engine, and hold it against the judge."""
-    seconds = np.inf
-    for _ in range(repeat):
-        began = process_time()
-        result = simulate(scene, engine, measure=False)
-        seconds = min(seconds, process_time() - began)
+    result = simulate(scene, engine, measure=False)
     found = compare(result, judge)
     by = str(result.settings.get("formulation", "Lagrangian"))
     told = next(iter(result.warnings), "")
-    return Point(found.deviation.largest, tip_apart(found), result.checks.steps, seconds, by, told)
+    return Point(found.deviation.largest, tip_apart(found), result.checks.steps, by, told)
 
 
 def main() -> None:
@@ -147,23 +139,19 @@ def main() -> None:
     parser.add_argument("--models", nargs="+", choices=[*SCENES, *SPLINES], default=list(SCENES))
     parser.add_argument("--tolerances", nargs="+", type=float, default=list(TOLERANCES))
     parser.add_argument("--turns", type=float, default=2.0)
-    parser.add_argument("--repeat", type=int, default=2, help="runs, of which the fastest counts")
     options = parser.parse_args()
-    head = ("scene", "tolerance", "points, m", "tip, m", "of it", "steps", "s", "")
-    print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
+    head = ("scene", "tolerance", "points, m", "tip, m", "of it", "steps", "")
+    print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}  {}".format(*head))
     rows = []
     for name, engine in product(options.models, options.engine):
-        # What is imported at a first run is not to be timed.
-        simulate(model(name, 0.01, 1e-3, options.integrator), engine, measure=False)
         points = []
         for tolerance in options.tolerances:
             scene = model(name, options.turns, tolerance, options.integrator)
-            point = measure(scene, engine, reference(name, options.turns), options.repeat)
+            point = measure(scene, engine, reference(name, options.turns))
             points.append(point)
             print(
                 f"{name:<17}{tolerance:>10.0e}{point.error:>10.1e}{point.tip:>10.1e}"
-                f"{point.largest / tolerance:>9.3f}{point.steps:>8}{point.seconds:>8.3f}"
-                f"  {point.flag(tolerance)}",
+                f"{point.largest / tolerance:>9.3f}{point.steps:>8}  {point.flag(tolerance)}",
                 flush=True,
             )
         cells = " | ".join(f"{point.largest:.1e}" for point in points)

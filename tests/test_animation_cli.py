@@ -71,11 +71,6 @@ def test_two_runs_over_each_other(saved, run, capsys):
     assert '"name":"third"' in text
 
 
-def test_slow_motion_is_asked_for(saved, capsys):
-    assert said(capsys, "run", "--slow", "strike:1", "--format", "html")[0] == 0
-    assert '"slow":[[0.' in Path("run/animation.html").read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -97,18 +92,6 @@ def test_all_mistakes_are_told_at_once_and_nothing_is_written(saved, capsys, arg
     for words in told:
         assert words in err
     assert sorted(Path("run").iterdir()) == before
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [["--format", "avi"], ["--slow", "strike:x"], ["--speed", "0"], ["--fps", "-1"],
-     ["--from", "nan"], ["--width", "wide"]],
-)  # fmt: skip
-def test_an_option_that_means_nothing_ends_with_two(saved, capsys, arguments):
-    with pytest.raises(SystemExit) as ended:
-        main(["animate", "run", *arguments])
-    assert ended.value.code == 2
-    assert "argument --" in capsys.readouterr().err
 
 
 def test_a_file_of_the_user_is_not_replaced(saved, capsys):
@@ -134,22 +117,6 @@ def test_python_writes_files_and_shows_a_player(run):
     run.animate("s.gif", begin=0.3, end=0.31, speed=0.05, width=200, progress=seen.append)
     assert Path("s.gif").read_bytes().startswith(b"GIF89a")
     assert seen[-1] == 1.0
-
-
-def test_python_says_what_cannot_be(run):
-    for arguments, told in (
-        ({"begin": 9.0}, "the begin 9 s is not within"),
-        ({"slow": "strike:x"}, "no name, nor a name and a number"),
-        ({"speed": -1.0}, "a speed of -1: it is a number of more than 0"),
-        ({"path": "s.avi"}, "no format 'avi'"),
-        ({"path": "s"}, "no format ''"),
-    ):
-        with pytest.raises(ValueError, match=told):
-            run.animate(**arguments)
-    Path("mine.html").write_text("mine", encoding="utf-8")
-    with pytest.raises(fl.StorageError, match="did not write what is in it"):
-        run.animate("mine.html")
-    run.animate("mine.html", force=True)
 
 
 ODD = {

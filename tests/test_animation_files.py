@@ -4,7 +4,6 @@ import json
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -18,8 +17,7 @@ from exudyn_flexlink.animation import writing as writing_room
 from exudyn_flexlink.animation.look import HALO, thickness
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.speed import frames_of
-from exudyn_flexlink.mechanism import Anchor, anchor_position
-from exudyn_flexlink.plots.style import BLACK, BLUE, ENGINE_COLOURS
+from exudyn_flexlink.plots.style import BLACK, BLUE
 
 FFPROBE = shutil.which("ffprobe") if shutil.which("ffmpeg") else None
 needs_ffmpeg = pytest.mark.skipif(FFPROBE is None, reason="no ffmpeg on the path")
@@ -69,15 +67,6 @@ def test_the_length_to_read_sizes_by_stands_below_the_mechanism(width):
     assert told.get_window_extent().y1 < low - HALO / 2 * thickness(width)
 
 
-def test_frames_do_not_depend_on_those_before(run):
-    film = film_of(run)
-    frames = frames_of(film, 10, 0.2)
-    one, other = Picture(film, frames, 320), Picture(film, frames, 320)
-    for frame in (0, 9, 30):
-        one.frame(frame)
-    assert np.array_equal(one.frame(16), other.frame(16))
-
-
 def test_a_gif_has_its_frames_its_time_and_few_colours(run):
     film = film_of(run, window=(0.25, 0.45))
     made = film_bytes(film, "gif", Filming(fps=20, speed=0.1, width=320))
@@ -92,48 +81,6 @@ def test_a_gif_has_its_frames_its_time_and_few_colours(run):
         later = np.asarray(image.convert("RGB"))
     assert tuple(first[60, 5]) == WHITE
     assert np.any(first != later)
-
-
-def test_two_runs_are_drawn_in_the_colours_of_their_engines(run):
-    poses = run.poses.copy()
-    poses[:, 11, 2] += 0.5  # its lever points elsewhere
-    late = replace(run, engine="lagrangian", poses=poses)
-    film = film_of(run, late)
-    picture = Picture(film, frames_of(film, 10, 0.2), 800)
-    shown = picture.frame(0)
-    lever = Anchor(11, 0.02, 0.0)
-    place = anchor_position(lever, late.poses[0])
-    assert pixel(picture, shown, place) == pytest.approx(rgb(ENGINE_COLOURS["lagrangian"]), abs=12)
-
-
-def test_progress_goes_to_the_end(run):
-    seen = []
-    film_bytes(film_of(run, window=(0, 0.1)), "gif", Filming(speed=0.1, width=200), seen.append)
-    assert seen == sorted(seen)
-    assert seen[-1] == 1.0
-
-
-@pytest.mark.parametrize(
-    ("suffix", "filming", "told"),
-    [
-        ("gif", Filming(fps=100), "100 frames in a second: a GIF has up to 50"),
-        ("gif", Filming(width=5), "5 pixels: a width is from 160 to 4096"),
-        ("html", Filming(speed=-1), "a speed of -1: it is a number of more than 0"),
-        ("avi", Filming(), "no format 'avi'; there is: mp4, gif, html"),
-        ("gif", Filming(speed=1e-9), "too long: the film would last 1e.06 s, 2e.07 frames"),
-        ("gif", Filming(speed=1e-5, width=4000), "too long for a GIF: 2001 frames"),
-    ],
-)
-def test_what_cannot_be_written_is_told(run, suffix, filming, told):
-    with pytest.raises(FilmError, match=told):
-        film_bytes(film_of(run, window=(0, 0.001)), suffix, filming)
-
-
-def test_without_ffmpeg_there_is_a_gif_and_no_video(run, monkeypatch):
-    monkeypatch.setattr(writing_room, "ffmpeg", lambda: None)
-    assert writing_room.usual_formats() == ("gif", "html")
-    with pytest.raises(FilmError, match="a video needs the program ffmpeg"):
-        film_bytes(film_of(run), "mp4", Filming())
 
 
 @needs_ffmpeg

@@ -11,9 +11,8 @@ import results
 from exudyn_flexlink.animation import FilmError, Slow, Take, film_of
 from exudyn_flexlink.animation.film import spot_of
 from exudyn_flexlink.animation.look import GLOW_SECONDS
-from exudyn_flexlink.animation.samples import kept_instants, straightened
 from exudyn_flexlink.animation.shots import Shots
-from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of, usual_speed
+from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import MeasuredError
@@ -27,14 +26,6 @@ TURN = 2 * pi / results.SPEED  # s
 @pytest.fixture(scope="module")
 def run():
     return results.rigid_link(samples=801)
-
-
-def test_a_film_is_the_whole_run_unless_it_is_asked_for_less(run):
-    whole, part = film_of(run), film_of(run, window=(0.1, 0.5))
-    assert (whole.begin, whole.end) == (0.0, run.time[-1])
-    assert (part.begin, part.end) == (0.1, 0.5)
-    assert whole.slow == ()
-    assert len(whole.strikes) == 2
 
 
 def test_two_runs_have_the_colours_of_their_engines_and_end_together(run):
@@ -62,15 +53,6 @@ def test_of_two_runs_the_nearer_horizon_counts(run):
     assert film_of(known_until(1.5), known_until(0.7)).horizon[0] == 0.7
 
 
-def test_all_mistakes_are_told_at_once(run):
-    with pytest.raises(FilmError) as told:
-        film_of(run, window=(-1.0, 99.0), slow=Slow("strik"))
-    text = str(told.value)
-    assert "the begin -1 s is not within the run: it goes from 0 s to 2.51327 s" in text
-    assert "the end 99 s is not within" in text
-    assert "no contact or joint with clearance 'strik'; did you mean 'strike'?" in text
-
-
 @pytest.mark.parametrize(
     ("window", "slow", "told"),
     [
@@ -88,14 +70,6 @@ def test_what_cannot_be_shown_is_told(run, window, slow, told):
         film_of(replace(run, time=run.time[:1]))
 
 
-def test_slow_motion_is_read():
-    assert Slow.of("strike") == Slow("strike", None)
-    assert Slow.of(" my stop : 2") == Slow("my stop", 2)
-    for text in ("strike:0", "strike:x", "strike:-1"):
-        with pytest.raises(ValueError, match="no name, nor a name and a number"):
-            Slow.of(text)
-
-
 def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):
     [first] = film_of(run, slow=Slow("strike", 1)).slow
     [second] = film_of(run, slow=Slow("strike", 2)).slow
@@ -108,14 +82,6 @@ def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):
     assert touch.begin < tilting.sleeves["sleeve"].touches.begin[0] < touch.end
     with pytest.raises(FilmError, match="no contact or joint with clearance 'strike'"):
         film_of(tilting, slow=Slow("strike"))
-
-
-def test_frames_are_even_in_the_time_of_the_film_and_reach_its_end(run):
-    film = film_of(run, window=(0.0, 1.0))
-    frames = frames_of(film, fps=20, speed=0.1)
-    assert len(frames.times) == 201
-    assert np.diff(frames.times) == pytest.approx(0.005)
-    assert frames.times[[0, -1]] == pytest.approx([0.0, 1.0])
 
 
 def test_slow_motion_lasts_its_seconds_and_the_rest_is_as_fast_as_before(run):
@@ -139,49 +105,6 @@ def test_a_touch_that_faded_in_slow_motion_does_not_come_back(run):
     assert last < film.slow[0].end
 
 
-def test_slow_motion_is_never_faster(run):
-    film = film_of(run, window=(0.3, 0.32), slow=Slow("strike", 1))
-    assert np.all(frames_of(film, fps=25, speed=1e-4).speeds == 1e-4)
-
-
-def test_the_usual_speed_is_round_and_lets_a_crank_be_followed(run):
-    speed = usual_speed(film_of(run))
-    assert f"{speed:.0e}"[0] in "125"
-    seconds_of_a_turn = TURN / speed
-    assert 2 < seconds_of_a_turn < 7
-
-
-def test_where_values_are_straight_few_samples_are_kept():
-    time = np.linspace(0, 2, 2001)
-    values = np.stack([np.abs(time - 1), 3 * time], axis=1)
-    assert straightened(time, values, np.full(2001, 1e-9)).tolist() == [0, 1000, 2000]
-    parabola = (time**2)[:, None]
-    kept = straightened(time, parabola, np.full(2001, 1e-4))
-    assert len(kept) < 200
-    off = np.interp(time, time[kept], parabola[kept, 0]) - parabola[:, 0]
-    assert np.max(np.abs(off)) <= 1e-4
-
-
-def test_straight_lines_between_kept_instants_are_as_good_as_they_say(run):
-    film = film_of(run)
-    times, off = kept_instants(film, film.takes[0])
-    assert len(times) < 0.7 * len(run.time)
-    assert off == pytest.approx(film.size / 4000)
-    poses, model = film.takes[0].poses(times), film.takes[0].model
-    shape = run.poses.reshape(len(run.time), -1)
-    between = np.stack([np.interp(run.time, times, c) for c in poses.reshape(len(times), -1).T], 1)
-    error = np.abs(between - shape).reshape(len(run.time), -1, 3)
-    assert np.max(error[..., :2]) <= off
-    assert np.max(error[..., 2] * [part.reach for part in model.parts]) <= off
-
-
-def test_frames_show_where_things_are(run):
-    film = film_of(run, window=(0.05, 1.2))
-    shots = Shots(film, film.takes[0], frames_of(film, 20, 0.2))
-    assert shots.watched == pytest.approx(results.exact_s(run.scene, shots.frames.times), abs=1e-6)
-    assert shots.crank == pytest.approx(results.SPEED * shots.frames.times)
-
-
 def test_a_touch_glows_while_it_lasts_and_fades_after(run):
     film = film_of(run)
     speed = 0.05
@@ -201,17 +124,6 @@ def test_a_touch_glows_while_it_lasts_and_fades_after(run):
         results.exact_s(run.scene, times[during : during + 1])[0], abs=1e-6
     )
     assert glow.text == f"{touches.peak_force[0]:#.3g} N"
-
-
-def test_what_has_ended_stays_where_it_was(run):
-    film = film_of(run)
-    shots = Shots(film, film.takes[0], frames_of(film, 100, 0.05))
-    end = run.contacts["strike"].touches.end[1]
-    later = int(np.searchsorted(shots.frames.times, end + 0.01))
-    glow = shots.glows(later)[-1]
-    assert 0 < glow.fresh < 1
-    assert glow.place == pytest.approx(results.exact_s(run.scene, np.array([end]))[0], abs=2e-3)
-    assert np.linalg.norm(glow.place - shots.watched[later]) > 5e-3
 
 
 def test_an_impact_is_told_by_its_impulse(run):
@@ -235,18 +147,6 @@ def test_walls_of_every_link_in_one_guide_are_drawn(tilting):
     walls = [line.line for line in lines if line.kind == "wall"]
     assert [wall.places[0, 1] for wall in walls] == pytest.approx([1e-3, -1e-3, 2e-3, -2e-3])
     assert {line.line.name for line in lines if line.kind != "wall"} == {"link", "second"}
-
-
-def test_forces_of_walls_are_those_of_the_run(tilting):
-    film = film_of(tilting)
-    shots = Shots(film, film.takes[0], frames_of(film, 10, 0.2))
-    [own] = shots.touching
-    for frame in (0, 40, 70, 100):
-        at = shots.frames.times[frame]
-        exact = [
-            np.interp(at, tilting.time, column) for column in tilting.sleeves["sleeve"].force.T
-        ]
-        assert shots.forces(own, frame) == pytest.approx(exact)
 
 
 def test_circles_touch_between_their_centres():

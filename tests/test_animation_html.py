@@ -4,15 +4,15 @@ import base64
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 import results
 from browsing.chromium import browser, program
+from pages import read_page
 
-from exudyn_flexlink.animation import Slow, film_of, page, player
-from exudyn_flexlink.animation.data import film_data, row
+from exudyn_flexlink.animation import film_of, page, player
+from exudyn_flexlink.animation.data import film_data
 from exudyn_flexlink.animation.zooms import zooms_of
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import Anchor, anchor_position
@@ -23,39 +23,14 @@ def run():
     return results.rigid_link(samples=801)
 
 
-class Reader(HTMLParser):
-    """What a page refers to, and the data in it."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.addresses, self.data, self._inside = [], [], False
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        known = dict(attrs)
-        self.addresses += [
-            known[name] for name in ("src", "href", "data", "action") if name in known
-        ]
-        self._inside = tag == "script" and known.get("type") == "application/json"
-
-    def handle_data(self, data):
-        if self._inside:
-            self.data.append(json.loads(data))
-        self._inside = False
-
-
 def numbers(packed):
     [(kind, text)] = packed.items()
     return np.frombuffer(base64.b64decode(text), dtype=f"<{kind}")
 
 
 def embedded(text):
-    return Reader(text).data
-
-
-def test_rows_are_read_as_they_were_written():
-    for values, kind in (([1.5, -2.25], "f4"), ([1 / 3], "f8"), ([-1, 70000], "i4"), ([], "f4")):
-        assert numbers(row(values, kind)).tolist() == values
+    found = read_page(text).all("script")
+    return [json.loads("".join(own.inside)) for own in found if "type" in own.attributes]
 
 
 def test_the_page_has_the_numbers_of_the_run(run):
@@ -92,8 +67,8 @@ def test_forces_of_walls_are_stored_where_they_press(tilting):
 
 def test_the_page_loads_nothing(run):
     text = page(film_of(run))
-    reader = Reader(text)
-    assert reader.addresses == []
+    for one in read_page(text).all():
+        assert not {"src", "href", "data", "action"} & set(one.attributes)
     program = re.sub(r'<script type="application/json">.*?</script>', "", text, flags=re.DOTALL)
     for word in ("http:", "https:", "//cdn", "@import", "url(", "fetch(", "XMLHttpRequest",
                  "import(", "WebSocket", "sendBeacon"):  # fmt: skip
@@ -171,34 +146,6 @@ def test_a_browser_shows_where_things_are(run, tilting, window, tmp_path):
     assert "crank" in told["slider"]
 
 
-def test_no_word_lies_on_the_dot_that_tells_the_instant(tilting, window, tmp_path):
-    """At both ends of the line, where words begin and end: it is as dark on either side."""
-    sides = seen_in(window, page(film_of(tilting)), tmp_path, """
-        const [one] = players;
-        const { canvas, width } = one.pens.at(-1);
-        const edge = 10; // pixels beside the line
-        return [[one.data.begin, edge], [one.data.end, width - edge]].map(([t, x]) => {
-          one.go(t);
-          one.draw();
-          const copy = new OffscreenCanvas(canvas.width, canvas.height);
-          const seen = copy.getContext("2d", { willReadFrequently: true });
-          seen.drawImage(canvas, 0, 0);
-          const fine = canvas.width / width;
-          const dark = (from) => {
-            const room = [Math.round(from * fine), 0, Math.round(9 * fine), canvas.height];
-            const { data } = seen.getImageData(...room);
-            let count = 0;
-            for (let i = 0; i < data.length; i += 4) count += data[i + 3] > 200 && data[i] < 60;
-            return count;
-          };
-          return [dark(x - 9), dark(x)];
-        });
-    """)  # fmt: skip
-    for left, right in sides:
-        assert left > 30
-        assert right == pytest.approx(left, abs=2)
-
-
 def test_a_browser_sees_a_strike_from_the_face_that_is_struck(run, window, tmp_path):
     film = film_of(run)
     [zoom] = zooms_of(film, film.takes[0])
@@ -216,18 +163,6 @@ def test_a_browser_sees_a_strike_from_the_face_that_is_struck(run, window, tmp_p
     s = anchor_position(film.takes[0].watched, poses)
     exact = zoom.view.seen(s[:, None], poses)[:, 0]
     assert np.array(told) == pytest.approx(exact, abs=film.size / 2000)
-
-
-def test_a_browser_slows_down_at_strikes(run, window, tmp_path):
-    film = film_of(run, slow=Slow("strike", 1))
-    [own] = film.slow
-    told = seen_in(window, page(film), tmp_path, """
-        const [one] = players;
-        return [one.paceAt(0), one.paceAt(0.315), one.slows];
-    """)  # fmt: skip
-    assert told[1] == pytest.approx((own.end - own.begin) / 4.0)
-    assert told[0] > told[1]
-    assert told[2] is True
 
 
 def test_a_player_fits_a_phone_and_tells_what_lies_beyond_the_horizon(run, window, tmp_path):

@@ -7,8 +7,6 @@ import pytest
 import results
 
 from exudyn_flexlink.animation import film_of, zooms
-from exudyn_flexlink.animation.look import TOUCH
-from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.samples import PRECISE, kept_instants
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import frames_of
@@ -72,20 +70,6 @@ def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
     assert length == pytest.approx(max(STRIKE_PART * film.size, 1.5 * np.ptp(x)), rel=0.05)
 
 
-def test_a_touch_that_ended_stays_on_the_face_which_moves_on(run):
-    film = film_of(run)
-    zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 400, 0.05))
-    end = run.contacts["strike"].touches.end[1]
-    first = int(np.searchsorted(shots.frames.times, end, side="right"))
-    later = first + 60
-    was, now = (shots.glows(i)[-1] for i in (first, later))
-    lever = shots.poses[:, -1, 2]
-    assert abs(lever[later] - lever[now.frame]) > 0.01
-    assert 0 < now.fresh < was.fresh
-    places = [zoom.view.seen(g.place[None], shots.poses[g.frame])[0] for g in (was, now)]
-    assert places[1] == pytest.approx(places[0])
-
-
 def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
     film = film_of(run)
     [take], zoom = film.takes, zoom_of(film)
@@ -102,34 +86,9 @@ def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
     assert fine < np.max(off) <= coarse
 
 
-def test_what_slides_along_much_of_the_picture_needs_no_zoom(run, monkeypatch):
-    film = film_of(run)
-    part = zoom_of(film).length / film.size
-    monkeypatch.setattr(zooms, "SLIDES", 0.99 * part)
-    assert zooms_of(film, film.takes[0]) == []
-
-
 def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkeypatch):
     assert [zoom.name for zoom in zooms_of(film_of(run), film_of(run).takes[0])] == ["strike"]
     for film in (film_of(without_touches(run)), film_of(run, window=(0.0, 0.2))):
         assert zooms_of(film, film.takes[0]) == []
     monkeypatch.setattr(zooms, "MOST_FACES", 0)
     assert zooms_of(film_of(run), film_of(run).takes[0]) == []
-
-
-def test_a_picture_with_a_strike_flashes_in_its_zoom(run):
-    """The colours of a touch are below the picture itself only while it touches, or fades."""
-    film = film_of(run, window=(0.25, 0.6))
-    picture = Picture(film, frames_of(film, 50, 0.05), 620)
-    begin = run.contacts["strike"].touches.begin[0]
-    touch = int(np.searchsorted(picture._frames.times, begin, side="right"))
-    low, high = 30, 130  # pixels from below: above the line of all touches, within the zoom
-    red = np.array([int(TOUCH[i : i + 2], 16) for i in (1, 3, 5)])
-
-    def flashes(frame):
-        shown = picture.frame(frame)[-high:-low, :, :3].astype(int)
-        return int(np.count_nonzero(np.abs(shown - red).max(axis=2) < 10))
-
-    assert flashes(touch - 1) == 0
-    assert flashes(touch) > 20
-    assert flashes(len(picture) - 1) == 0

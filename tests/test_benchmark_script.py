@@ -1,22 +1,16 @@
-"""The benchmark's own arithmetic, and that its hand-written peers simulate the same mechanism."""
+"""The benchmark's own arithmetic, and that the script by hand simulates the same mechanism."""
+
+from dataclasses import replace
+from itertools import islice
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchmarks import (
-    measuring,
-    mujoco_chain,
-    numpy_lagrangian,
-    peer_loops,
-    peer_mujoco,
-    strike,
-)
+from benchmarks import measuring, stepping, strike
 from benchmarks.measuring import Measured
 from benchmarks.naive_exudyn import simulate_by_hand
-from benchmarks.peers import against
 
 from exudyn_flexlink import load_scene
-from exudyn_flexlink.chain import discretise
-from exudyn_flexlink.mechanism import beam_of
 
 
 def power_law(*settings):
@@ -32,17 +26,68 @@ def test_cost_at_an_error_lies_on_the_power_law_within_and_beyond_the_points():
         assert told is beyond
 
 
+def test_cost_at_an_error_needs_two_points():
+    with pytest.raises(ValueError, match="two points"):
+        measuring.cost_at(power_law(1e-2), 1e-4)
+
+
+def test_a_ladder_has_three_rungs_a_decade():
+    assert list(islice(measuring.ladder(1e-3), 5)) == [1e-3, 5e-4, 2e-4, 1e-4, 5e-5]
+    assert list(measuring.ladder(5e-2, 1e-2)) == [5e-2, 2e-2, 1e-2]
+
+
 def test_a_climb_ends_at_the_first_rung_that_is_good_enough():
     points = measuring.climb(lambda h: (h**2, 7), measuring.ladder(1e-1), 1e-5, budget=60)
     assert [point.setting for point in points] == [1e-1, 5e-2, 2e-2, 1e-2, 5e-3, 2e-3]
     assert measuring.loosest(points, 1e-10) is None
 
 
+def test_the_cheapest_run_counts_that_is_good_enough():
+    points = [Measured(1, 1e-3, 1.0), Measured(2, 1e-5, 3.0), Measured(3, 1e-6, 2.0)]
+    assert measuring.loosest(points, 1e-4) == points[2]
+
+
 def test_the_fewest_steps_are_cheapest_whatever_one_time_says():
     points = [Measured(1, 1e-5, 3.0, 100), Measured(2, 1e-6, 2.0, 200)]
     assert measuring.loosest(points, 1e-4) == points[0]
-    points = [Measured(1, 1e-3, 1.0), Measured(2, 1e-5, 3.0), Measured(3, 1e-6, 2.0)]
-    assert measuring.loosest(points, 1e-4) == points[2]
+
+
+def test_interleaved_runs_take_turns_and_long_ones_are_not_repeated():
+    order = []
+    runs = {name: lambda name=name: order.append(name) for name in "abc"}
+    best = measuring.interleaved(runs, 2, {"c": 2 * measuring.LONG})
+    assert order == ["a", "b", "a", "b"]
+    assert best["c"] == 2 * measuring.LONG
+    assert 0 <= best["a"] < 1
+
+
+def test_each_error_has_the_cheapest_run_of_each_ladder_that_reaches_it():
+    runs = {"square": lambda h: (h**2, round(1 / h)), "line": lambda h: (h, 7)}
+    rungs = {name: [1e-1, 1e-2, 1e-3] for name in runs}
+    found = measuring.cheapest(runs, rungs, [1e-2, 1e-4], budget=60)
+    assert found["line", 1e-2].error <= 1e-2
+    assert ("line", 1e-4) not in found
+    assert found["square", 1e-4].setting == 1e-2  # where the climb ends
+    assert found["square", 1e-4].steps == 100
+
+
+def test_a_setting_that_counts_twice_is_repeated_once_a_turn():
+    order = []
+    point = Measured(0.5, 1e-3, 60.0)
+    points = {("a", 1e-2): replace(point, cost=1.0), ("a", 1e-1): replace(point, cost=1.0)}
+    again = measuring.repeated({"a": order.append}, points, 2)
+    assert order == [0.5, 0.5]
+    assert all(0 <= own.cost < 1 for own in again.values())
+    assert [own.error for own in again.values()] == [1e-3, 1e-3]
+    long = measuring.repeated({"a": order.append}, {("a", 1e-2): point}, 2)
+    assert len(order) == 2
+    assert long["a", 1e-2].cost == 60.0
+
+
+def test_exponent_of_a_power_law():
+    assert measuring.exponent([10, 20, 50], [2 * n**1.3 for n in (10, 20, 50)]) == pytest.approx(
+        1.3
+    )
 
 
 def test_the_script_by_hand_simulates_the_same_mechanism():
@@ -57,65 +102,25 @@ def test_the_script_by_hand_simulates_the_same_mechanism():
     assert better.max() < off.max() / 8  # second order: 16 times
 
 
-def test_the_numpy_lagrangian_simulates_the_same_mechanism():
-    time, position, _ = (column[:21] for column in strike.series())
-    motion = numpy_lagrangian.strike(time, 1e-6)
-    assert np.abs(motion.position - position).max() < 1e-9
+def test_the_quickest_run_decides_on_the_rounds_of_all(monkeypatch):
+    made, scene = [], load_scene("smooth")
+    costs = {"quick": (0.25, 0.05), "slow": (4.0, 0.5)}  # s, of long and short runs
 
+    def fake(run, engine, **_):
+        made.append((engine, run.run.duration))
+        checks = SimpleNamespace(steps=round(100 * run.run.duration))
+        return SimpleNamespace(outcome=SimpleNamespace(completed=True), checks=checks)
 
-def test_the_numpy_lagrangian_finds_its_way_round_the_double_track():
-    """Ellipse in odd laps, half circle on the left of even ones; r' and r'' by differences."""
-    assert [numpy_lagrangian.on_circle(x) for x in (3.0, 6.3, 9.4, 12.5)] == [0, 0, 1, 0]
-    for circle, expected in ((False, 0.06), (True, 0.05)):
-        assert numpy_lagrangian.root(np.pi, circle)[0] == pytest.approx(expected)
-        h, r = 1e-4, [numpy_lagrangian.root(x, circle)[0] for x in (2.4999, 2.5, 2.5001)]
-        _, first, second = numpy_lagrangian.root(2.5, circle)
-        assert first == pytest.approx((r[2] - r[0]) / (2 * h), rel=1e-6)
-        assert second == pytest.approx((r[2] - 2 * r[1] + r[0]) / h**2, rel=1e-5)
+    def timed(run):
+        result = run()
+        engine, duration = made[-1]
+        return result, costs[engine][0 if duration == 1.0 else 1]
 
-
-def test_the_ringing_chain_is_the_same_for_all():
-    """The numpy Lagrangian against our engine; masses, springs and weight of the model file."""
-    variant = next(v for v in peer_mujoco.VARIANTS if v.engine == "exudyn")
-    error, _ = peer_mujoco.ours(variant, 3e-3, 1e-6)
-    assert error < 1e-6
-    scene = load_scene(peer_mujoco.MODEL)
-    assert scene.gravity == (0, peer_mujoco.WEIGHT)
-
-
-def test_mujoco_has_the_same_chain():
-    """Its natural frequencies, and its motion under the weight by steps of 10 us."""
-    pytest.importorskip("mujoco")
-    link = numpy_lagrangian.Link()
-    stiffness = link.stiffness * np.eye(link.rods - 1)
-    squares = np.linalg.eigvals(np.linalg.solve(mujoco_chain.mass_matrix(link), stiffness))
-    scene = load_scene(peer_mujoco.MODEL)
-    chain = discretise(beam_of(scene, scene.bodies["link"]), 10, stiffness="beam")
-    expected = chain.cantilever_frequencies(9)
-    assert np.sort(np.sqrt(squares)) == pytest.approx(expected, rel=1e-9)
-    error, _ = peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 100)
-    assert error < 1e-7
-    assert peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 5)[0] == np.inf
-
-
-@pytest.mark.parametrize("body", ["crank", "slider"])
-def test_mujoco_has_the_same_slider_crank(body):
-    """Wherever the loop is cut; errors of RK4 and of the spring fall with the step."""
-    pytest.importorskip("mujoco")
-    rk4, closing = mujoco_chain.integrators()["RK4"], peer_loops.Closing(body, 0.3)
-    coarse, fine = (peer_loops.by_mujoco(rk4, closing, 0.5, h)[0] for h in (1e-3, 1e-4))
-    assert fine < 1e-7 < 100 * fine < coarse
-
-
-def test_errors_that_the_peer_does_not_reach_are_told():
-    found = {
-        ("peer x", 1e-4): Measured(1, 1e-5, 2.0),
-        ("us", 1e-4): Measured(1, 1e-5, 4.0),
-        ("us", 1e-6): Measured(1, 1e-7, 8.0),
-    }
-    table = against("Peer", "", found, [1e-4, 1e-6], 3.0)
-    assert [row[-1] for row in table.rows] == ["1.00", "0.50", ""]
-    assert table.conclusion == (
-        "Over 3.0 s, Peer's best time over our best: 0.5 at 1e-04 m (us). "
-        "Peer does not reach 1e-06 m."
-    )
+    monkeypatch.setattr(stepping, "simulate", fake)
+    monkeypatch.setattr(stepping, "timed", timed)
+    cases = {name: (name, scene) for name in costs}
+    found = stepping.cost_per_step(cases, dict.fromkeys(cases, 1.0), repeat=3)
+    rounds = int(stepping.ENOUGH / 0.25) + 1
+    assert made == [("quick", 1.0), ("quick", 0.1), ("slow", 1.0), ("slow", 0.1)] * rounds
+    assert found["quick"].cost == pytest.approx(0.2 / 90)
+    assert found["slow"].cost == pytest.approx(3.5 / 90)

@@ -3,7 +3,6 @@
 import re
 import runpy
 import shlex
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,6 @@ from typing import Any
 import make_docs
 import pytest
 import reference
-import yaml
 from pages_of_docs import DOCS, PAGES, ROOT, blocks, commands, text_of
 
 from exudyn_flexlink.cli import program_parser
@@ -28,10 +26,8 @@ MEASURED = re.compile(r"\d\.\d|\d[eE][-+]?\d")
 LONGEST_README = 160  # lines
 PLACES = ("exudyn_flexlink/", "models/", "scripts/", "tests/", "docs/", "curves/", "engines/",
           "mechanism/", "scene/")  # fmt: skip
-TOOLS = ("pip", "pytest", "ruff", "mypy", "lint-imports", "sphinx", "venv")
 
 any_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-any_script = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
 
 
 def of_program() -> list[list[str]]:
@@ -56,27 +52,12 @@ def test_the_readme_is_short() -> None:
     assert len(text_of(ROOT / "README.md").splitlines()) <= LONGEST_README
 
 
-def test_every_command_is_one_of_the_environment_that_the_readme_makes() -> None:
-    for page, words in commands():
-        tool = words[2] if words[1:2] == ["-m"] else words[0].removeprefix(".venv/bin/")
-        known = (*TOOLS, "exudyn_flexlink")
-        assert tool in known or "scripts/" in words[1], f"{page}: {words}"
-        assert words[0].startswith(".venv/bin/") or words[:3] == ["python3", "-m", "venv"], page
-
-
 @pytest.mark.parametrize("arguments", of_program(), ids=" ".join)
 def test_the_program_knows_the_arguments_of_each_command(arguments: list[str]) -> None:
     options = vars(program_parser().parse_args(arguments))
     if "model" in options:
         path = ROOT / options["model"]
         load_scene(path if path.exists() else options["model"], options.get("settings", ()))
-
-
-@any_script
-def test_every_script_tells_its_usage(
-    script: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert "usage:" in help_of(script, [], monkeypatch, capsys)
 
 
 @pytest.mark.parametrize("words", of_scripts(), ids=" ".join)
@@ -114,58 +95,12 @@ def help_of(
     return shown.out
 
 
-def test_a_script_runs_in_a_bare_environment_from_any_folder(tmp_path: Path) -> None:
-    bare = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
-    script = ROOT / "scripts" / "make_docs.py"
-    ended = subprocess.run(
-        [sys.executable, script, "--list"],
-        env=bare,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (ended.returncode, ended.stderr) == (0, "")
-
-
-def test_fuzzing_without_its_library_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setitem(sys.modules, "hypothesis", None)
-    for arguments, code, text in ((["--help"], 0, "Usage:"), ([], 2, "pip install")):
-        monkeypatch.setattr(sys, "argv", ["fuzz_loader.py", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            runpy.run_path(str(ROOT / "scripts" / "fuzz_loader.py"), run_name="__main__")
-        assert ended.value.code == code
-        assert text in capsys.readouterr().err
-
-
 def test_one_version_is_cited_and_built() -> None:
     cited = re.search(r"^version: (\S+)$", text_of(ROOT / "CITATION.cff"), re.MULTILINE)
     built = re.search(r'^version = "(\S+)"$', text_of(ROOT / "pyproject.toml"), re.MULTILINE)
     assert cited
     assert built
     assert cited[1] == built[1]
-
-
-def test_the_citation_has_what_its_readers_require() -> None:
-    """The keys that the schema of version 1.2.0 requires, and the paper as the README names it."""
-    cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
-    assert cited["cff-version"] == "1.2.0"
-    assert all(cited[key] for key in ("message", "title", "authors"))
-    (paper,) = cited["references"]
-    assert all(paper[key] for key in ("type", "title", "authors"))
-    names = [f"{one['given-names'][0]}. {one['family-names']}" for one in paper["authors"]]
-    told = " ".join(text_of(ROOT / "README.md").split())
-    assert f"{' and '.join(names)}, *{paper['title']}*" in told
-
-
-def test_extras_that_are_printed_exist() -> None:
-    extras = text_of(ROOT / "pyproject.toml").partition("[project.optional-dependencies]")[2]
-    there = re.findall(r"^(\w+) = \[", extras.partition("\n[")[0], re.MULTILINE)
-    printed = {name for page in PAGES for name in re.findall(r"'\.\[([\w,]+)\]'", text_of(page))}
-    assert printed
-    assert {name for names in printed for name in names.split(",")} <= set(there)
 
 
 @any_page
@@ -224,13 +159,6 @@ def test_each_step_of_the_tutorial_runs(path: Path) -> None:
     assert result.outcome.completed
     if "clearance" not in path.stem:  # there a warning may tell of errors that touches multiply
         assert not result.warnings
-
-
-def test_the_tutorial_shows_every_step() -> None:
-    text = text_of(DOCS / "tutorial.md")
-    assert [path.stem[0] for path in TUTORIAL] == list("123456")
-    assert f"tutorial/{TUTORIAL[0].name}" in text
-    assert re.findall(r"_generated/tutorial_(\d)\.diff", text) == list("23456")
 
 
 @pytest.mark.parametrize(
@@ -296,16 +224,6 @@ def test_every_key_says_what_it_is() -> None:
             assert len(value["description"]) > 3, (part, key)
 
 
-def test_an_example_of_each_part_stands_below_its_table(tmp_path: Path) -> None:
-    reference.write(tmp_path)
-    text = (tmp_path / "model_file.md").read_text(encoding="utf-8")
-    sections = text.split("\n(model-file-")[1:]
-    assert len(sections) == len(json_schema()["$defs"])
-    for section in sections:
-        (told,) = re.findall(r"```yaml\n(.*?)```", section, re.DOTALL)
-        assert parse_document(told, "example.yaml").data
-
-
 @pytest.mark.parametrize(
     "item", [item for item in make_docs.ITEMS if item.sample], ids=lambda item: item.name
 )
@@ -326,9 +244,3 @@ def test_tables_hold_what_is_measured_now(item: make_docs.Item) -> None:
 )
 def test_rows_agree_but_for_noise(row: str, other: str, same: bool) -> None:
     assert make_docs.agree(row, other) is same
-
-
-def test_of_what_is_printed_tables_and_their_captions_are_kept() -> None:
-    printed = "first 0.1\n\n**one**\n\n| a |\n|---|\n| 1 |\nprogress\n\n**two**\n| b |\n|---|\n"
-    kept = "**one**\n\n| a |\n|---|\n| 1 |\n\n**two**\n| b |\n|---|\n"
-    assert make_docs.told(printed, "tables/x.md") == kept

@@ -52,11 +52,6 @@ def test_a_page_fits_its_window(size: tuple[int, int], page: Page, file: Path) -
     assert reached is True
 
 
-def test_a_page_loads_nothing_but_itself(page: Page, file: Path) -> None:
-    page.open(file, *DESK)
-    assert set(page.asked) == {file.resolve().as_uri()}
-
-
 def test_the_animation_plays(page: Page, file: Path) -> None:
     """In sight, which it is not at first."""
     page.open(file, *PHONE)
@@ -79,30 +74,6 @@ def test_what_someone_put_into_a_page_does_not_run(page: Page, file: Path, tmp_p
     assert page.value("document.title") == "a rigid link that tilts in its guide"
     refused = [told for told in page.complaints if "Content Security Policy" in told]
     assert len(refused) >= 2  # a program and an image
-
-
-def test_figures_are_made_for_the_width_of_the_window(page: Page, file: Path) -> None:
-    """Text in them is then no smaller than it was drawn."""
-    for size in (PHONE, DESK):
-        page.open(file, *size)
-        widths = figures(page)
-        assert len(widths) == 6
-        assert all(0.9 * drawn <= shown <= size[0] for drawn, shown in widths)
-
-
-def test_headings_lead_to_their_sections(page: Page, file: Path) -> None:
-    page.open(file, *PHONE)
-    page.value("document.querySelector('nav a[href=\"#energy\"]').click()")
-    assert abs(page.value("document.getElementById('energy').getBoundingClientRect().top")) < 5
-
-
-def test_a_page_is_dark_where_the_reader_wants_that(page: Page, file: Path) -> None:
-    shades = []
-    for dark in (False, True):
-        page.open(file, *PHONE, dark=dark)
-        shades.append(page.value(BACKGROUND))
-    assert shades[0] == "rgb(255, 255, 255)"
-    assert shades[1] != shades[0]
 
 
 def test_a_page_is_printed_whole(page: Page, file: Path) -> None:

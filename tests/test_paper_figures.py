@@ -9,7 +9,6 @@ from paper_figures import FIGURES, Case, save_all
 
 from exudyn_flexlink.cli.figures import Look
 from exudyn_flexlink.observables import lever_response
-from exudyn_flexlink.plots import PRINT
 
 PANELS = {f"paper_fig{number}{letter}" for number in (3, 4, 5) for letter in "ab"}
 
@@ -53,13 +52,3 @@ def test_every_panel_is_a_file_and_in_print_nothing_else(cases, tmp_path):
     pairs = set(FIGURES)
     assert {file.stem for file in wide.iterdir()} == PANELS | pairs
     assert {file.stem for file in narrow.iterdir()} == PANELS
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_in_print_a_panel_is_within_a_column(cases, name):
-    figure = FIGURES[name].figure(cases[:1], every=cases, style=PRINT)
-    assert figure.get_figwidth() == PRINT.width
-    figure.draw_without_rendering()
-    drawn = figure.get_tightbbox()  # inches
-    assert drawn.x0 >= 0
-    assert drawn.x1 <= PRINT.width

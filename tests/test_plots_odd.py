@@ -14,7 +14,6 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.observables import between_samples
 from exudyn_flexlink.plots import energy, figures, forces
 from exudyn_flexlink.plots.sketch import Posed
 
@@ -65,13 +64,6 @@ def test_a_title_is_wrapped_into_the_figure(title, rigid):
         assert text.get_window_extent().x1 <= width
 
 
-@pytest.mark.filterwarnings("error")
-def test_any_reason_of_a_failure_is_drawn(rigid, capsys):
-    reason = r"$\foo{$ " * 100
-    outcome = replace(results.stopped(rigid).outcome, reason=reason)
-    plotted(replace(rigid, outcome=outcome), capsys)
-
-
 SAME = {
     "the first two": lambda time: np.concatenate([time[:1], time[:1], time[2:]]),
     "the last two": lambda time: np.concatenate([time[:-2], time[-1:], time[-1:]]),
@@ -83,13 +75,6 @@ SAME = {
 @pytest.mark.parametrize("which", SAME)
 def test_samples_of_one_instant_are_drawn(which, rigid, capsys):
     plotted(replace(rigid, time=SAME[which](rigid.time)), capsys)
-
-
-def test_between_samples_of_one_instant_values_are_finite():
-    time, values = np.array([0.0, 1.0, 1.0]), np.array([0.0, 1.0, 2.0])
-    found = between_samples(time, values, np.ones(3), np.array([0.0, 0.5, 1.0]))
-    assert np.all(np.isfinite(found))
-    assert found[1] == pytest.approx(0.5)
 
 
 @pytest.mark.filterwarnings("error")
@@ -118,12 +103,6 @@ def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
         assert "time (s)" in words(drawn[name]).splitlines(), name
 
 
-def test_five_hundred_turns_are_drawn(capsys):
-    many = results.rigid_link(turns=500, samples=20001)
-    drawn = figures(many)
-    assert len(drawn["coordinates"].axes[0].get_legend().get_texts()) < 12
-
-
 # --- many of a kind
 
 
@@ -147,11 +126,6 @@ def test_of_many_contacts_those_that_act_are_drawn_and_have_room():
     assert min(panel.height for panel in panels) > figure.dpi  # an inch
     for one, other in pairwise(legends):
         assert not one.overlaps(other)
-
-
-def test_of_contacts_that_never_act_all_are_named(rigid):
-    idle = {"strike": without_force(rigid.contacts["strike"])}
-    assert "strike" in words(forces(replace(rigid, contacts=idle)))
 
 
 def test_a_picture_has_room_for_a_cam_that_turns():

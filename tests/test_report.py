@@ -13,20 +13,15 @@ from results import (
     LEVER_FREQUENCY,
     LEVER_PEAK,
     SPEED,
-    first_samples,
     rigid_link,
     tilting_link,
-    touched,
 )
 
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.engines.finer import unmeasured
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_duration, run_text
 from exudyn_flexlink.report.text import WIDTH, table
-from exudyn_flexlink.result import INTERRUPTED, Outcome
-from exudyn_flexlink.storage import load, save
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
@@ -69,13 +64,6 @@ def test_settings_without_a_use_are_named() -> None:
     names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
     both = ["solver.spectral_radius", "solver.integrator"]
     assert names == [both, both[1:], both[:1]]
-
-
-def test_a_saved_run_had_no_settings_without_a_use(tmp_path: Path) -> None:
-    """Its scene says all defaults, which nobody gave."""
-    run = replace(rigid_link(), settings={"formulation": "minimal"})
-    save(run, tmp_path)
-    assert idle_settings(load(tmp_path)) == []
 
 
 def test_check_compares_the_link_with_a_beam(capsys: Capture) -> None:
@@ -123,13 +111,6 @@ def test_check_tells_what_there_is(
     assert untold not in shown
 
 
-def test_a_run_that_stopped_says_that_its_error_was_not_measured() -> None:
-    """Nobody makes a second run of it."""
-    run = replace(tilting_link(), outcome=Outcome(False, 0.1, INTERRUPTED))
-    text = run_text(replace(run, error=unmeasured(run)))
-    assert "positions       not measured: the run stopped before its end" in text
-
-
 # --- estimates ------------------------------------------------------------------------------
 
 
@@ -144,10 +125,6 @@ def test_the_contact_step_follows_stiffness_and_steps_per_contact() -> None:
     assert step_in_contact(RIGID) == pytest.approx(expected, rel=1e-6)
     stiffer = ("contacts.strike.law.stiffness=8e4", "solver.steps_per_contact=120")
     assert step_in_contact(RIGID, *stiffer) == pytest.approx(expected / 4, rel=1e-6)
-
-
-def test_a_scene_without_contact_has_no_contact_step() -> None:
-    assert step_in_contact(SPLINE, "accuracy.step=1e-4") == inf
 
 
 @pytest.mark.parametrize(
@@ -169,12 +146,6 @@ def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> N
 
 
 # --- runs -----------------------------------------------------------------------------------
-
-
-def test_a_run_without_strikes_says_so() -> None:
-    result = touched(rigid_link(turns=1, samples=401))
-    assert "Strikes of contact 'strike': none" in run_text(result)
-    assert "Link in" not in run_text(result)  # there is no clearance
 
 
 def test_the_peak_of_the_lever_is_found_between_samples() -> None:
@@ -205,23 +176,6 @@ def test_a_run_says_how_the_link_stood_in_its_guide() -> None:
     assert "corner of the end: 0.56 s in 3 touches" in told
 
 
-def test_many_laps_are_told_as_one() -> None:
-    """As many as are shown, then how many more."""
-    run = tilting_link()
-    poses = run.poses.copy()
-    poses[:, 0, 2] *= 5
-    said = run_text(replace(run, poses=poses))
-    assert "'all' includes 8 laps more" in said
-    assert "\n  13 " not in said
-
-
-def test_a_short_run_in_a_guide_has_one_row() -> None:
-    said = run_text(first_samples(tilting_link(samples=401), 50))
-    assert row(said, "1")[:2] == ["1", "100.0"]
-    assert "\n  all " not in said
-    assert "longest touch" not in said
-
-
 # --- tables -------------------------------------------------------------------------------------
 
 
@@ -236,12 +190,6 @@ def test_a_wide_table_keeps_its_columns_and_numbers_their_units():
     said = " ".join(lines)
     assert said.count("0.25 N m/rad") == 2
     assert sorted(said.split()) == sorted(" ".join(" ".join([*r, *r[1:]]) for r in rows).split())
-
-
-def test_a_table_that_fits_has_one_line_a_row_and_words_are_never_broken():
-    assert table([["one", "two"], ["a b", "1 m"]]) == ["  one  two", "  a b  1 m"]
-    word = "x" * (WIDTH + 5)
-    assert table([[word, "y"]]) == [f"  {word}  y"]
 
 
 @pytest.mark.parametrize("run", [rigid_link(), tilting_link()], ids=["strikes", "touches"])

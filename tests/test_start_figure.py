@@ -77,13 +77,6 @@ def test_nothing_beside_a_tall_mechanism_is_cut_off(tmp_path: Path) -> None:
     assert 0 <= box.x0 < box.x1 <= figure.bbox.width
 
 
-def test_points_of_one_place_are_named_together() -> None:
-    _, axes = drawn("whitworth")
-    names = [text.get_text() for text in axes.texts]
-    assert "lever.end\ncoupler.start" in names
-    assert "crank.hub" in names
-
-
 @pytest.mark.parametrize("name", ["no_clearance", "clearance", "pump", "whitworth"])
 def test_names_lie_on_no_symbol(name: str) -> None:
     """The names of the short lever's ends once lay on the symbols of its pivot."""
@@ -137,14 +130,6 @@ def test_a_drive_along_a_line_is_drawn_where_its_point_is() -> None:
     assert (x, y) == pytest.approx((100, 0), abs=1e-6)  # mm: 0.1 m out, as its value at t = 0 says
 
 
-@pytest.mark.filterwarnings("error")
-def test_letters_without_a_font_are_boxes_and_no_warnings(tmp_path: Path) -> None:
-    (tmp_path / "shaper.yaml").write_text(SHAPER.replace("crank", "曲柄"), encoding="utf-8")
-    scene = load_scene(tmp_path / "shaper.yaml")
-    axes = start(scene, assemble_scene(scene)).axes[0]
-    assert "曲柄" in [text.get_text() for text in axes.texts]
-
-
 def test_the_figure_is_written_in_the_format_of_its_name(tmp_path: Path, capsys: Capture) -> None:
     heads = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
     for suffix, head in heads.items():
@@ -155,11 +140,3 @@ def test_the_figure_is_written_in_the_format_of_its_name(tmp_path: Path, capsys:
     with pytest.raises(SystemExit):
         main(["check", "scotch_yoke", "--figure", str(tmp_path / "start.jpeg")])
     assert "does not end in one of .png, .pdf, .svg" in capsys.readouterr().err
-
-
-def test_a_file_of_the_user_is_not_replaced(tmp_path: Path, capsys: Capture) -> None:
-    file = tmp_path / "mine.png"
-    file.write_bytes(b"mine")
-    assert main(["check", "scotch_yoke", "--figure", str(file)]) == 2
-    assert "did not write what is in it" in capsys.readouterr().err
-    assert file.read_bytes() == b"mine"

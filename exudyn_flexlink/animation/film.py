@@ -15,7 +15,6 @@ from exudyn_flexlink.mechanism import (
     Anchor,
     CircleContact,
     Contact,
-    CurveContact,
     Mechanism,
     anchor_position,
     approach,
@@ -28,6 +27,7 @@ from exudyn_flexlink.plots.outline import (
     Line,
     Mark,
     box_around,
+    circles_of,
     drawn_lines,
     joint_marks,
     named_points,
@@ -204,18 +204,12 @@ def strength(touches: Intervals) -> FloatArray:
 
 def spot_of(contact: Contact, poses: FloatArray) -> FloatArray:
     """Where a contact touches, or is nearest to it, (..., 2) m: the edge of its first part."""
-    point, radius = _centre(contact)
-    here = anchor_position(point, poses)
-    if radius == 0:
-        return here
-    return here - radius * approach(contact, poses, np.zeros_like(poses)).normal
-
-
-def _centre(contact: Contact) -> tuple[Anchor, float]:
-    """Centre and radius (m) of the part of a contact that strikes."""
-    if isinstance(contact, CircleContact):
-        return contact.first, contact.radii[0]
-    return contact.point, contact.radius if isinstance(contact, CurveContact) else 0.0
+    round_parts = circles_of(contact)
+    if not isinstance(contact, CircleContact) and not round_parts:
+        return anchor_position(contact.point, poses)
+    point, radius = round_parts[0]
+    normal = approach(contact, poses, np.zeros_like(poses)).normal
+    return np.asarray(anchor_position(point, poses) - radius * normal)
 
 
 def film_of(

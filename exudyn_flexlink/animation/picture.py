@@ -12,20 +12,19 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exudyn_flexlink.animation.actors import (
+from exudyn_flexlink.animation.drawing import (
     POINTS,
-    Actor,
-    GlowsActor,
     Place,
-    PointsActor,
-    TrailActor,
-    mechanism_actors,
+    draw_glows,
+    draw_mechanism,
+    draw_points,
+    draw_trail,
 )
 from exudyn_flexlink.animation.film import Film
 from exudyn_flexlink.animation.look import INK, PALE, thickness
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import Frames
-from exudyn_flexlink.animation.zoom_panel import Timeline, ZoomPanel
+from exudyn_flexlink.animation.zoom_panel import ZoomPanel, draw_instant, draw_timeline
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.panels import length_unit
 from exudyn_flexlink.plots.style import MISSING
@@ -58,35 +57,55 @@ class Picture:
             warnings.filterwarnings("ignore", MISSING)
             self.axes = self._room(bottom, self.height - bottom - head)
             self._words(head)
-            self._actors = self._mechanism()
+            self._fit()
+            both = len(self._shots) > 1
+            self._places = [
+                Place(self.axes, self._thick, i if both else -1) for i in range(len(self._shots))
+            ]
+            for place, shots in zip(self._places, self._shots, strict=True):
+                look: dict[str, Any] = {"color": PALE, "linewidth": place.points(0.9)}
+                self.axes.plot(*shots.path[1].T, **look, alpha=0.35)
+            self._zooms = []
             for i, name in enumerate(names):
                 place = Place(self._room(line + sum(zooms[i + 1 :]), zooms[i]), self._thick)
-                self._actors.append(ZoomPanel(place, self._shots, name, self._scale))
-            place = Place(self._room(0, line), self._thick)
-            self._actors.append(Timeline(place, self._shots))
-            for actor in self._actors:
-                actor.show(0)
-                for artist in actor.artists:
-                    artist.set_animated(True)
+                self._zooms.append(ZoomPanel(place, self._shots, name, self._scale))
+            self._line = Place(self._room(0, line), self._thick)
+            draw_timeline(self._line, self._shots)
             self._canvas.draw()  # type: ignore[no-untyped-call]
             self._still = self._canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[no-untyped-call]
+        self._known = {artist for axes in self._figure.axes for artist in axes.get_children()}
 
     def __len__(self) -> int:
         return len(self._frames.times)
 
     def frame(self, frame: int) -> Pixels:
         """One frame, (height, width, 4): red, green, blue and 255, as canvas and ffmpeg know it."""
-        with warnings.catch_warnings():
+        with mpl.rc_context(_FONT), warnings.catch_warnings():
             warnings.filterwarnings("ignore", MISSING)
             self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
             self._told.set_text(self._text(frame))
             self._figure.draw_artist(self._told)
-            for actor in self._actors:
-                actor.show(frame)
-                for artist in actor.artists:
-                    if artist.get_visible():
+            self._draw(frame)
+            for axes in self._figure.axes:
+                for artist in axes.get_children():
+                    if artist not in self._known:
                         self._figure.draw_artist(artist)
+                        artist.remove()
         return np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+
+    def _draw(self, frame: int) -> None:
+        """Draw what moves; what is in front last."""
+        runs = list(zip(self._places, self._shots, strict=True))
+        for place, shots in runs:
+            draw_trail(place, shots, frame)
+        for place, shots in runs:
+            draw_mechanism(place, shots, frame)
+        draw_points(*runs[0], self._film.size, frame)
+        for place, shots in runs:
+            draw_glows(place, shots, frame)
+        for zoom in self._zooms:
+            zoom.draw(frame)
+        draw_instant(self._line, float(self._frames.times[frame]))
 
     def _room(self, bottom: float, height: float) -> Axes:
         """Axes as wide as the picture, by places in pixels."""
@@ -94,19 +113,6 @@ class Picture:
         axes.set_axis_off()
         axes.set_autoscale_on(False)
         return axes
-
-    def _mechanism(self) -> list[Actor]:
-        """The actors of all runs, those in front last."""
-        self._fit()
-        both = len(self._shots) > 1
-        places = [Place(self.axes, self._thick, i if both else -1) for i in range(2)]
-        found: list[Actor] = []
-        found += [TrailActor(p, s) for p, s in zip(places, self._shots, strict=False)]
-        for place, shots in zip(places, self._shots, strict=False):
-            found += mechanism_actors(place, shots)
-        found.append(PointsActor(places[0], self._shots[0], self._film.size))
-        found += [GlowsActor(p, s) for p, s in zip(places, self._shots, strict=False)]
-        return found
 
     def _fit(self) -> None:
         """Show the film's box in the middle, and a length to read sizes by."""

@@ -71,22 +71,14 @@ class Shots:
         """What is drawn larger, by name."""
         return {zoom.name: zoom for zoom in zooms_of(self.film, self.take)}
 
-    @cached_property
-    def _spots(self) -> list[FloatArray]:
-        return [own.spots(self.take, self.frames.times) for own in self.touching]
-
-    @cached_property
-    def _forces(self) -> dict[str, FloatArray]:
-        return {own.name: own.forces(self.take, self.frames.times) for own in self.touching}
-
     def forces(self, own: Touching, frame: int) -> FloatArray:
         """Forces (pairs,) N of what touches, at a frame."""
-        return np.asarray(self._forces[own.name][frame])
+        return np.asarray(own.forces(self.take, self.frames.times[frame : frame + 1])[0])
 
     def glows(self, frame: int) -> list[Glow]:
         """Touches that a frame shows: those that touch, and for a while those that did."""
         found: list[Glow] = []
-        for own, spots in zip(self.touching, self._spots, strict=True):
+        for own in self.touching:
             values, shown = strength(own.touches), list(self._shown(own, frame))
             parts = {k: self.film.part(float(values[k])) for k, _ in shown}
             # Of a burst of touches one is told in numbers.
@@ -97,7 +89,8 @@ class Shots:
                 pressing = float(self.forces(own, frame)[pair]) if fresh == 1 else 0.0
                 text = _told(float(values[k]), pressing) if matters else ""
                 seen = self._seen_at(own, k, frame)
-                found.append(Glow(own.name, seen, spots[seen, pair], parts[k], fresh, text))
+                place = own.spots(self.take, self.frames.times[seen : seen + 1])[0, pair]
+                found.append(Glow(own.name, seen, place, parts[k], fresh, text))
         return found
 
     def _shown(self, own: Touching, frame: int) -> Iterator[tuple[int, float]]:

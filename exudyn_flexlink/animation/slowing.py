@@ -77,20 +77,17 @@ def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
         ValueError: there are none.
 
     """
-    contacts, joints = result.scene.contacts, joints_with_play(result)
-    if asked.name in contacts:
-        found = _strikes(result, asked.name)
-    elif asked.name in joints:
-        touches = result.intervals[asked.name]
-        found = list(zip(touches.begin.tolist(), touches.until(result.time[-1]), strict=True))
-    elif asked.name == ANY and contacts:
-        found = _strikes(result, *contacts)
-    else:
-        known = [*contacts, *joints]
-        hint = did_you_mean(asked.name, known)
+    known = {name: _strikes(result, name) for name in result.scene.contacts}
+    for joint in joints_with_play(result):
+        own = result.intervals[joint]
+        known[joint] = list(zip(own.begin.tolist(), own.until(result.time[-1]), strict=True))
+    found = known.get(asked.name)
+    if found is None and asked.name == ANY and result.scene.contacts:
+        found = _strikes(result, *result.scene.contacts)
+    if found is None:
         listed = ", ".join(f"'{name}'" for name in known) or "none"
-        told = f"no contact or joint with clearance '{asked.name}'{hint or f'; there is: {listed}'}"
-        raise ValueError(told)
+        hint = did_you_mean(asked.name, known) or f"; there is: {listed}"
+        raise ValueError(f"no contact or joint with clearance '{asked.name}'{hint}")
     if not found:
         raise ValueError(f"nothing touched in '{asked.name}': no slow motion")
     if asked.number is None:

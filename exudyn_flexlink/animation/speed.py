@@ -75,14 +75,10 @@ def frames_of(film: Film, fps: float, speed: float) -> Frames:
 
 def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
     """Edges (K + 1,) s of the times of one speed, and these (K,): slower in slow motion."""
-    edges, speeds = [film.begin], []
+    ends = (end for own in film.slow for end in (own.begin, own.end))
+    edges = np.unique([film.begin, *ends, film.end])
+    speeds = np.full(len(edges) - 1, speed)
     for own in film.slow:
-        if own.begin > edges[-1]:
-            edges.append(own.begin)
-            speeds.append(speed)
-        edges.append(own.end)
-        speeds.append(min(speed, (own.end - own.begin) / SLOW_SECONDS))
-    if film.end > edges[-1]:
-        edges.append(film.end)
-        speeds.append(speed)
-    return np.array(edges), np.array(speeds)
+        inside = (edges[:-1] >= own.begin) & (edges[1:] <= own.end)
+        speeds[inside] = min(speed, (own.end - own.begin) / SLOW_SECONDS)
+    return edges, speeds

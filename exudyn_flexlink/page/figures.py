@@ -4,22 +4,13 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
 from matplotlib.figure import Figure
 
-from exudyn_flexlink.observables import (
-    force_peaks,
-    forces_of,
-    lever_response,
-    sleeves_with_play,
-    struck_bodies,
-    watched_point,
-)
 from exudyn_flexlink.plots import PRINT, SCREEN, figure_bytes, figures
-from exudyn_flexlink.report import listed
-from exudyn_flexlink.result import Extremes, Result
+from exudyn_flexlink.result import Result
 
 WIDE = replace(SCREEN, titled=False)  # the page says what stands in a title
 NARROW = PRINT  # a column of print, 86 mm, is about as wide as a phone
@@ -51,7 +42,7 @@ def pictures_of(result: Result) -> dict[str, Picture]:
         name: Picture(
             name,
             str(figure.get_label()),
-            described(result, name),
+            described(figure),
             _uri(figure),
             _uri(narrow[name]),
             (round(PIXELS * figure.get_figwidth()), round(PIXELS * figure.get_figheight())),
@@ -73,71 +64,17 @@ def data_uri(kind: str, content: bytes) -> str:
     return f"data:{kind};base64,{b64encode(content).decode('ascii')}"
 
 
-def described(result: Result, figure: str) -> str:
-    """Return what a figure of `plots` shows of a run: what is drawn, and its extremes."""
-    return _DESCRIPTIONS[figure](result)
-
-
-def _coordinates(result: Result) -> str:
-    point = watched_point(result.scene)
-    ranges = (f"{axis} {_range(result.extremes[f'{point}.{axis}_m'], 'm')}" for axis in "xy")
-    return f"Lines of both coordinates of {point}: {', '.join(ranges)}."
-
-
-def _polar(result: Result) -> str:
-    point = watched_point(result.scene)
-    distance = _range(result.extremes[f"{point}.distance_m"], "m")
-    return f"Polar diagram of the distance of {point} from the origin, {distance}."
-
-
-def _lever(result: Result) -> str:
+def described(figure: Figure) -> str:
+    """Return what a figure shows in words: its panels, how far their lines reach, its legends."""
     told = []
-    for body, contact in struck_bodies(result.scene).items():
-        response = lever_response(result, contact)
-        (low, at), (high, then) = response.least, response.greatest
-        word, unit = response.measure.word, response.measure.unit
-        told.append(
-            f"{word} of {body} {low:.4g} {unit} at {at:.4g} s, {high:.4g} {unit} at {then:.4g} s"
-        )
-    return f"Lines over time, least and greatest: {'; '.join(told)}."
-
-
-def _mechanism(result: Result) -> str:
-    scene = result.scene
-    curves = f"; curves {listed(list(scene.curves))}" if scene.curves else ""
-    return f"Drawings at some instants: bodies {listed(list(scene.bodies))}{curves}."
-
-
-def _guide(result: Result) -> str:
-    joints = listed(sleeves_with_play(result))
-    return f"Drawings of the link between the walls of its guide, and when it touches: {joints}."
-
-
-def _energy(result: Result) -> str:
-    checks = result.checks
-    return (
-        f"Lines of the energies over time, the kinetic one {checks.largest_kinetic_energy:.4g} J "
-        f"at most, and of what their balance misses, {checks.energy_residual:.2g} J at most."
-    )
-
-
-def _forces(result: Result) -> str:
-    peaks = force_peaks(result)
-    told = [f"{name} {peak.value:.4g} {peak.unit}" for name, peak in peaks.items()]
-    unbound = [name for name in forces_of(result) if name not in peaks]
-    return f"Lines over the run, with the largest of each: {', '.join([*told, *unbound])}."
-
-
-def _range(own: Extremes, unit: str) -> str:
-    return f"from {own.least[0]:.4g} to {own.greatest[0]:.4g} {unit}"
-
-
-_DESCRIPTIONS: dict[str, Callable[[Result], str]] = {
-    "coordinates": _coordinates,
-    "polar": _polar,
-    "lever": _lever,
-    "mechanism": _mechanism,
-    "guide_contact": _guide,
-    "energy": _energy,
-    "forces": _forces,
-}
+    for axes in (own for own in figure.axes if own.axison):
+        scale = next(filter(None, (own.get_ylabel() for own in (axes, *axes.child_axes))), "")
+        lines = [line for line in axes.lines if line.get_transform() == axes.transData]
+        heights = np.concatenate([[np.nan], *(line.get_ydata() for line in lines)])
+        if scale and not np.isnan(heights).all():
+            scale += f" from {np.nanmin(heights):.4g} to {np.nanmax(heights):.4g}"
+        told.append(f"{axes.get_title(loc='left')} {scale}")
+    legends = [own for axes in figure.axes if (own := axes.get_legend())]
+    names = [text.get_text() for own in (*legends, *figure.legends) for text in own.get_texts()]
+    told += [f"shown are {', '.join(dict.fromkeys(names))}"] * bool(names)
+    return "; ".join(" ".join(words.split()) for words in told if words.strip())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -23,6 +22,7 @@ from exudyn_flexlink.plots.panels import (
     length_unit,
     letter,
     limits,
+    logarithmic,
     shown_in,
 )
 from exudyn_flexlink.plots.style import (
@@ -38,7 +38,6 @@ from exudyn_flexlink.plots.style import (
 )
 
 _COLOURS = (BLACK, PURPLE, GREEN, SKY)
-DECADES = 1e-6  # of the largest difference: zero crossings would stretch the axis without end
 
 
 @styled
@@ -119,7 +118,8 @@ def _scale(compared: Comparison, body: str) -> tuple[float, str]:
 def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw the distance of the points and, below, how far answers of struck bodies are apart."""
     factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
-    _logarithmic(rows[0], x, [factor * compared.deviation.distance])
+    away = {"": factor * compared.deviation.distance}
+    logarithmic(rows[0], x, away, _COLOURS, "no difference")
     rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)}\n({unit})")
     for axes, measure in zip(rows[1:], _kinds(compared), strict=True):
         apart = {
@@ -129,29 +129,14 @@ def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> Non
         }
         size = max(float(np.max(np.abs(compared.first.answers[body]))) for body in apart)
         factor, unit = shown_in(measure.unit, size)
-        shown = [factor * values for values in apart.values()]
-        _logarithmic(axes, x, shown, list(apart) if len(apart) > 1 else ())
+        shown = {body * (len(apart) > 1): factor * values for body, values in apart.items()}
+        logarithmic(axes, x, shown, _COLOURS, "no difference")
         axes.set_ylabel(f"difference of\n{measure.word}s\n({unit})")
 
 
 def _kinds(compared: Comparison) -> list[Measure]:
     """Quantities by which motions of struck bodies are told, each once."""
     return list(dict.fromkeys(compared.measures.values()))
-
-
-def _logarithmic(
-    axes: Axes, x: FloatArray, series: Sequence[FloatArray], names: Sequence[str] = ()
-) -> None:
-    axes.set_yscale("log")
-    largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in series)
-    if largest == 0:
-        axes.text(0.5, 0.5, "no difference", ha="center", transform=axes.transAxes)
-        return
-    for i, values in enumerate(series):
-        shown = np.where(values != 0, np.abs(values), np.nan)
-        name, colour = names[i] if names else None, _COLOURS[i % len(_COLOURS)]
-        axes.plot(x, shown, color=colour, linewidth=0.8, label=name)
-    axes.set_ylim(largest * DECADES, 3 * largest)
 
 
 def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> None:
@@ -163,10 +148,10 @@ def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> N
         for strike in found
         if strike.begin <= compared.time[-1]
     ]
-    places = np.interp(begins, compared.time, x)
-    for i, strike in enumerate(places):
-        label = "strike" if named and i == 0 else None
-        axes.axvline(float(strike), color=ORANGE, linewidth=1.0, label=label, zorder=1)
+    if begins:
+        places, height = np.interp(begins, compared.time, x), axes.get_xaxis_transform()
+        look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0, "zorder": 1}
+        axes.vlines(places, 0, 1, label="strike" * named, transform=height, **look)
     if compared.horizon is None:
         return
     place = float(np.interp(compared.horizon, compared.time, x))

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import ceil, log10
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
@@ -23,6 +19,7 @@ from exudyn_flexlink.plots.panels import (
     letter,
     limits,
     line_widths,
+    logarithmic,
     shade_beyond,
     sized,
 )
@@ -91,7 +88,6 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
             axes.fill_between(x, force.size - off, force.size + off,
                               color=colour, alpha=0.25, linewidth=0)  # fmt: skip
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
-    _coarsen(axes, [_largest_error(result, name) for name in panel])
 
 
 def _band(result: Result, name: str) -> FloatArray:
@@ -113,13 +109,6 @@ def _largest_error(result: Result, name: str) -> float:
 
 def _deviation(result: Result, name: str) -> ForceDeviation:
     return result.error.forces.get(name, ForceDeviation("", None, None))
-
-
-def _coarsen(axes: Axes, errors: Sequence[float]) -> None:
-    """Let numbers at the axis be no finer than the least of the errors."""
-    least = min(errors, default=0.0)
-    if least > 0 and float(np.min(np.diff(axes.get_yticks()))) < least:
-        axes.yaxis.set_major_locator(MultipleLocator(10.0 ** ceil(log10(least))))
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
@@ -197,16 +186,10 @@ def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
 
 
 def _residual(axes: Axes, result: Result, factor: float, unit: str) -> None:
-    missed = np.abs(result.energy.residual)
-    shown = factor * np.where(missed > 0, missed, np.nan)
+    missed, colours = {"|error|": factor * result.energy.residual}, [engine_colour(result)]
+    logarithmic(axes, result.time, missed, colours, "zero throughout")
     axes.set_ylabel(f"error ({unit})")
-    axes.set_yscale("log")
-    if np.all(np.isnan(shown)):
-        axes.text(0.5, 0.5, "zero throughout", ha="center", transform=axes.transAxes)
-        return
-    axes.plot(result.time, shown, color=engine_colour(result), linewidth=0.9, label="|error|")
     kinetic = factor * result.checks.largest_kinetic_energy
     if kinetic > 0:
         axes.axhline(kinetic, color=BLACK, linestyle=":", label="largest kinetic\nenergy")
-    worst = float(np.nanmax(shown))
-    axes.set_ylim(bottom=worst * 1e-6)  # zero crossings would stretch the axis without end
+        axes.set_ylim(top=max(3 * kinetic, axes.get_ylim()[1]))

@@ -111,19 +111,14 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
 
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
-    turned = turned_since_start(result)
-    first = True
-    for name in result.scene.contacts:
-        for strike in strikes(result, name):
-            before = 2 * np.pi * ((strike.lap or 1) - 1)
-            x = float(np.interp(strike.begin, result.time, turned)) - before
-            for series in position.T:
-                y = float(np.interp(strike.begin, result.time, series))
-                label = "first contact" if first else None
-                axes.plot(
-                    x, y, "o", color=BLACK, markersize=sized(5), mfc="white", label=label, zorder=5
-                )
-                first = False
+    found = [strike for name in result.scene.contacts for strike in strikes(result, name)]
+    begins = [strike.begin for strike in found]
+    before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in found])
+    x = np.interp(begins, result.time, turned_since_start(result)) - before
+    for series, label in zip(position.T, ("first contact", None), strict=True):
+        y = np.interp(begins, result.time, series)
+        axes.plot(x, y, "o", color=BLACK, markersize=sized(5), mfc="white", zorder=5,
+                  label=label if found else None)  # fmt: skip
 
 
 @styled

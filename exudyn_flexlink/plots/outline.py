@@ -5,7 +5,7 @@ In the parts' own axes, hence the same at every instant: figures and animations 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,7 +128,7 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
         yield Drawn("face", RED, through(face.name, face.start, face.end))
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    circles = [(own.name, *circle) for own in model.contacts for circle in _circles_of(own)]
+    circles = [(own.name, *circle) for own in model.contacts for circle in circles_of(own)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
@@ -182,7 +182,7 @@ def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
     ]
 
 
-def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
+def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
     """Centres and radii (m) of the circles of a contact, a roller among them."""
     if isinstance(contact, CircleContact):
         return [(contact.first, contact.radii[0]), (contact.second, contact.radii[1])]
@@ -249,6 +249,15 @@ def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
     if len(model.slots) == 1:
         found["P"] = model.slots[0].anchor
     return {**found, "S": point_anchor(scene, model, watched_point(scene))}
+
+
+def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:
+    """Names of places (2,) m, those nearer than that to one another under the first of them."""
+    found: dict[str, list[str]] = {}
+    for name, here in places.items():
+        beside = (first for first in found if np.max(np.abs(places[first] - here)) < near)
+        found.setdefault(next(beside, name), []).append(name)
+    return found
 
 
 def box_around(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
 import matplotlib as mpl
@@ -29,6 +30,7 @@ HANDLE = 6  # letters that the sample of a line takes in a legend
 COINCIDE = 0.01  # of the room of both: lines nearer than this hide each other
 OFTEN = 0.3  # of the samples: then they do so for long enough to be missed
 BROADER = 2.2  # points, of a line for each other that lies on it
+DEEPEST = 1e-6  # of the largest value on a logarithmic axis
 BACK = 1e-6  # rad: a crank that goes back by no more goes forward
 
 
@@ -172,6 +174,25 @@ def _coincide(values: FloatArray, later: FloatArray, room: float) -> bool:
     away = (np.abs(values) > near) | (np.abs(later) > near)
     same = np.abs(values - later) < near
     return bool(np.mean(same[away]) > OFTEN) if away.any() else True
+
+
+def logarithmic(
+    axes: Axes, x: FloatArray, series: Mapping[str, FloatArray], colours: Sequence[str], none: str
+) -> None:
+    """Draw the sizes of values (N,), by their names in a legend, on a logarithmic axis.
+
+    Not below `DEEPEST` of the largest: zero crossings would stretch the axis without end. `none`
+    is what stands there if all are 0.
+    """
+    axes.set_yscale("log")
+    largest = max(float(np.nanmax(np.abs(own), initial=0.0)) for own in series.values())
+    if largest == 0:
+        axes.text(0.5, 0.5, none, ha="center", transform=axes.transAxes)
+        return
+    for (name, own), colour in zip(series.items(), cycle(colours), strict=False):
+        shown = np.where(own != 0, np.abs(own), np.nan)
+        axes.plot(x, shown, color=colour, linewidth=0.8, label=name or None)
+    axes.set_ylim(largest * DEEPEST, 3 * largest)
 
 
 def length_unit(size: float) -> tuple[float, str]:

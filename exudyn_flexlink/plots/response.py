@@ -134,7 +134,7 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
             continue  # no digit of it is known
         text = f"{told(scale * value, error and scale * error, signed=True)} {shown}"
         if tip_of:
-            moved = told(factor * float(tip_of(value)), off and factor * off, signed=True)
+            moved = told(factor * float(tip_of[0](value)), off and factor * off, signed=True)
             text += f" ({moved} {unit})"
         third, above = int(3 * time / response.time[-1]), value == response.greatest[0]
         axes.annotate(
@@ -170,43 +170,45 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
     top.set_xlabel("turns of the crank")
 
 
-def _tip_of_angle(response: LeverResponse) -> Function | None:
-    """Tip displacement (m) as a function of the angle; None where it does not follow an angle."""
+def _tip_of_angle(response: LeverResponse) -> tuple[Function, Function] | None:
+    """Tip displacement (m) as a function of the angle, and the other way round.
+
+    None where it does not follow an angle. It is a cos(angle) + b sin(angle) less its value at 0,
+    which is a sine about another angle.
+    """
     if response.measure is not ANGLE:
         return None
-    tip = response.tip_displacement
-
-    def basis(angle: Any) -> FloatArray:
-        return np.stack([np.cos(angle) - 1, np.sin(angle)], axis=-1)
-
-    weights, *_ = np.linalg.lstsq(basis(response.value), tip, rcond=None)
+    angle, tip = response.value, response.tip_displacement
+    basis = np.stack([np.cos(angle) - 1, np.sin(angle)], axis=-1)
+    (a, b), *_ = np.linalg.lstsq(basis, tip, rcond=None)
     size = float(np.max(np.abs(tip)))
-    if size == 0 or np.max(np.abs(basis(response.value) @ weights - tip)) > 1e-6 * size:
+    if size == 0 or np.max(np.abs(basis @ [a, b] - tip)) > 1e-6 * size:
         return None
-    return lambda angle: np.asarray(basis(angle) @ weights)
+    radius, shift = np.copysign(np.hypot(a, b), b), np.arctan(a / b)
+
+    def forward(x: Any) -> FloatArray:
+        return np.asarray(radius * np.sin(np.asarray(x) + shift) - a)
+
+    def backward(y: Any) -> FloatArray:
+        return np.asarray(np.arcsin(np.clip((np.asarray(y) + a) / radius, -1, 1)) - shift)
+
+    return forward, backward
 
 
 def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
     """Add a second scale with the tip's displacement; False where there can be none."""
-    tip_of = _tip_of_angle(response)
-    if tip_of is None:
+    found = _tip_of_angle(response)
+    if found is None:
         return False
+    forward, backward = found
     low, high = axes.get_ylim()
-    around = np.linspace(low - 0.1 * (high - low), high + 0.1 * (high - low), 400)
+    seen = np.array([low - 0.1 * (high - low), high + 0.1 * (high - low)])
+    if not np.allclose(backward(forward(seen)), seen):
+        return False  # one displacement at two angles
     factor, unit = length_unit(float(np.max(np.abs(response.tip_displacement))))
-    there = factor * tip_of(around)
-    sign = 1.0 if there[-1] > there[0] else -1.0
-    there = sign * there
-    if np.any(np.diff(there) <= 0):
-        return False
-
-    def forward(x: Any) -> FloatArray:
-        return sign * _interpolated(around, there)(x)
-
-    def backward(y: Any) -> FloatArray:
-        return _interpolated(there, around)(sign * np.asarray(y))
-
-    right = axes.secondary_yaxis("right", functions=(forward, backward))
+    functions: tuple[Function, Function]
+    functions = lambda x: factor * forward(x), lambda y: backward(y / factor)
+    right = axes.secondary_yaxis("right", functions=functions)
     right.set_ylabel(f"tip displacement ({unit})")
     return True
 

@@ -22,6 +22,7 @@ from exudyn_flexlink.plots.outline import (
     drawn_lines,
     named_points,
     pivots,
+    together,
 )
 from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, sized
 from exudyn_flexlink.plots.style import BLACK, GREY
@@ -30,6 +31,7 @@ from exudyn_flexlink.scene import RigidBody, Scene
 
 BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
 SHOWN = ("curve", "ring", *BODIES)
+NEAR = 1e-9  # m: points nearer than this are named together
 BAND = 7.0  # points, of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
 
@@ -133,14 +135,13 @@ class Sketch(Posed):
             for name, anchor in named_points(self.scene, self.model).items()
         }
         for name, place in points.items():
-            shown = self.unit[0] * place
-            axes.plot(*shown, _MARKS[name], color=BLACK, markersize=sized(4), zorder=6)
-            together = [k for k, other in points.items() if np.allclose(other, place, atol=1e-9)]
-            if name != together[0]:
-                continue
+            mark = self.unit[0] * place
+            axes.plot(*mark, _MARKS[name], color=BLACK, markersize=sized(4), zorder=6)
+        for first, names in together(points, NEAR).items():
+            x, y = self.unit[0] * points[first]
             axes.annotate(
-                ", ".join(sorted(together)),
-                (shown[0], shown[1]),
+                ", ".join(sorted(names)),
+                (x, y),
                 xytext=(0, sized(5)),
                 textcoords="offset points",
                 ha="center",

@@ -48,16 +48,11 @@ STATE_COLOURS = {
 MOST_ROWS = 12  # of laps in the strip
 LEGEND_HEIGHT = 1.3  # inches
 ROW_HEIGHT = 0.24
-_CASES = (
-    ("no contact", (State.FREE,)),
-    ("one point", (State.ONE_POINT,)),
-    ("two points", TWO_POINTS),
-)
-SIDES = {
-    State.FREE: "",
-    State.ONE_POINT: "",
-    State.SAME_SIDE: ", same side",
-    State.OPPOSITE_SIDES: ", opposite sides",
+STATE_WORDS = {
+    State.FREE: "free",
+    State.ONE_POINT: "one point",
+    State.SAME_SIDE: "two points, same side",
+    State.OPPOSITE_SIDES: "two points, opposite sides",
 }
 ROOM = 2.3  # half the height of a drawing, in clearances
 ARROW = 0.9  # length, in clearances
@@ -147,15 +142,15 @@ def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
     """What is shown, and the sample: that nearest the middle of the longest time in each case."""
     states = contact_states(result, joint)
     found = []
-    for what, cases in _CASES:
+    for cases in ((State.FREE,), (State.ONE_POINT,), TWO_POINTS):
         stretches = states.stretches(cases)
         for begin, end in stretches[np.argsort(stretches[:, 0] - stretches[:, 1], kind="stable")]:
             inside = np.flatnonzero((result.time > begin) & (result.time < end))
             if len(inside):  # one shorter than the time between two samples was not seen
                 nearest = np.argmin(np.abs(result.time[inside] - (begin + end) / 2))
                 index = int(inside[nearest])
-                side = SIDES[State(int(states.at(result.time[index : index + 1])[0]))]
-                found.append((what + side, index))
+                state = State(int(states.at(result.time[index : index + 1])[0]))
+                found.append((STATE_WORDS[state], index))
                 break
     return found
 

@@ -18,7 +18,14 @@ from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import framed_figure, settle
 from exudyn_flexlink.plots.labels import Labels
-from exudyn_flexlink.plots.outline import acting_marks, body_colour, coil, is_guide, joint_marks
+from exudyn_flexlink.plots.outline import (
+    acting_marks,
+    body_colour,
+    coil,
+    is_guide,
+    joint_marks,
+    together,
+)
 from exudyn_flexlink.plots.panels import sized
 from exudyn_flexlink.plots.sketch import Posed
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
@@ -159,13 +166,6 @@ def _name(axes: Axes, posed: Posed) -> None:
         labels.write(body, factor * place, place - middle, color=colour, weight="bold")
     named = _named_points(posed)
     small = float(mpl.rcParams["legend.fontsize"]) - 2
-    groups: list[tuple[FloatArray, list[str]]] = []
-    for name, place in named.items() if len(named) <= MOST_NAMED else ():
-        same = [names for at, names in groups if np.max(np.abs(at - place)) < near]
-        if same:
-            same[0].append(name)
-        else:
-            groups.append((place, [name]))
-    for place, names in groups:
-        text = "\n".join(names)
+    for first, names in together(named, near).items() if len(named) <= MOST_NAMED else ():
+        text, place = "\n".join(names), named[first]
         labels.write(text, factor * place, place - middle, color=BLACK, fontsize=small)

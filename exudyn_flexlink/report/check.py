@@ -137,13 +137,11 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
         if spring.name in scene.springs
     ]
     for name in scene.bodies:
-        halves = [s for s in mechanism.linear_springs if s.name.startswith(f"{name} stretch ")]
-        if halves:
-            inner = halves[len(halves) // 2]  # at the ends half rods may be stiffer
-            rows.append([f"{name}, {len(halves)} rods stretch", "each", *_spring_numbers(inner)])
-        hinges = [s for s in mechanism.springs if s.name.startswith(f"{name} hinge ")]
-        if hinges:
-            rows.append([f"{name}, {len(hinges)} hinges", "each", *_spring_numbers(hinges[0])])
+        for kind, what in (("stretch", "rods stretch"), ("hinge", "hinges")):
+            own = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]
+            if own:  # at the ends half rods may be stiffer
+                inner = _spring_numbers(own[len(own) // 2])
+                rows.append([f"{name}, {len(own)} {what}", "each", *inner])
     return _section("Springs", rows)
 
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from benchmarks.measuring import Table
-from benchmarks.stepping import Stepped, completed, cost_per_step, lasting
+from benchmarks.stepping import Stepped, cost_per_step
 from benchmarks.strike import ROOT, warm_up
 from benchmarks.variants import BEAM, VARIANTS, Variant
-from exudyn_flexlink import NotRepresentableError, Result, Scene, load_scene, simulate
+from exudyn_flexlink import NotRepresentableError, Scene, load_scene
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.mechanism import build_mechanism, pairs
 from exudyn_flexlink.scene import Initial, SleeveJoint
 
-WITH_STRIKE, WITHOUT, BRIEF = 0.36, 0.15, 0.05  # s
+WITH_STRIKE, WITHOUT = 0.36, 0.15  # s
 QUICKER = 1 / 3
 FAR = "joints.sleeve.clearance=1.0"  # m: no wall is near
 FRICTION = "joints.sleeve.law.friction=0.15"
@@ -90,46 +88,6 @@ def pairs_of_walls(variant: Variant) -> int:
     return len(pairs(mechanism.channels[0]))
 
 
-def same_motion(variant: Variant) -> list[tuple[str, int, int, bool]]:
-    """Scenes with an effect absent, and without a word of it: steps of both, and whether equal.
-
-    Equal are runs of the same steps with the same state, bit for bit, at every sample. Effects that
-    the engine can't represent are left out.
-    """
-    own = variant.stepping()
-    scenes_of = {
-        "lever removed, or never there": (
-            idealise(scene_of("no_clearance.yaml", *own), ["impact"]),
-            scene_of("smooth.yaml", *own),
-        ),
-        "friction: 0, or left out": (
-            scene_of("clearance.yaml", *own, "joints.sleeve.law.friction=0"),
-            scene_of("clearance.yaml", *own),
-        ),
-        "gravity: [0, 0], or left out": (
-            scene_of("smooth.yaml", *own, "gravity=[0, 0]"),
-            scene_of("smooth.yaml", *own),
-        ),
-    }
-    rows = []
-    for name, scenes in scenes_of.items():
-        try:
-            first, second = (
-                completed(simulate(lasting(scene, BRIEF), variant.engine, measure=False))
-                for scene in scenes
-            )
-        except NotRepresentableError:
-            continue
-        rows.append((name, first.checks.steps, second.checks.steps, _equal(first, second)))
-    return rows
-
-
-def _equal(first: Result, second: Result) -> bool:
-    return first.checks.steps == second.checks.steps and all(
-        np.array_equal(getattr(first, key), getattr(second, key)) for key in ("time", "poses")
-    )
-
-
 def measure(variant: Variant, brief: bool, repeat: int) -> dict[str, dict[str, Stepped]]:
     """Cost of a step by effect and state; effects that the engine can't represent are left out."""
     warm_up(variant)
@@ -148,7 +106,6 @@ def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
     """Measure, and tell it."""
     rows: list[tuple[str, ...]] = []
     told: list[str] = []
-    equal: list[tuple[str, str, int, int, bool]] = []
     for variant in VARIANTS:
         for effect, states in measure(variant, quick, repeat).items():
             rows.append((effect, variant.name, *_costs(states), _steps(states)))
@@ -159,20 +116,12 @@ def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
                     variant
                 )
                 told[-1] += f", {100 * each:.1f} % of a step for each pair"
-        equal += [(name, variant.name, a, b, e) for name, a, b, e in same_motion(variant)]
-    same = all(row[-1] for row in equal)
     return [
         Table(
             "Cost of a step with an effect absent, dormant and present, microseconds",
             ("effect", "variant", "absent", "dormant", "", "present", "", "steps"),
             tuple(rows),
             "Dormant over absent: " + ", ".join(told) + ".",
-        ),
-        Table(
-            "Steps without an effect, said in two ways",
-            ("effect", "variant", "steps", "steps", "bit for bit equal"),
-            tuple((n, v, f"{a}", f"{b}", "yes" if e else "NO") for n, v, a, b, e in equal),
-            f"An absent effect costs {'exactly nothing' if same else 'SOMETHING'}.",
         ),
     ]
 

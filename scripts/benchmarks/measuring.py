@@ -38,6 +38,12 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     conclusion: str
 
+    def __str__(self) -> str:
+        """The table as Markdown, its title and its conclusion in bold."""
+        rows = (self.columns, ("---",) * len(self.columns), *self.rows)
+        lines = [f"**{self.title}**", "", *(f"| {' | '.join(row)} |" for row in rows), ""]
+        return "\n".join([*lines, f"**{self.conclusion}**", ""] if self.conclusion else lines)
+
 
 def timed(run: Callable[[], Value]) -> tuple[Value, float]:
     """What a run returns, and its processor time in s."""
@@ -64,15 +70,10 @@ def interleaved(
     return best
 
 
-COARSE, FINE = (1.0, 0.5, 0.2), (1.0, 0.7, 0.5, 0.35, 0.2, 0.14)
-
-
-def ladder(
-    first: float, last: float = 1e-13, mantissas: Sequence[float] = COARSE
-) -> Iterator[float]:
+def ladder(first: float, last: float = 1e-13) -> Iterator[float]:
     """Settings 1, 5, 2 of each decade from `first` down to `last`: 1e-3, 5e-4, 2e-4, 1e-4 ..."""
     for decade in range(ceil(log10(first)), floor(log10(last)) - 1, -1):
-        for mantissa in mantissas:
+        for mantissa in (1.0, 0.5, 0.2):
             rung = float(f"{mantissa * 10.0**decade:.1e}")
             if last * (1 - 1e-9) <= rung <= first * (1 + 1e-9):
                 yield rung

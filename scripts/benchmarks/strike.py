@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent.parent
 MODEL = ROOT / "models" / "no_clearance.yaml"
 SERIES = ROOT / "tests" / "data" / "strike_n10_beam.csv"
 SERIES_KNOWS = 1e-6  # m: errors below are judged by the tight Lagrangian
-TIGHT = 1e-12  # m: leaves 2e-13 m, held against DOP853 at relative 1e-11 and SciPy on numpy
+TIGHT = 1e-12  # m: leaves 2e-13 m, held against DOP853 at relative 1e-11
 SAME_INSTANT = 1e-9  # s
 WARM_UP = 0.005  # s of motion
 
