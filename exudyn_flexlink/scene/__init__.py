@@ -17,6 +17,9 @@ from exudyn_flexlink.scene.contacts import (
     Circle,
     CircleOnCircle,
     Contact,
+    ContactLaw,
+    ImpulseLaw,
+    Law,
     PointOnCurve,
     PointOnLine,
 )
@@ -49,9 +52,7 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
-from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
 from exudyn_flexlink.scene.model import Scene
-from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
     SECTION_OF,
@@ -66,6 +67,7 @@ from exudyn_flexlink.scene.run import (
     INITIAL_OF_JOINTS,
     Accuracy,
     Initial,
+    Outputs,
     Run,
     Solver,
 )

@@ -16,8 +16,7 @@ from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
-from exudyn_flexlink.scene.outputs import Outputs
-from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
+from exudyn_flexlink.scene.run import Accuracy, Initial, Outputs, Run, Solver
 from exudyn_flexlink.source import Document, SceneError, dotted
 
 

@@ -27,7 +27,6 @@ from exudyn_flexlink.scene.base import (
     is_cut,
     listed,
     refuse,
-    require_one,
 )
 from exudyn_flexlink.units import Dimension
 
@@ -40,6 +39,7 @@ Row = Annotated[
 class Table(Part):
     """Values by time, given here or in a CSV file, and how they go on between its rows."""
 
+    one_of = (("points", "file"),)
     points: tuple[Row, ...] | None = Field(
         None, description="[[time, value], ...] in SI units, by time"
     )
@@ -55,7 +55,6 @@ class Table(Part):
 
     @model_validator(mode="after")
     def _has_rows(self) -> Table:
-        require_one(self, "points", "file")
         if self.points is None:
             return self
         if len(self.points) < 2:

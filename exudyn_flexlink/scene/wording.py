@@ -61,11 +61,11 @@ def unknown_key(path: KeyPath, keys: list[str], elsewhere: Mapping[str, str] = _
 
 def known_keys(annotation: Any, data: Any, path: KeyPath) -> list[str]:
     """Return the keys that may stand in the mapping at `path` of `data`."""
-    classes = _part_classes(annotation)
+    classes = part_classes(annotation)
     for step in path:
         if isinstance(data, Mapping) and classes:
             fields = _fields(_meant(classes, data))
-            classes = _part_classes(fields[str(step)]) if step in fields else []
+            classes = part_classes(fields[str(step)]) if step in fields else []
         data = data[step]
     return list(_fields(_meant(classes, data))) if classes else []
 
@@ -75,10 +75,11 @@ def _data_path(location: tuple[int | str, ...]) -> KeyPath:
     return tuple(step for step in location if not str(step).startswith(TAG))
 
 
-def _part_classes(annotation: Any) -> list[type[Part]]:
+def part_classes(annotation: Any) -> list[type[Part]]:
+    """Return the classes of parts in an annotation."""
     if isclass(annotation) and issubclass(annotation, Part):
         return [annotation]
-    return [part for inner in get_args(annotation) for part in _part_classes(inner)]
+    return [part for inner in get_args(annotation) for part in part_classes(inner)]
 
 
 def _meant(classes: list[type[Part]], data: Any) -> type[Part]:
