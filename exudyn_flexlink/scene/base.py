@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from inspect import isclass
-from typing import Annotated, Any, ClassVar, NoReturn, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, Strict, model_validator
 from pydantic.functional_serializers import WrapSerializer
 from pydantic.functional_validators import AfterValidator, BeforeValidator
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import CoreSchema, core_schema
 
-from exudyn_flexlink.quantities import Coordinate, in_words
+from exudyn_flexlink.quantities import Coordinate, in_words, refuse
 
 GROUND = "ground"
 TAG = "\0"  # marks a union's branch in pydantic's error location; no YAML text can contain it
@@ -139,13 +139,6 @@ def type_of(part: type[Part]) -> str:
     """Return the word that stands for this class in the key `type`; empty if it has none."""
     field = part.model_fields.get("type")
     return str(get_args(field.annotation)[0]) if field else ""
-
-
-def refuse(message: str, hint: str = "", at: str | tuple[str | int, ...] = ()) -> NoReturn:
-    """Raise, inside a validator, a mistake of the key `at` (default: of the part as a whole)."""
-    path = (at,) if isinstance(at, str) else at
-    context = {"message": message, "hint": hint, "at": path}
-    raise PydanticCustomError("mistake", "{message}", context)
 
 
 def refuse_place(what: str, points: tuple[str, str], at: tuple[float, float] | None) -> None:

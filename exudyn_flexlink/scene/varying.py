@@ -116,13 +116,13 @@ class Varying:
             found = parse_expression(text)
         except ExpressionError as error:
             hint = error.hint or NEEDS_QUOTES * is_cut(text)
-            raise _mistake(f"'{text}': {error.message}", hint) from None
+            refuse(f"'{text}': {error.message}", hint)
         wanted = self.dimensions[0]
         if found.powers is not None:
             fits = [one for one in self.dimensions if one.powers._replace(rad=0) == found.powers]
             if not fits:
                 message = f"expected {wanted.words}, got {in_words(found.powers)}: '{text}'"
-                raise _mistake(message, wanted.hint)
+                refuse(message, wanted.hint)
             wanted = fits[0]
         if found.constant is None:
             return found
@@ -161,7 +161,3 @@ def _is_meant_as_one(text: str) -> bool:
         return True
     single = re.fullmatch(rf"\s*(?:{NUMBER}\s*(?:{UNIT})?)?\s*", text)
     return single is None or any(mark in text for mark in ("(", "**", " + ", " - "))
-
-
-def _mistake(message: str, hint: str) -> PydanticCustomError:
-    return PydanticCustomError("mistake", "{message}", {"message": message, "hint": hint, "at": ()})
