@@ -41,7 +41,6 @@ from exudyn_flexlink.scene.forces import (
     Spring,
     TorqueDrive,
     TorsionalSpring,
-    sensed_by,
 )
 from exudyn_flexlink.scene.joints import (
     Joint,
@@ -52,6 +51,7 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
+from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,

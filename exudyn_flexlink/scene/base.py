@@ -205,8 +205,9 @@ def is_cut(text: Any) -> bool:
 class Refers:
     """Annotation of a text, or of a mapping's names: it is that of a part of a `section`.
 
-    The section may be ``points``, too. `kinds` are types of joints, and `words` say which these
-    are; a sleeve may have a clearance only with `play`. `to_slides` is the hint if it slides.
+    The section may be ``points``, or ``frames``: bodies and the ground. `kinds` are types of
+    joints, and `words` say which these are; a sleeve may have a clearance only with `play`.
+    `to_slides` is the hint if it slides.
     """
 
     section: str

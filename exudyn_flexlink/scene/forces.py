@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from exudyn_flexlink.expressions import Expression, Sensed
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.quantities import (
     Acceleration,
     Angle,
@@ -217,7 +217,7 @@ class ForceDrive(Part):
     value: Annotated[tuple[ForceValue, ForceValue], XY] = Field(
         description="[x, y] along the axes, each of time and state"
     )
-    axes: Name = Field(
+    axes: Annotated[Name, Refers("frames")] = Field(
         GROUND,
         description="'ground', or the body with whose axes the force turns; of a flexible body's "
         "own point, those of the rod there",
@@ -236,9 +236,3 @@ def _refuse_state(value: Value, what: str) -> None:
 
 Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]
 Drive = Annotated[SpeedDrive | MotionDrive | TorqueDrive | ForceDrive, ByType()]
-
-
-def sensed_by(drive: Drive) -> tuple[Sensed, ...]:
-    """What a drive's expressions take of the state."""
-    values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
-    return tuple(one for value in values if isinstance(value, Expression) for one in value.sensed)

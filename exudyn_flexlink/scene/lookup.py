@@ -89,8 +89,10 @@ class Parts:
         refers, path = name.refers, name.path
         if refers.section == "points":
             yield from self._point(path, name.text)
-            return
-        yield from self.missing(path, refers.section, name.text, name.on_key)
+        elif refers.section != "frames":
+            yield from self.missing(path, refers.section, name.text, name.on_key)
+        elif name.text != GROUND:
+            yield from self.missing(path, "bodies", name.text)
         joint = self.get("joints", name.text) if refers.kinds else None
         if joint is None:
             return
@@ -127,8 +129,15 @@ class Reference(NamedTuple):
     text: str
     on_key: bool = False
 
+    @property
+    def body(self) -> str:
+        """The body that it names, or of which it names a point; empty if it is of another kind."""
+        if self.refers.section == "points":
+            return split_point(self.text)[0]
+        return self.text if self.refers.section in ("bodies", "frames") else ""
 
-def references(value: Any, path: KeyPath, refers: Refers | None = None) -> Iterator[Reference]:
+
+def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> Iterator[Reference]:
     """Find all names in a part, or in what a key that refers to something holds."""
     if isinstance(value, Part):
         for key, alias, inner in _referring(type(value)):

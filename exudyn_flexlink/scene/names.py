@@ -209,9 +209,6 @@ def _powers(value: Value) -> Powers | None:
 
 
 def _axes(parts: Parts, path: KeyPath, drive: ForceDrive) -> Iterator[Mistake]:
-    if drive.axes == GROUND:
-        return
-    yield from parts.missing((*path, "axes"), "bodies", drive.axes)
     own = drive.axes == split_point(drive.point)[0]
     if isinstance(parts.get("bodies", drive.axes), FlexibleBody) and not own:
         hint = "a force at the body's own point turns with it there"
