@@ -134,7 +134,9 @@ class Varying:
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         choices = {
-            TAG: core_schema.no_info_plain_validator_function(self.read),
+            TAG: core_schema.no_info_plain_validator_function(
+                self.read, json_schema_input_schema=core_schema.str_schema()
+            ),
             TAG + "table": handler.generate_schema(Table),
         }
         return core_schema.tagged_union_schema(choices, discriminator=_branch)
@@ -142,13 +144,13 @@ class Varying:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        table = handler(schema["choices"][TAG + "table"])
+        text, table = handler(schema)["oneOf"]
         ways = [
             f"{own.words.split(' ', 1)[1]}; {own.si}, e.g. '{own.example}'"
             for own in self.dimensions
         ]
         unit = f"{' or '.join(ways)}, or an expression or a table"
-        return {"anyOf": [{"type": "number"}, {"type": "string"}, table], "$comment": unit}
+        return {"anyOf": [{"type": "number"}, text, table], "$comment": unit}
 
 
 def _branch(value: Any) -> str:
