@@ -176,19 +176,14 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
 
 def _apart(contact: Contact, depth: float) -> str:
     """What to do about a contact that starts pressed."""
-    if isinstance(contact, CircleContact):
-        return (
-            f"start {depth:.3g} m farther apart, where both just touch: what rests there sinks in "
-            "by itself; or make a radius smaller"
-        )
     what = "line" if isinstance(contact, FaceContact) else "curve"
-    other = f"choose the other 'side' of the {what}"
-    if depth < ROUNDED:
+    other, away = f"choose the other 'side' of the {what}", "out"
+    if isinstance(contact, CircleContact):
+        other, away = "make a radius smaller", "apart"
+    elif depth < ROUNDED:
         return f"what is meant to rest there may start that much above; or {other}"
-    return (
-        f"start {depth:.3g} m farther out, where both just touch: what rests there sinks in by "
-        f"itself; or {other}"
-    )
+    rests = "where both just touch: what rests there sinks in by itself"
+    return f"start {depth:.3g} m farther {away}, {rests}; or {other}"
 
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:

@@ -1,7 +1,8 @@
 """Contact laws: the force of a penalty contact with restitution, and restitution by impulse.
 
 No contact history is kept: force and energies follow from the penetration ``d`` (m, positive
-inside) and its rate ``d'`` (m/s, positive while approaching) of this instant alone.
+inside) and its rate ``d'`` (m/s, positive while approaching) of this instant alone. That parameters
+are within their ranges is checked where they are read, in the scene.
 """
 
 from __future__ import annotations
@@ -25,23 +26,11 @@ class RestitutionPenalty:
 
     Parameters are ``stiffness`` k (N/m, > 0), ``restitution`` e (0 to 1) and ``transition_speed``
     v_s (m/s, > 0).
-
-    Raises:
-        ValueError: a parameter is outside its range or not finite.
-
     """
 
     stiffness: float
     restitution: float
     transition_speed: float = 5e-3
-
-    def __post_init__(self) -> None:
-        for name in ("stiffness", "transition_speed"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{name} must be positive and finite, got {value!r}")
-        if not 0 <= self.restitution <= 1:
-            raise ValueError(f"restitution must lie between 0 and 1, got {self.restitution!r}")
 
     def force(self, penetration: ArrayLike, rate: ArrayLike) -> FloatArray:
         """Pressing force in N (never negative), of the broadcast shape of both arguments.
@@ -84,20 +73,10 @@ class Friction:
     """Coulomb friction, regularised: ``T = -mu F tanh(s/s_0)`` against the slip ``s`` (m/s).
 
     Below about the slip speed ``s_0`` (m/s, > 0) the contact creeps instead of sticking.
-
-    Raises:
-        ValueError: the ``coefficient`` mu is negative or ``slip_speed`` not positive.
-
     """
 
     coefficient: float
     slip_speed: float
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.coefficient) and self.coefficient >= 0):
-            raise ValueError(f"coefficient must not be negative, got {self.coefficient!r}")
-        if not (math.isfinite(self.slip_speed) and self.slip_speed > 0):
-            raise ValueError(f"slip_speed must be positive and finite, got {self.slip_speed!r}")
 
     def force(self, pressing: ArrayLike, slip: ArrayLike) -> FloatArray:
         """Force in N along the face, against the slip, of the broadcast shape of both arguments."""
@@ -107,15 +86,6 @@ class Friction:
 
 @dataclass(frozen=True)
 class Impulse:
-    """Rigid contact: an impact returns ``e v`` at once (the paper's eq. 4), pushing leaves no gap.
-
-    Raises:
-        ValueError: ``restitution`` e is not between 0 and 1.
-
-    """
+    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap."""
 
     restitution: float
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.restitution <= 1:
-            raise ValueError(f"restitution must lie between 0 and 1, got {self.restitution!r}")

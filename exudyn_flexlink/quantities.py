@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from functools import partial
 from typing import Annotated, Any, NoReturn
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -99,26 +101,19 @@ def _from_text(text: str, dimension: Dimension, expected: str) -> float:
     return float(match[1].replace(MINUS, "-")) * unit.factor
 
 
+@dataclass(frozen=True)
 class Quantity:
     """Annotation of a float in SI that may be written with a unit, with its limits.
 
     `words` are texts accepted as they are, beside the quantity.
     """
 
-    def __init__(
-        self,
-        dimension: Dimension,
-        *,
-        above: float | None = None,
-        at_least: float | None = None,
-        at_most: float | None = None,
-        words: tuple[str, ...] = (),
-    ) -> None:
-        self.dimension = dimension
-        self.above = above
-        self.at_least = at_least
-        self.at_most = at_most
-        self.words = words
+    dimension: Dimension
+    _: KW_ONLY
+    above: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    words: tuple[str, ...] = ()
 
     def read(self, value: object) -> float | str:
         """Return the value in SI; raise pydantic's error if it is not within the limits."""
@@ -158,13 +153,8 @@ class Quantity:
         return {"anyOf": forms, "description": unit, "$comment": unit}
 
 
-def Number(  # noqa: N802  (reads as the annotation it makes)
-    *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
-) -> Quantity:
-    """Annotation of a number without a unit, with its limits."""
-    return Quantity(Dimension.NUMBER, above=above, at_least=at_least, at_most=at_most)
-
-
+Number = partial(Quantity, Dimension.NUMBER)
+"""Annotation of a number without a unit, with its limits."""
 Coordinate = Annotated[float, Quantity(Dimension.LENGTH)]
 PositiveLength = Annotated[float, Quantity(Dimension.LENGTH, above=0.0)]
 NonNegativeLength = Annotated[float, Quantity(Dimension.LENGTH, at_least=0.0)]
