@@ -4,6 +4,7 @@ import pickle
 from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,13 +15,8 @@ from pydantic import BaseModel, ValidationError
 from results import PENDULUM
 
 from exudyn_flexlink.scene import (
-    CircleSpec,
-    EllipseSpec,
-    FlexibleBody,
     GeneralSection,
-    JoinedSpec,
     RectangleSection,
-    RigidBody,
     RoundSection,
     Scene,
     apply_settings,
@@ -30,58 +26,13 @@ from exudyn_flexlink.scene import (
 )
 from exudyn_flexlink.source import SceneError, parse_document
 
-EVERYTHING = """title: every kind of part, Größe 5 µm
-source: a test
-materials:
-  steel: {density: 7.85 g/cm^3, youngs_modulus: 200 GPa, poissons_ratio: 0.3}
-curves:
-  ellipse: {type: ellipse, centre: [0, 0], semi_axes: [40 mm, 0.03], rotation: 10 deg}
-  egg:
-    type: joined
-    pieces:
-      - {type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: -90 deg, to: 90 deg}
-      - {type: circle, centre: [0, 0], radius: 0.03, from: 90 deg, to: 270 deg}
-  straight: {type: line, from: [0, 0], to: [1, 0]}
-  blob: {type: spline, points: [[0, 0], [1, 0], [1, 1], [0, 1]]}
-  track: {type: laps, meet: [0, 0.03],
-          curves: [ellipse, egg, {type: circle, centre: [0, 0], radius: 1}]}
-bodies:
-  guide: {type: rod, length: 0.09, material: steel, section: {type: round, diameter: 12 mm},
-          slender: false}
-  link: {type: flexible, length: 70 mm, material: steel, section: {width: 10 mm, thickness: 0.5 mm},
-         rods: 10, layout: half_ends, hinges: {stiffness: paper, damping: 2.0e-5}}
-  bob: {type: rigid, mass: 20 g, inertia: 12 g cm^2, points: {hook: [0, 1 cm]},
-        centre_of_mass: [1 mm, 0]}
-  lever: {type: rod, length: 0.03, material: steel,
-          section: {type: general, area: 1 mm^2, second_moment: 0.1 mm^4}}
-joints:
-  crank: {type: revolute, points: [ground, guide.start], at: [0.02, 0]}
-  sleeve: {type: sleeve, guide: guide, link: link, clearance: 5 mm,
-           law: {stiffness: 100 N/mm, restitution: 0.5, friction: 0.15, slip_speed: 2 mm/s}}
-  held: {type: sleeve, guide: guide, link: link, supported: true,
-         law: {type: penalty, stiffness: 1.0e5, restitution: 1}}
-  pin: {type: slot, point: link.start, curve: track}
-  pivot: {type: revolute, points: [ground, lever.start], at: [-0.138, 0]}
-  glue: {type: weld, points: [link.end, bob.hook], angle: 90 deg}
-springs:
-  back: {type: torsional, joint: pivot, frequency: 40 Hz, damping_ratio: 0.1, rest_angle: 1 deg}
-drives:
-  motor: {type: speed, joint: crank, value: 60 rpm, ramp: 5 ms}
-  brake: {type: torque, joint: pivot, value: -5 N mm}
-contacts:
-  strike: {type: point_on_line, point: link.end, line: [lever.start, lever.end], side: right,
-           law: {stiffness: 20 N/mm, restitution: 0.5}}
-gravity: [0, -9.81]
-initial: {angles: {guide: 0}, guesses: {link: 5 deg}, speeds: {lever: 1 rad/s},
-          velocities: {link: [1 cm/s, 0]}}
-run: {turns: 4, of: crank, sample: 1 ms}
-accuracy: {step: 0.1 ms}
-solver: {steps_per_contact: 20, spectral_radius: 1}
-"""
+FOLDER = Path(__file__).parents[1] / "docs" / "reference" / "examples"
+EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.yaml"))]
+"""Models that show every key, as a test of the documentation tells."""
 
 
 def scene(text: str = PENDULUM, **options: Any) -> Scene:
-    return parse_scene(parse_document(text, "model.yaml"), **options)
+    return parse_scene(parse_document(text, "model.yaml", FOLDER), **options)
 
 
 def refusal(text: str) -> SceneError:
@@ -102,39 +53,14 @@ def with_nothing(part: Any, data: Any) -> Any:
     return {**dict.fromkeys(names), **given}
 
 
-def test_what_is_given_as_nothing_is_left_out() -> None:
+@pytest.mark.parametrize("text", EXAMPLES)
+def test_what_is_given_as_nothing_is_left_out(text: str) -> None:
     """A key of a section as well as a section, whatever it holds when it is left out."""
-    document = parse_document(EVERYTHING, "model.yaml")
-    whole = parse_scene(document)
-    data = {key: with_nothing(getattr(whole, key), own) for key, own in document.data.items()} | {
-        "outputs": None
-    }
-    assert data["joints"]["crank"]["clearance"] is None
-    assert data["bodies"]["link"]["hinges"].keys() > {"stiffness"}
-    assert data["initial"]["laps"] is None
-    assert data["solver"]["formulation"] is None
-    assert parse_scene(replace(document, data=data)) == whole
-
-
-def test_every_kind_of_part_is_read() -> None:
-    found = scene(EVERYTHING)
-    assert found.title.endswith("Größe 5 µm")
-    egg = found.curves["egg"]
-    assert isinstance(egg, JoinedSpec)
-    half, circle = egg.pieces
-    assert isinstance(half, EllipseSpec)
-    assert isinstance(circle, CircleSpec)
-    assert (half.from_, half.to) == (-pi / 2, pi / 2)
-    link, bob = found.bodies["link"], found.bodies["bob"]
-    assert isinstance(link, FlexibleBody)
-    assert isinstance(bob, RigidBody)
-    assert link.hinges.stiffness == "paper"
-    assert bob.points["hook"] == (0.0, 0.01)
-    assert bob.point_names == ("hook", "centre")
-    assert found.drives["motor"].value == pytest.approx(2 * pi)
-    assert found.contacts["strike"].law.transition_speed == 5e-3
-    assert found.initial.guesses == {"link": pytest.approx(pi / 36)}
-    assert found.initial.velocities == {"link": (0.01, 0)}
+    whole = scene(text)
+    data = with_nothing(whole, whole.to_data())
+    assert None in data["run"].values()
+    assert None in data.values()
+    assert parse_scene(replace(parse_document(text, "m", FOLDER), data=data)) == whole
 
 
 def test_sections_have_the_textbooks_area_and_second_moment() -> None:
@@ -145,7 +71,7 @@ def test_sections_have_the_textbooks_area_and_second_moment() -> None:
     assert GeneralSection(area=2.0, second_moment=3.0).area == 2.0
 
 
-@pytest.mark.parametrize("text", [PENDULUM, EVERYTHING])
+@pytest.mark.parametrize("text", EXAMPLES)
 def test_a_scene_survives_writing_pickling_and_copying(text: str) -> None:
     found = scene(text)
     assert scene("# a comment\n" + json.dumps(found.to_data())) == found  # of another document
@@ -166,12 +92,11 @@ def test_nothing_in_a_scene_can_be_changed() -> None:
 
 
 def test_a_changed_scene_is_checked_anew_and_keeps_its_document() -> None:
-    found = scene(EVERYTHING)
-    without = found.changed(contacts={})
-    assert without.contacts == {}
+    found = scene(next(text for text in EXAMPLES if "hook:" in text))
+    without = found.changed(drives={})
     assert without.document is found.document
-    with pytest.raises(SceneError, match="unknown curve 'ellipse'"):
-        found.changed(curves={"track": found.curves["track"]})
+    with pytest.raises(SceneError, match="unknown curve 'bend'"):
+        found.changed(curves={name: found.curves[name] for name in ("rail", "hook")})
 
 
 @pytest.mark.parametrize("name", ["Größe", "rod-2", "rod 2", "_x", "振り子", "rod_2"])
@@ -249,7 +174,7 @@ def test_the_schema_accepts_and_refuses_what_the_program_does() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     validator = jsonschema.Draft202012Validator(json_schema())
     validator.check_schema(json_schema())
-    for text in (PENDULUM, EVERYTHING):
+    for text in EXAMPLES:
         assert not list(validator.iter_errors(parse_document(text, "x").data))
         assert not list(validator.iter_errors(scene(text).to_data()))
     for old, new in [
@@ -272,7 +197,7 @@ PIECES = st.sampled_from(["5 N", "-1", ".nan", "null", "[]", "{}", "[[1]]", "1e4
 @settings(max_examples=300, deadline=None)
 @given(st.data())
 def test_a_mutilated_model_is_read_or_refused(data: st.DataObject) -> None:
-    text = data.draw(st.sampled_from([PENDULUM, EVERYTHING]))
+    text = data.draw(st.sampled_from(EXAMPLES))
     document = parse_document(text, "model.yaml")
     for _ in range(data.draw(st.integers(1, 3))):
         path = data.draw(st.sampled_from(sorted(document.places, key=str)))
