@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
 from functools import cache
 from inspect import isclass
 from itertools import islice
@@ -19,67 +18,48 @@ from exudyn_flexlink.scene.base import (
     Refers,
     split_point,
 )
-from exudyn_flexlink.scene.bodies import Body, Material
-from exudyn_flexlink.scene.contacts import Contact
-from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Drive, Spring
-from exudyn_flexlink.scene.joints import Joint, SleeveJoint
-from exudyn_flexlink.scene.run import Initial, Outputs, Run
+from exudyn_flexlink.scene.joints import SleeveJoint
 from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
 
 _NOUNS = {"materials": "material", "curves": "curve", "bodies": "body", "joints": "joint"}
 
 
-@dataclass
 class Parts:
-    """The parts of a scene as far as they are valid, and whether names in them lead anywhere.
+    """The sections of a scene as far as they are valid, and whether names in them lead anywhere.
 
-    A part that is not is `None`: its name is known, its contents are not. A section that can't be
-    read at all is `None`: no reference into it is a mistake.
+    A part that is not valid is `None`: its name is known, its contents are not. A section that
+    can't be read at all is missing, or `None`: no reference into it is a mistake.
     """
 
-    materials: Mapping[str, Material | None] | None
-    curves: Mapping[str, CurveSpec | None] | None
-    bodies: Mapping[str, Body | None] | None
-    joints: Mapping[str, Joint | None] | None
-    springs: Mapping[str, Spring | None] | None
-    drives: Mapping[str, Drive | None] | None
-    contacts: Mapping[str, Contact | None] | None
-    initial: Initial | None
-    run: Run | None
-    outputs: Outputs | None
-    unknown: int = field(default=0, init=False)  # names met that no part has
-
-    @classmethod
-    def of(cls, sections: Mapping[str, Any]) -> Parts:
-        """Take the sections that can hold names from a scene's."""
-        return cls(**{own.name: sections.get(own.name) for own in fields(cls) if own.init})
+    def __init__(self, sections: Mapping[str, Any]) -> None:
+        self.sections = sections
+        self._unknown = 0  # names met that no part has
 
     def valid(self, section: str) -> list[tuple[str, Any]]:
         """Return the parts of a section that are valid, by name."""
-        parts = getattr(self, section) or {}
+        parts = self.sections.get(section) or {}
         return [(name, part) for name, part in parts.items() if part is not None]
 
     def get(self, section: str, name: str | None) -> Any:
         """Return the part of that name, None if there is none or it is not valid."""
-        return (getattr(self, section) or {}).get(name)
+        return (self.sections.get(section) or {}).get(name)
 
     def lost_names(self) -> Iterator[Mistake]:
         """Refuse names that lead nowhere, or to another kind of part than is needed."""
-        for section in self.__dataclass_fields__:
-            for name in references(getattr(self, section), (section,)):
+        for section, own in self.sections.items():
+            for name in references(own, (section,)):
                 yield from self._mistakes(name)
 
     def missing(
         self, path: KeyPath, section: str, name: str, on_key: bool = False
     ) -> Iterator[Mistake]:
         """Refuse a name that no part of the section has."""
-        known = getattr(self, section)
+        known = self.sections.get(section)
         if known is None or name in known:
             return
         # Every unknown name compared with every known one: more are reported than are shown.
-        self.unknown += 1
-        near = did_you_mean(name, known) if self.unknown <= MOST_SHOWN else ""
+        self._unknown += 1
+        near = did_you_mean(name, known) if self._unknown <= MOST_SHOWN else ""
         names = [*islice(known, MOST_SHOWN), *(["..."] if len(known) > MOST_SHOWN else [])]
         hint = f"{section}: {', '.join(names)}" if known else f"no {section} given"
         yield Mistake(path, f"unknown {_NOUNS[section]} '{name}'{near}", hint, on_key)

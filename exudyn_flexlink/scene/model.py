@@ -80,7 +80,7 @@ class Scene(Part):
 
         """
         now = {key: getattr(self, key) for key in type(self).model_fields} | sections
-        mistakes = find_mistakes(Parts.of(now))
+        mistakes = find_mistakes(Parts(now))
         if mistakes:
             raise SceneError(self._document, mistakes)
         return self.from_parts(now, self._document)
@@ -92,7 +92,7 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _names_lead_somewhere(self) -> Scene:
-        parts = Parts.of({key: getattr(self, key) for key in type(self).model_fields})
+        parts = Parts({key: getattr(self, key) for key in type(self).model_fields})
         mistakes = find_mistakes(parts)
         if mistakes:
             refuse("\n".join(f"{dotted(found.path)}: {found.message}" for found in mistakes))

@@ -42,7 +42,7 @@ def find_mistakes(parts: Parts) -> list[Mistake]:
 def _odd_names(parts: Parts) -> Iterator[Mistake]:
     sections = ("materials", "curves", "bodies", "joints", "springs", "drives", "contacts")
     for section in sections:
-        for name in getattr(parts, section) or {}:
+        for name in parts.sections.get(section) or ():
             yield from _odd_name((section, name))
     for body, part in parts.valid("bodies"):
         for name in part.points:
@@ -50,7 +50,7 @@ def _odd_names(parts: Parts) -> Iterator[Mistake]:
             yield from _odd_name(path)
             if not isinstance(part, RigidBody) and name in ("start", "end"):
                 yield Mistake(path, f"'{name}' is already a point", on_key=True)
-    if parts.bodies is not None and not parts.bodies:
+    if parts.sections.get("bodies") == {}:
         yield Mistake(("bodies",), "a scene needs at least one body")
 
 
@@ -231,7 +231,7 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
 
 def _initial(parts: Parts) -> Iterator[Mistake]:
     """Refuse laps that a slot does not have, states of some bodies, and a start within a ramp."""
-    given = parts.initial
+    given = parts.sections.get("initial")
     if given is None:
         return
     for joint, lap in given.laps.items():
@@ -243,7 +243,7 @@ def _initial(parts: Parts) -> Iterator[Mistake]:
             yield Mistake(path, "there is no lap 0", "before lap 1 is lap -1")
         elif slot is not None and lap != 1 and not isinstance(curve, LapsSpec | None):
             yield Mistake(path, f"the curve '{slot.curve}' has no laps", "leave it out")
-    for body in parts.bodies or {}:
+    for body in parts.sections.get("bodies") or ():
         if given.states and body not in given.states:
             yield Mistake(("initial", "states"), f"missing '{body}'", "states are of all bodies")
     for name, drive in parts.valid("drives"):
@@ -255,7 +255,7 @@ def _initial(parts: Parts) -> Iterator[Mistake]:
 
 def _run(parts: Parts) -> Iterator[Mistake]:
     """Refuse a joint whose turns can never end the run."""
-    run, drives = parts.run, parts.drives
+    run, drives = parts.sections.get("run"), parts.sections.get("drives")
     if run is None or run.of is None or run.at_most or drives is None or None in drives.values():
         return
     speeds = {
@@ -274,7 +274,7 @@ def _run(parts: Parts) -> Iterator[Mistake]:
 
 def _outputs(parts: Parts) -> Iterator[Mistake]:
     """Refuse a watched point that never moves."""
-    point = parts.outputs.watch if parts.outputs else None
+    point = getattr(parts.sections.get("outputs"), "watch", None)
     for name, joint in parts.valid("joints"):
         played = isinstance(joint, RevoluteJoint) and joint.clearance > 0
         pinned = isinstance(joint, (RevoluteJoint, WeldJoint)) and not played

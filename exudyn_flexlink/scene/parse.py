@@ -116,7 +116,7 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     # References into a section that was left out are mistakes; into a broken one they may be right.
     required = [key for key, field in Scene.model_fields.items() if field.is_required()]
     absent: dict[str, Any] = {key: {} for key in _NAMED if key not in (*required, *misspelt)}
-    mistakes += find_mistakes(Parts.of(absent | sections))
+    mistakes += find_mistakes(Parts(absent | sections))
     return CheckedDocument(document, sections, tuple(mistakes), files)
 
 

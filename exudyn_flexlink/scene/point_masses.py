@@ -53,7 +53,7 @@ def point_masses(parts: Parts) -> Iterator[Mistake]:
                 f"'{what}' turns '{name}' about its own centre, where it has no inertia",
                 "give its moment of inertia, m r^2/2 of a disc",
             )
-        speed = parts.initial.speeds.get(name) if parts.initial is not None else None
+        speed = getattr(parts.sections.get("initial"), "speeds", {}).get(name)
         if speed and stays_a_point(parts, name, body):
             yield Mistake(
                 ("initial", "speeds", name),
