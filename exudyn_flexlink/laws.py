@@ -38,8 +38,8 @@ class RestitutionPenalty:
         With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
         once it recedes.
         """
-        d = np.maximum(penetration, 0.0)
-        return np.asarray(d * (self.elastic + self.lossy * np.tanh(self._relative(rate))))
+        d, relative = np.maximum(penetration, 0.0), np.asarray(rate) / self.transition_speed
+        return np.asarray(d * (self.elastic + self.lossy * np.tanh(relative)))
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy U = (1 + e^2)/2 k d^2/2 in J of the conservative part of the force.
@@ -63,9 +63,6 @@ class RestitutionPenalty:
     def lossy(self) -> float:
         """Part of the stiffness that loading adds and unloading takes away, N/m."""
         return 0.5 * self.stiffness * (1 - self.restitution**2)
-
-    def _relative(self, rate: ArrayLike) -> FloatArray:
-        return np.asarray(rate, dtype=float) / self.transition_speed
 
 
 @dataclass(frozen=True)

@@ -100,8 +100,7 @@ def _serialise(items: Mapping[str, Any], handler: Callable[[Any], Any]) -> Any:
     return handler(dict(items))
 
 
-FROZEN = (AfterValidator(FrozenMapping), WrapSerializer(_serialise))
-Named = Annotated[Mapping[str, Value], FROZEN[0], FROZEN[1]]
+Named = Annotated[Mapping[str, Value], AfterValidator(FrozenMapping), WrapSerializer(_serialise)]
 """A read-only mapping from names to parts."""
 
 
