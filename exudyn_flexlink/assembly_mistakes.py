@@ -161,10 +161,9 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
         pressed = on_the_contact(contact, float(at.place)) and at.gap < -TOUCHING
         # Farther behind than the face is long, it is beside it and may come round its end.
         if pressed and not far_behind(contact, at):
-            message = f"starts with a penetration of {-float(at.gap):.3g} m"
-            found.append(
-                Mistake(("contacts", contact.name), message, _apart(contact, -float(at.gap)))
-            )
+            depth = -float(at.gap)
+            message = f"starts with a penetration of {depth:.3g} m"
+            found.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
         if gap < -TOUCHING:
@@ -176,19 +175,14 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
 
 def _apart(contact: Contact, depth: float) -> str:
     """What to do about a contact that starts pressed."""
-    if isinstance(contact, CircleContact):
-        return (
-            f"start {depth:.3g} m farther apart, where both just touch: what rests there sinks in "
-            "by itself; or make a radius smaller"
-        )
     what = "line" if isinstance(contact, FaceContact) else "curve"
-    other = f"choose the other 'side' of the {what}"
-    if depth < ROUNDED:
+    other, away = f"choose the other 'side' of the {what}", "out"
+    if isinstance(contact, CircleContact):
+        other, away = "make a radius smaller", "apart"
+    elif depth < ROUNDED:
         return f"what is meant to rest there may start that much above; or {other}"
-    return (
-        f"start {depth:.3g} m farther out, where both just touch: what rests there sinks in by "
-        f"itself; or {other}"
-    )
+    rests = "where both just touch: what rests there sinks in by itself"
+    return f"start {depth:.3g} m farther {away}, {rests}; or {other}"
 
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:
@@ -198,13 +192,9 @@ def pressed_walls(assembly: Assembly) -> list[Mistake]:
         pressed = _deepest(assembly, channel) if channel.clearance > 0 else None
         if pressed is not None:
             pair, depth = pressed
-            found.append(
-                Mistake(
-                    ("joints", channel.name),
-                    f"the link starts {depth:.3g} m inside its guide's walls: {pair}",
-                    "turn the link under 'initial: angles', or widen the clearance",
-                )
-            )
+            message = f"the link starts {depth:.3g} m inside its guide's walls: {pair}"
+            hint = "turn the link under 'initial: angles', or widen the clearance"
+            found.append(Mistake(("joints", channel.name), message, hint))
     return found
 
 
@@ -265,17 +255,15 @@ def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
     if _may_be_redundant(scene, assembly):
         return []
     found = []
+    hint = (
+        "two joints do the same, two drives move one freedom, or the mechanism starts at a dead "
+        "centre: take one away, or start at another angle; of a body pinned at both ends between "
+        "parts that move alike, let one pin slide along it, in a slot"
+    )
     for name, count in assembly.surplus.items():
         drive = name in scene.drives and name not in scene.joints
         what = "drive" if drive else "joint" if name in scene.joints else "body's hinge"
         times = "" if count == 1 else f" {count} times"
-        found.append(
-            Mistake(
-                ("drives", name) if drive else _path_of(scene, name),
-                f"this {what} holds{times} what others hold already",
-                "two joints do the same, two drives move one freedom, or the mechanism starts at "
-                "a dead centre: take one away, or start at another angle; of a body pinned at both "
-                "ends between parts that move alike, let one pin slide along it, in a slot",
-            )
-        )
+        path = ("drives", name) if drive else _path_of(scene, name)
+        found.append(Mistake(path, f"this {what} holds{times} what others hold already", hint))
     return found

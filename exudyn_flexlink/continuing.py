@@ -18,14 +18,7 @@ from exudyn_flexlink.curves import Laps, ends_of_lap, next_lap
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import CLOSED, Assembly, closest, motor_place, slot_point
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import (
-    FrozenMapping,
-    Initial,
-    LinearSpring,
-    Scene,
-    Spring,
-    TorsionalSpring,
-)
+from exudyn_flexlink.scene import FrozenMapping, Initial, Scene, Spring
 
 BESIDE = 1e-6  # of a curve's size: so near its seam, rounding decides on the side
 DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
@@ -217,19 +210,12 @@ class _PointOnLaps:
 
 def _as_they_were(scene: Scene) -> dict[str, Spring]:
     """Springs with what was left to the assembly: the angle or length at which they rest."""
-    assembly = assemble_scene(scene)
-    return {name: _resting(spring, name, assembly) for name, spring in scene.springs.items()}
-
-
-def _resting(spring: Spring, name: str, assembly: Assembly) -> Spring:
-    mechanism = assembly.mechanism
-    if isinstance(spring, TorsionalSpring):
-        if spring.rest_angle is not None:
-            return spring
-        angle = next(own.rest_angle for own in mechanism.springs if own.name == name)
-        return spring.model_copy(update={"rest_angle": angle})
-    assert isinstance(spring, LinearSpring)
-    if spring.length is not None:
-        return spring
-    length = next(own.length for own in mechanism.linear_springs if own.name == name)
-    return spring.model_copy(update={"length": length})
+    mechanism = assemble_scene(scene).mechanism
+    angles = {own.name: ("rest_angle", own.rest_angle) for own in mechanism.springs}
+    lengths = {own.name: ("length", own.length) for own in mechanism.linear_springs}
+    springs = dict(scene.springs)
+    for name, spring in scene.springs.items():
+        key, value = (angles | lengths)[name]
+        if getattr(spring, key) is None:
+            springs[name] = spring.model_copy(update={key: value})
+    return springs

@@ -11,7 +11,6 @@ from exudyn_flexlink.scene import (
     Body,
     ContactLaw,
     FlexibleBody,
-    ForceDrive,
     ImpulseLaw,
     Initial,
     Joint,
@@ -23,7 +22,8 @@ from exudyn_flexlink.scene import (
     SleeveJoint,
     SlotJoint,
     Spring,
-    sensed_by,
+    TorsionalSpring,
+    references,
     split_point,
 )
 from exudyn_flexlink.source import Mistake, SceneError
@@ -192,25 +192,20 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     That is: no other body, slot or spring between bodies, no drive, no end of the run, and nobody
     watches it.
     """
-    mine = {name: joint for name, joint in scene.joints.items() if body in joint.bodies}
-    alone = all(isinstance(j, PointsJoint) and GROUND in j.points for j in mine.values())
-    drives = scene.drives.values()
-    turned = {drive.joint for drive in drives if not isinstance(drive, ForceDrive)}
-    pushed = {split_point(drive.point)[0] for drive in drives if isinstance(drive, ForceDrive)}
-    sensed = {one.of for drive in drives for one in sensed_by(drive)}
-    needed = {scene.run.of} | turned | sensed
-    seen = pushed | {point.partition(".")[0] for point in sensed if "." in point}
-    seen |= {drive.axes for drive in drives if isinstance(drive, ForceDrive)}
-    slots = [joint for joint in scene.joints.values() if isinstance(joint, SlotJoint)]
-    seen |= {scene.curves[slot.curve].on or GROUND for slot in slots}
-    seen |= {split_point(scene.outputs.watch)[0]} if scene.outputs.watch else set()
-    sprung = any(
-        body in ends and not ends <= {body, GROUND}
-        for spring in scene.springs.values()
-        if isinstance(spring, LinearSpring)
-        for ends in [{split_point(text)[0] for text in spring.points or ()}]
-    )
-    return alone and not sprung and not needed & set(mine) and body not in seen
+    mine = {name for name, joint in scene.joints.items() if body in joint.bodies}
+    slots = {joint.curve for joint in scene.joints.values() if isinstance(joint, SlotJoint)}
+    for found in references(scene):
+        meant = found.text in mine if found.refers.section == "joints" else found.body == body
+        section, name = found.path[:2]
+        if not meant or section in ("contacts", "initial"):
+            continue
+        part = getattr(scene, section)[name] if section in ("joints", "springs") else None
+        ends = {split_point(text)[0] for text in getattr(part, "points", None) or ()}
+        grounded = PointsJoint | LinearSpring | TorsionalSpring
+        alone = isinstance(part, grounded) and ends <= {body, GROUND}
+        if not alone and not (section == "curves" and name not in slots):
+            return False
+    return True
 
 
 EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {

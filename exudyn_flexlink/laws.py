@@ -1,7 +1,8 @@
 """Contact laws: the force of a penalty contact with restitution, and restitution by impulse.
 
 No contact history is kept: force and energies follow from the penetration ``d`` (m, positive
-inside) and its rate ``d'`` (m/s, positive while approaching) of this instant alone.
+inside) and its rate ``d'`` (m/s, positive while approaching) of this instant alone. That parameters
+are within their ranges is checked where they are read, in the scene.
 """
 
 from __future__ import annotations
@@ -25,23 +26,11 @@ class RestitutionPenalty:
 
     Parameters are ``stiffness`` k (N/m, > 0), ``restitution`` e (0 to 1) and ``transition_speed``
     v_s (m/s, > 0).
-
-    Raises:
-        ValueError: a parameter is outside its range or not finite.
-
     """
 
     stiffness: float
     restitution: float
     transition_speed: float = 5e-3
-
-    def __post_init__(self) -> None:
-        for name in ("stiffness", "transition_speed"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{name} must be positive and finite, got {value!r}")
-        if not 0 <= self.restitution <= 1:
-            raise ValueError(f"restitution must lie between 0 and 1, got {self.restitution!r}")
 
     def force(self, penetration: ArrayLike, rate: ArrayLike) -> FloatArray:
         """Pressing force in N (never negative), of the broadcast shape of both arguments.
@@ -49,8 +38,8 @@ class RestitutionPenalty:
         With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
         once it recedes.
         """
-        d = np.maximum(penetration, 0.0)
-        return np.asarray(d * (self.elastic + self.lossy * np.tanh(self._relative(rate))))
+        d, relative = np.maximum(penetration, 0.0), np.asarray(rate) / self.transition_speed
+        return np.asarray(d * (self.elastic + self.lossy * np.tanh(relative)))
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy U = (1 + e^2)/2 k d^2/2 in J of the conservative part of the force.
@@ -75,29 +64,16 @@ class RestitutionPenalty:
         """Part of the stiffness that loading adds and unloading takes away, N/m."""
         return 0.5 * self.stiffness * (1 - self.restitution**2)
 
-    def _relative(self, rate: ArrayLike) -> FloatArray:
-        return np.asarray(rate, dtype=float) / self.transition_speed
-
 
 @dataclass(frozen=True)
 class Friction:
     """Coulomb friction, regularised: ``T = -mu F tanh(s/s_0)`` against the slip ``s`` (m/s).
 
     Below about the slip speed ``s_0`` (m/s, > 0) the contact creeps instead of sticking.
-
-    Raises:
-        ValueError: the ``coefficient`` mu is negative or ``slip_speed`` not positive.
-
     """
 
     coefficient: float
     slip_speed: float
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.coefficient) and self.coefficient >= 0):
-            raise ValueError(f"coefficient must not be negative, got {self.coefficient!r}")
-        if not (math.isfinite(self.slip_speed) and self.slip_speed > 0):
-            raise ValueError(f"slip_speed must be positive and finite, got {self.slip_speed!r}")
 
     def force(self, pressing: ArrayLike, slip: ArrayLike) -> FloatArray:
         """Force in N along the face, against the slip, of the broadcast shape of both arguments."""
@@ -107,15 +83,6 @@ class Friction:
 
 @dataclass(frozen=True)
 class Impulse:
-    """Rigid contact: an impact returns ``e v`` at once (the paper's eq. 4), pushing leaves no gap.
-
-    Raises:
-        ValueError: ``restitution`` e is not between 0 and 1.
-
-    """
+    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap."""
 
     restitution: float
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.restitution <= 1:
-            raise ValueError(f"restitution must lie between 0 and 1, got {self.restitution!r}")

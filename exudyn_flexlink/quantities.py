@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any
+from dataclasses import KW_ONLY, dataclass
+from functools import partial
+from typing import Annotated, Any, NoReturn
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from exudyn_flexlink.source import HintedError
 from exudyn_flexlink.units import DOTS, RAISED, Dimension, UnknownUnitError, find_unit
 from exudyn_flexlink.yaml_reader import MINUS
 
@@ -24,28 +25,35 @@ _QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
 _IS_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 
 
-class QuantityError(HintedError):
-    """A value that is not the quantity asked for; `hint` says how to write one."""
+def refuse(message: str, hint: str = "", at: str | tuple[str | int, ...] = ()) -> NoReturn:
+    """Raise, inside a validator, a mistake of the key `at` (default: of the part as a whole)."""
+    path = (at,) if isinstance(at, str) else at
+    context = {"message": message, "hint": hint, "at": path}
+    raise PydanticCustomError("mistake", "{message}", context)
 
 
-def to_si(value: object, dimension: Dimension) -> float:
+def to_si(value: object, dimension: Dimension, words: tuple[str, ...] = ()) -> float:
     """Read `value`, a number in SI or a string such as '5 mm', as a float in SI.
 
+    Messages name the `words` that may stand in its place, too.
+
     Raises:
-        QuantityError: it is no number, not finite, beyond all bounds, of an unknown unit or of
-            another dimension.
+        PydanticCustomError: it is no number, not finite, beyond all bounds, of an unknown unit or
+            of another dimension.
 
     """
+    expected = f"expected {', '.join(words)} or {dimension.words}" if words else ""
+    expected = expected or f"expected {dimension.words}"
     if isinstance(value, str):
-        number = _from_text(value, dimension)
+        number = _from_text(value, dimension, expected)
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         number = _as_float(value)
     else:
-        raise QuantityError(f"expected {dimension.words}, got {in_words(value)}", dimension.hint)
+        refuse(f"{expected}, got {in_words(value)}", dimension.hint)
     if not math.isfinite(number):
-        raise QuantityError(f"must be a finite number, got {in_words(value)}", dimension.hint)
+        refuse(f"must be a finite number, got {in_words(value)}", dimension.hint)
     if abs(number) > LARGEST:
-        raise QuantityError(f"must not exceed {LARGEST:g} in SI units, got {in_words(value)}")
+        refuse(f"must not exceed {LARGEST:g} in SI units, got {in_words(value)}")
     return number
 
 
@@ -74,78 +82,54 @@ def _as_float(value: float) -> float:
         return math.inf
 
 
-def _from_text(text: str, dimension: Dimension) -> float:
+def _from_text(text: str, dimension: Dimension, expected: str) -> float:
     if _IS_NUMBER.fullmatch(text):
-        raise QuantityError(
-            f"expected {dimension.words}, got the text '{text.strip()}'", "a number without quotes"
-        )
+        refuse(f"{expected}, got the text '{text.strip()}'", "a number without quotes")
     match = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_TEXT else None
-    wrong = f"expected {dimension.words}, got {in_words(text)}"
+    wrong = f"{expected}, got {in_words(text)}"
     if not match or dimension is Dimension.NUMBER:
-        raise QuantityError(wrong, dimension.hint)
+        refuse(wrong, dimension.hint)
     try:
         unit = find_unit(match[2], dimension)
     except UnknownUnitError as error:
-        raise QuantityError(str(error)) from None
+        refuse(str(error))
     if not dimension.accepts(unit.powers):
         hint = dimension.hint
         if dimension is Dimension.ANGULAR_SPEED and unit.powers == Dimension.FREQUENCY.powers:
             hint = "say which angle a second turns: rad/s, deg/s, turn/s or rpm"
-        raise QuantityError(wrong, hint)
+        refuse(wrong, hint)
     return float(match[1].replace(MINUS, "-")) * unit.factor
 
 
+@dataclass(frozen=True)
 class Quantity:
     """Annotation of a float in SI that may be written with a unit, with its limits.
 
     `words` are texts accepted as they are, beside the quantity.
     """
 
-    def __init__(
-        self,
-        dimension: Dimension,
-        *,
-        above: float | None = None,
-        at_least: float | None = None,
-        at_most: float | None = None,
-        words: tuple[str, ...] = (),
-    ) -> None:
-        self.dimension = dimension
-        self.above = above
-        self.at_least = at_least
-        self.at_most = at_most
-        self.words = words
+    dimension: Dimension
+    _: KW_ONLY
+    above: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    words: tuple[str, ...] = ()
 
     def read(self, value: object) -> float | str:
         """Return the value in SI; raise pydantic's error if it is not within the limits."""
         if isinstance(value, str) and value in self.words:
             return value
-        try:
-            number = to_si(value, self.dimension)
-            self._check_limits(number)
-        except QuantityError as error:
-            raise self._mistake(value, error) from None
-        return number
-
-    def _check_limits(self, number: float) -> None:
+        number = to_si(value, self.dimension, self.words)
         if self.above is not None and number <= self.above:
             hint = WEIGHTLESS if self.dimension is Dimension.MASS and number == 0 else ""
-            raise QuantityError(f"must be greater than {self.above:g}", hint)
+            refuse(f"must be greater than {self.above:g}", hint)
         if self.above == 0 and number < SMALLEST:
-            raise QuantityError(f"must be {SMALLEST:g} or greater in SI units")
+            refuse(f"must be {SMALLEST:g} or greater in SI units")
         if self.at_least is not None and number < self.at_least:
-            raise QuantityError(f"must be {self.at_least:g} or greater")
+            refuse(f"must be {self.at_least:g} or greater")
         if self.at_most is not None and number > self.at_most:
-            raise QuantityError(f"must be {self.at_most:g} or less")
-
-    def _mistake(self, value: object, error: QuantityError) -> PydanticCustomError:
-        message, hint = error.message, error.hint
-        if self.words and message.startswith("expected"):
-            words = ", ".join(self.words)
-            message = f"expected {words} or {self.dimension.words}, got {in_words(value)}"
-        return PydanticCustomError(
-            "mistake", "{message}", {"message": message, "hint": hint, "at": ()}
-        )
+            refuse(f"must be {self.at_most:g} or less")
+        return number
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -156,11 +140,7 @@ class Quantity:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         number: dict[str, Any] = {"type": "number"}
-        limits = {
-            "exclusiveMinimum": self.above,
-            "minimum": self.at_least,
-            "maximum": self.at_most,
-        }
+        limits = {"exclusiveMinimum": self.above, "minimum": self.at_least, "maximum": self.at_most}
         number.update({key: limit for key, limit in limits.items() if limit is not None})
         if self.dimension is Dimension.NUMBER:
             return number
@@ -173,13 +153,8 @@ class Quantity:
         return {"anyOf": forms, "description": unit, "$comment": unit}
 
 
-def Number(  # noqa: N802  (reads as the annotation it makes)
-    *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
-) -> Quantity:
-    """Annotation of a number without a unit, with its limits."""
-    return Quantity(Dimension.NUMBER, above=above, at_least=at_least, at_most=at_most)
-
-
+Number = partial(Quantity, Dimension.NUMBER)
+"""Annotation of a number without a unit, with its limits."""
 Coordinate = Annotated[float, Quantity(Dimension.LENGTH)]
 PositiveLength = Annotated[float, Quantity(Dimension.LENGTH, above=0.0)]
 NonNegativeLength = Annotated[float, Quantity(Dimension.LENGTH, at_least=0.0)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -20,18 +21,17 @@ def with_settings(
 ) -> Document:
     """Return a copy of a document in which texts such as 'run.turns=2' replace values, or add keys.
 
-    A setting may be a path and its value instead: plain data, which is taken as it is.
-
-    'null' takes a key away that is there; of one that is not, the scene says whether it may be.
-
-    A setting also removes the keys that `exclusive` lists for its path, unless another
-    setting gives them: else the file would say two contradicting things.
+    A setting may be a path and its value instead: plain data, which is taken as it is. 'null' takes
+    a key away that is there; of one that is not, the scene says whether it may be. A setting also
+    removes the keys that `exclusive` lists for its path, unless another setting gives them: else
+    the file would say two contradicting things.
 
     Raises:
         SceneError: a setting is malformed, or its path leads nowhere.
 
     """
     given = [_parse_setting(document, text) for text in settings]
+    document = replace(document, data=deepcopy(document.data)) if given else document
     for path, value, text in given:
         for key in _excluded(path, exclusive) if value is not None else ():
             sibling = (*path[:-1], key)
@@ -73,76 +73,60 @@ def _excluded(path: KeyPath, exclusive: ExclusiveKeys) -> list[str]:
 
 
 def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Document:
-    data: dict[str, Any] = dict(document.data)
-    holder: Any = data
+    holder: Any = document.data
     real: KeyPath = ()
     made: dict[KeyPath, str] = {}  # sections that only this setting speaks of
+    known = path[0] in document.data
     for step in path[:-1]:
-        real = _step(document, holder, real, str(step), text)
-        there = isinstance(real[-1], int) or real[-1] in holder
-        inner = holder[real[-1]] if there else {}
-        if not there:
-            made[real] = text
-        holder[real[-1]] = holder = list(inner) if isinstance(inner, list) else dict(inner)
-    real = _step(document, holder, real, str(path[-1]), text, last=True)
+        real = _step(document, holder, real, str(step), text, known=known)
+        if isinstance(holder, dict) and real[-1] not in holder:
+            holder[real[-1]], made[real] = {}, text
+        holder = holder[real[-1]]
+    real = _step(document, holder, real, str(path[-1]), text)
     if value is None and isinstance(holder, dict) and real[-1] in holder:
         del holder[real[-1]]
     else:
-        holder[real[-1]] = value
-    kept = _without_places(replace(document, data=data), real)
+        holder[real[-1]] = deepcopy(value)
+    kept = _without_places(document, real)
     return replace(kept, settings={**kept.settings, **made, real: text})
 
 
 def _step(  # noqa: PLR0913
-    document: Document, holder: Any, above: KeyPath, step: str, text: str, *, last: bool = False
+    document: Document, holder: Any, above: KeyPath, step: str, text: str, *, known: bool = False
 ) -> KeyPath:
-    """Return the path of `step` in `holder`; the error of a step that leads nowhere."""
-    problem = ""
+    """Return the path of `step` in `holder`, which may lack it unless its section is `known`.
+
+    Raises:
+        SceneError: the step leads nowhere.
+
+    """
+    problem = hint = ""
     real: KeyPath = (*above, step)
-    inner: Any = None
     if isinstance(holder, list):
-        at = _place_in(holder, step)
-        if at is None:
-            problem = f"'{dotted(above)}' has {len(holder)} entries, counted from 0"
-        else:
-            real, inner = (*above, at), holder[at]
-    elif step in holder:
-        inner = holder[step]
-    elif above and not last and _is_of_file(document, above):
+        digits = step.lstrip("0") or "0"  # of which a number may have no more than the length has
+        fits = step.isdecimal() and len(digits) <= len(str(len(holder)))
+        if fits and int(digits) < len(holder):
+            return (*above, int(digits))
+        problem = f"'{dotted(above)}' has {len(holder)} entries, counted from 0"
+    elif not isinstance(holder, dict):
+        real, problem = above, f"'{dotted(above)}' is one value, nothing is below it"
+    elif above and known and step not in holder:
         problem = f"no '{step}' in '{dotted(above)}'{did_you_mean(step, holder)}"
-    else:
-        inner = {}
-    if not (problem or last or isinstance(inner, (dict, list))):
-        problem = f"'{dotted(real)}' is one value, nothing is below it"
+        hint = "there are: " + ", ".join(holder)
     if problem:
-        hint = "" if isinstance(holder, list) else "there are: " + ", ".join(holder)
         raise _setting_error(document, real, text, Mistake(real, problem, hint))
     return real
 
 
-def _place_in(holder: Sequence[Any], step: str) -> int | None:
-    """Place in a list that a step names, such as '1'; None if it names none."""
-    digits = step.lstrip("0") or "0"  # of which a number may have no more than the length has
-    if not step.isdecimal() or len(digits) > len(str(len(holder))) or int(digits) >= len(holder):
-        return None
-    return int(digits)
-
-
-def _is_of_file(document: Document, path: KeyPath) -> bool:
-    """Whether a section stood in the data before this setting; an absent one may be created."""
-    return path[0] in document.data
-
-
 def _without(document: Document, path: KeyPath) -> Document:
     """Forget a value and its places."""
-    data = dict(document.data)
-    holder: Any = data
+    holder: Any = document.data
     for step in path[:-1]:
-        if not isinstance(holder, dict) or not isinstance(holder.get(str(step)), dict):
-            return document
-        holder[str(step)] = holder = dict(holder[str(step)])
-    holder.pop(str(path[-1]), None)
-    return _without_places(replace(document, data=data), path)
+        holder = holder.get(step) if isinstance(holder, dict) else None
+    if not isinstance(holder, dict):
+        return document
+    holder.pop(path[-1], None)
+    return _without_places(document, path)
 
 
 def _without_places(document: Document, path: KeyPath) -> Document:

@@ -12,25 +12,11 @@ from typing import Any
 
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.shipped import model_file
-from exudyn_flexlink.yaml_reader import KeyPath, Place, Problem, read_yaml, split_lines
+from exudyn_flexlink.yaml_reader import KeyPath, Mistake, Place, read_yaml, split_lines
 
 WIDEST_EXCERPT = 100
 MOST_SHOWN = 50  # mistakes: more than anybody mends before the next check
 LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
-
-
-@dataclass(frozen=True)
-class Mistake:
-    """What is wrong at a path of the data; `on_key` points at the key, not at its value.
-
-    `place` is given only where the path does not lead to the spot, as with a duplicate key.
-    """
-
-    path: KeyPath
-    message: str
-    hint: str = ""
-    on_key: bool = False
-    place: Place | None = None
 
 
 @dataclass(frozen=True)
@@ -162,16 +148,12 @@ def parse_document(text: str, name: str, folder: Path | None = None) -> Document
         raise SceneError(bare, [Mistake((), "starts with a byte order mark", hint, place=start)])
     read = read_yaml(text)
     if read.problems:
-        raise SceneError(bare, [_as_mistake(problem) for problem in read.problems])
+        raise SceneError(bare, read.problems)
     if not isinstance(read.data, dict):
         message = "nothing in it" if read.data is None else "expected a mapping of sections"
         place = read.places.get((), start)
         raise SceneError(bare, [Mistake((), message, "such as 'title: ...'", place=place)])
     return replace(bare, data=read.data, places=read.places, key_places=read.key_places)
-
-
-def _as_mistake(problem: Problem) -> Mistake:
-    return Mistake(problem.path, problem.message, problem.hint, place=problem.place)
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:

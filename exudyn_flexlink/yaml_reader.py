@@ -62,13 +62,17 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Something that is not the YAML of a model, with its place."""
+class Mistake:
+    """What is wrong at a path of the data; `on_key` points at the key, not at its value.
 
-    place: Place
+    `place` is given only where the path does not lead to the spot, as with a duplicate key.
+    """
+
     path: KeyPath
     message: str
     hint: str = ""
+    on_key: bool = False
+    place: Place | None = None
 
 
 @dataclass
@@ -78,7 +82,7 @@ class YamlText:
     data: Any = None
     places: dict[KeyPath, Place] = field(default_factory=dict)
     key_places: dict[KeyPath, Place] = field(default_factory=dict)
-    problems: list[Problem] = field(default_factory=list)
+    problems: list[Mistake] = field(default_factory=list)
 
 
 def read_yaml(text: str) -> YamlText:
@@ -101,7 +105,7 @@ def split_lines(text: str) -> list[str]:
 class _Stop(Exception):  # noqa: N818  (never leaves this module)
     """A problem after which reading can't go on."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Mistake) -> None:
         super().__init__(problem)
         self.problem = problem
 
@@ -136,7 +140,8 @@ def _compose(text: str) -> Any:
         before = split_lines(text[: error.position])
         column = len(before[-1]) + 1
         problem = f"the character {error.character!r} is not allowed"
-        raise _Stop(Problem(Place(len(before), column, column + 1), (), problem)) from None
+        place = Place(len(before), column, column + 1)
+        raise _Stop(Mistake((), problem, place=place)) from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         # PyYAML passes on what Python says of escapes such as "\UFFFFFFFF".
         _stop(f"not YAML: {error}", None)
@@ -145,7 +150,7 @@ def _compose(text: str) -> Any:
 def _stop(message: str, mark: Any) -> NoReturn:
     place = Place(mark.line + 1, mark.column + 1, mark.column + 2) if mark else Place(1, 1, 2)
     hint = next((hint for said, hint in _HINTS if message.startswith(said)), "")
-    raise _Stop(Problem(place, (), message, hint)) from None
+    raise _Stop(Mistake((), message, hint, place=place)) from None
 
 
 class _Builder:
@@ -254,7 +259,7 @@ class _Builder:
         self._problem(node, path, f"the tag {tag} is not allowed", "a model is plain data")
 
     def _problem(self, node: Any, path: KeyPath, message: str, hint: str = "") -> None:
-        self.result.problems.append(Problem(self._place(node), path, message, hint))
+        self.result.problems.append(Mistake(path, message, hint, place=self._place(node)))
 
     def _place(self, node: Any) -> Place:
         start, end = node.start_mark, node.end_mark

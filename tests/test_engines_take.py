@@ -6,12 +6,14 @@ Each row is a change of one mechanism that all of them take: the paper's link, w
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pages_of_docs import DOCS, ROOT, text_of
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.engines.exudyn.redundant.run import prepare
+from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.scene import json_schema
 
 PAPER = ROOT / "models" / "no_clearance.yaml"
@@ -172,3 +174,22 @@ def test_the_lagrangian_shows_the_line_of_what_it_refuses(
     shown = capsys.readouterr().err
     assert re.match(rf"{re.escape(str(model))}:\d+:\d+: \w+", shown)
     assert "hint: refused by the engine 'lagrangian'" in shown
+
+
+@pytest.mark.parametrize("formulation", ["redundant", "beam"])
+def test_the_gradient_of_a_curve_that_a_body_carries_has_a_column_for_each_coordinate(
+    formulation: str,
+) -> None:
+    """By differences; Exudyn reads a missing column from memory that is not its own, silently."""
+    changes = [*BASE, *SHORT, *CHANGES["a curve that is `on` a body"]]
+    scene = load_scene(PAPER, [*changes, f"solver.formulation={formulation}"])
+    (slot,) = prepare(scene, assemble_scene(scene), None, 1.0).loop.slots
+    q = np.array([0.1, 0.2, 0.3, -0.83, 0.06, 0.9, 0.4, 0.0][: 6 + (formulation == "beam")])
+
+    def distance(place: np.ndarray) -> float:
+        return slot._distance(None, 0.0, 0, place.tolist(), [], False)[0]
+
+    steps = 1e-6 * np.eye(len(q))
+    expected = [(distance(q + step) - distance(q - step)) / 2e-6 for step in steps]
+    (found,) = slot._gradient(None, 0.0, 0, q.tolist(), [], False)
+    assert found == pytest.approx(expected, abs=1e-8)

@@ -190,7 +190,7 @@ class Bodies:
             apart = [(size, 0.0)]
         # A point mass that nothing turns stays as it is, whatever its inertia: its size gives one.
         # Where others turn with it, its own must not count.
-        alone = stays_a_point(Parts.of(dict(self.scene)), name, body)
+        alone = stays_a_point(Parts(dict(self.scene)), name, body)
         reach = max(hypot(*at) for at in apart)
         least = body.mass * (POINT * reach) ** 2
         if 0 < body.inertia < least:  # beside a mass off its origin, rounding leaves nothing of it

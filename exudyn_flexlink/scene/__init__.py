@@ -17,6 +17,9 @@ from exudyn_flexlink.scene.contacts import (
     Circle,
     CircleOnCircle,
     Contact,
+    ContactLaw,
+    ImpulseLaw,
+    Law,
     PointOnCurve,
     PointOnLine,
 )
@@ -38,7 +41,6 @@ from exudyn_flexlink.scene.forces import (
     Spring,
     TorqueDrive,
     TorsionalSpring,
-    sensed_by,
 )
 from exudyn_flexlink.scene.joints import (
     Joint,
@@ -49,9 +51,8 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
-from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
+from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
-from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
     SECTION_OF,
@@ -66,6 +67,7 @@ from exudyn_flexlink.scene.run import (
     INITIAL_OF_JOINTS,
     Accuracy,
     Initial,
+    Outputs,
     Run,
     Solver,
 )

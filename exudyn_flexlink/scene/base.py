@@ -1,23 +1,21 @@
-"""What the parts of a scene share: frozen models, read-only mappings, unions told by `type`."""
+"""What the parts of a scene share: frozen models, read-only mappings, unions told by `type`, names.
+
+What a key refers to, and which keys exclude each other, is declared where the key is.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, NoReturn, TypeVar, get_args
+from dataclasses import dataclass
+from inspect import isclass
+from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    GetCoreSchemaHandler,
-    Strict,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, Strict, model_validator
 from pydantic.functional_serializers import WrapSerializer
 from pydantic.functional_validators import AfterValidator, BeforeValidator
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import CoreSchema, core_schema
 
-from exudyn_flexlink.quantities import Coordinate, in_words
+from exudyn_flexlink.quantities import Coordinate, in_words, refuse
 
 GROUND = "ground"
 TAG = "\0"  # marks a union's branch in pydantic's error location; no YAML text can contain it
@@ -26,9 +24,23 @@ Value = TypeVar("Value")
 
 
 class Part(BaseModel):
-    """A named or nested part of a scene: frozen, and refusing keys it does not know."""
+    """A named or nested part of a scene: frozen, and refusing keys it does not know.
+
+    One key of each row of `one_of` must be given, and at most one of each row of `one_or_none`.
+    `belonging` are keys that mean something beside a certain one of `one_of` only.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    one_or_none: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    belonging: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+
+    @classmethod
+    def excluded_by(cls, key: str) -> tuple[str, ...]:
+        """Return the keys that can't stand beside this one."""
+        rows = [row for row in (*cls.one_of, *cls.one_or_none) if key in row]
+        others = [other for row in rows for other in row if other != key]
+        return tuple(name for other in others for name in (other, *cls.belonging.get(other, ())))
 
     @model_validator(mode="before")
     @classmethod
@@ -43,6 +55,21 @@ class Part(BaseModel):
             for name in (key, field.alias)
         }
         return {key: own for key, own in data.items() if own is not None or key not in optional}
+
+    @model_validator(mode="after")
+    def _keys_that_exclude_each_other(self) -> Part:
+        for row in (*self.one_of, *self.one_or_none):
+            given = [key for key in row if getattr(self, key) is not None]
+            if len(given) > 1:
+                message = f"'{given[0]}' and '{given[1]}' exclude each other; give one of them"
+                refuse(message, at=given[1])
+            if row in self.one_of and not given:
+                refuse("needs " + " or ".join(f"'{key}'" for key in row))
+            for key in self.excluded_by(given[0]) if given else ():
+                if getattr(self, key) is not None:
+                    owner = next(own for own in row if key in self.belonging.get(own, ()))
+                    refuse(f"'{key}' belongs to '{owner}', not to '{given[0]}'", at=key)
+        return self
 
 
 class FrozenMapping(Mapping[str, Value]):
@@ -73,8 +100,7 @@ def _serialise(items: Mapping[str, Any], handler: Callable[[Any], Any]) -> Any:
     return handler(dict(items))
 
 
-FROZEN = (AfterValidator(FrozenMapping), WrapSerializer(_serialise))
-Named = Annotated[Mapping[str, Value], FROZEN[0], FROZEN[1]]
+Named = Annotated[Mapping[str, Value], AfterValidator(FrozenMapping), WrapSerializer(_serialise)]
 """A read-only mapping from names to parts."""
 
 
@@ -92,10 +118,9 @@ class ByType:
     ) -> CoreSchema:
         choices: dict[str, CoreSchema] = {}
         for branch in get_args(source) or (source,):
-            if branch is str:
-                choices[TAG] = core_schema.str_schema(strict=True)
-            else:
-                choices[TAG + type_of(branch)] = handler.generate_schema(branch)
+            named = not (isclass(branch) and issubclass(branch, Part))  # an annotated text
+            tag = "" if named else type_of(branch)
+            choices[TAG + tag] = handler.generate_schema(branch)
         return core_schema.tagged_union_schema(choices, discriminator=self._tag)
 
     def _tag(self, value: Any) -> str | None:
@@ -113,27 +138,6 @@ def type_of(part: type[Part]) -> str:
     """Return the word that stands for this class in the key `type`; empty if it has none."""
     field = part.model_fields.get("type")
     return str(get_args(field.annotation)[0]) if field else ""
-
-
-def refuse(message: str, hint: str = "", at: str | tuple[str | int, ...] = ()) -> NoReturn:
-    """Raise, inside a validator, a mistake of the key `at` (default: of the part as a whole)."""
-    path = (at,) if isinstance(at, str) else at
-    context = {"message": message, "hint": hint, "at": path}
-    raise PydanticCustomError("mistake", "{message}", context)
-
-
-def require_one(part: Part, *keys: str) -> None:
-    """Refuse `part` unless exactly one of `keys` is given."""
-    refuse_two(part, *keys)
-    if all(getattr(part, key) is None for key in keys):
-        refuse("needs " + " or ".join(f"'{key}'" for key in keys))
-
-
-def refuse_two(part: Part, *keys: str) -> None:
-    """Refuse `part` if more than one of `keys` is given."""
-    given = [key for key in keys if getattr(part, key) is not None]
-    if len(given) > 1:
-        refuse(f"'{given[0]}' and '{given[1]}' exclude each other; give one of them", at=given[1])
 
 
 def refuse_place(what: str, points: tuple[str, str], at: tuple[float, float] | None) -> None:
@@ -196,15 +200,47 @@ def is_cut(text: Any) -> bool:
     return isinstance(text, str) and text.count("(") > text.count(")")
 
 
+@dataclass(frozen=True)
+class Refers:
+    """Annotation of a text, or of a mapping's names: it is that of a part of a `section`.
+
+    The section may be ``points``, or ``frames``: bodies and the ground. `kinds` are types of
+    joints, and `words` say which these are; a sleeve may have a clearance only with `play`.
+    `to_slides` is the hint if it slides.
+    """
+
+    section: str
+    words: str = ""
+    kinds: tuple[str, ...] = ()
+    play: bool = False
+    to_slides: str = ""
+
+
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
 Name = Annotated[str, Strict()]
 """The name of another part of the scene."""
+MaterialName = Annotated[str, Strict(), Refers("materials")]
+CurveName = Annotated[str, Strict(), Refers("curves")]
+BodyName = Annotated[str, Strict(), Refers("bodies")]
+REVOLUTE = Refers("joints", "a revolute joint", ("revolute",))
+SLIDING = Refers("joints", "a prismatic joint, or a sleeve", ("prismatic", "sleeve"))
+DRIVEN = Refers(
+    "joints", "a revolute or prismatic joint, or a sleeve", ("revolute", *SLIDING.kinds)
+)
 PointName = Annotated[
-    str, Strict(), AfterValidator(_is_point), Field(description="'body.point', or 'ground'")
+    str,
+    Strict(),
+    AfterValidator(_is_point),
+    Refers("points"),
+    Field(description="'body.point', or 'ground'"),
 ]
 MovingPointName = Annotated[
-    str, Strict(), AfterValidator(_is_moving_point), Field(description="'body.point'")
+    str,
+    Strict(),
+    AfterValidator(_is_moving_point),
+    Refers("points"),
+    Field(description="'body.point'"),
 ]
 XY = listed("x", "y")
 TwoPoints = Annotated[tuple[PointName, PointName], listed("body.point", "body.point")]

@@ -20,7 +20,16 @@ from exudyn_flexlink.quantities import (
     PositiveSecondMoment,
     Quantity,
 )
-from exudyn_flexlink.scene.base import ByType, Flag, FrozenMapping, Name, Named, Part, Point, refuse
+from exudyn_flexlink.scene.base import (
+    ByType,
+    Flag,
+    FrozenMapping,
+    MaterialName,
+    Named,
+    Part,
+    Point,
+    refuse,
+)
 from exudyn_flexlink.units import Dimension
 
 
@@ -100,7 +109,7 @@ class RodBody(Part):
 
     type: Literal["rod"] = "rod"
     length: PositiveLength = Field(description="from start to end")
-    material: Name = Field(description="name of a material")
+    material: MaterialName = Field(description="name of a material")
     section: Section = Field(description="cross-section")
     slender: Flag = Field(
         True, description="true: inertia m l^2/12 about the centre; false: adds that of the section"
@@ -158,7 +167,7 @@ class FlexibleBody(Part):
 
     type: Literal["flexible"] = "flexible"
     length: PositiveLength = Field(description="from start to end, unbent")
-    material: Name = Field(description="name of a material")
+    material: MaterialName = Field(description="name of a material")
     section: Section = Field(description="cross-section")
     rods: Annotated[int, Strict()] = Field(ge=1, le=1000, description="number of rods")
     layout: Literal["equal", "half_ends"] = Field(

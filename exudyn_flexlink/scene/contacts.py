@@ -1,4 +1,4 @@
-"""Pairs that may strike each other."""
+"""Pairs that may strike each other, and the laws of their contact."""
 
 from __future__ import annotations
 
@@ -6,13 +6,19 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from exudyn_flexlink.quantities import NonNegativeLength, PositiveLength
+from exudyn_flexlink.quantities import (
+    NonNegativeLength,
+    Number,
+    PositiveLength,
+    PositiveSpeed,
+    PositiveStiffness,
+)
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
+    CurveName,
     Flag,
     MovingPointName,
-    Name,
     Part,
     Point,
     PointName,
@@ -20,7 +26,39 @@ from exudyn_flexlink.scene.base import (
     refuse,
     split_point,
 )
-from exudyn_flexlink.scene.law_specs import Law
+
+
+class ContactLaw(Part):
+    """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
+
+    type: Literal["penalty"] = "penalty"
+    stiffness: PositiveStiffness = Field(
+        description="force per penetration at speed; at rest (1 + restitution^2)/2 of it"
+    )
+    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+        description="speed after an impact over speed before, 0 to 1"
+    )
+    transition_speed: PositiveSpeed = Field(
+        5e-3, description="above it the restitution acts in full"
+    )
+    friction: Annotated[float, Number(at_least=0.0)] = Field(
+        0.0, description="Coulomb's coefficient; left out: smooth"
+    )
+    slip_speed: PositiveSpeed = Field(
+        1e-3, description="above it the friction acts in full; below, the contact creeps"
+    )
+
+
+class ImpulseLaw(Part):
+    """Rigid contact with restitution: speeds jump. Not for redundant coordinates."""
+
+    type: Literal["impulse"] = "impulse"
+    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+        description="speed after an impact over speed before, 0 to 1"
+    )
+
+
+Law = Annotated[ContactLaw | ImpulseLaw, ByType(default="penalty")]
 
 
 class PointOnLine(Part):
@@ -45,11 +83,6 @@ class PointOnLine(Part):
     def struck(self) -> str:
         """Body that is struck."""
         return split_point(self.line[0])[0]
-
-    @property
-    def points(self) -> tuple[tuple[tuple[str | int, ...], str], ...]:
-        """All points it refers to, with the keys under which they stand."""
-        return (("point",), self.point), (("line", 0), self.line[0]), (("line", 1), self.line[1])
 
     def __str__(self) -> str:
         """Say what meets what, in the words of a report."""
@@ -111,11 +144,6 @@ class CircleOnCircle(Part):
         first, second = self.inner_and_outer
         return None if GROUND in (first.at, second.at) else split_point(second.at)[0]
 
-    @property
-    def points(self) -> tuple[tuple[tuple[str | int, ...], str], ...]:
-        """All points it refers to, with the keys under which they stand."""
-        return tuple((("circles", i, "at"), circle.at) for i, circle in enumerate(self.circles))
-
     def __str__(self) -> str:
         """Say what meets what, in the words of a report."""
         first, second = self.inner_and_outer
@@ -145,7 +173,7 @@ class PointOnCurve(Part):
 
     type: Literal["point_on_curve"] = "point_on_curve"
     point: MovingPointName = Field(description="point 'body.point' that strikes")
-    curve: Name = Field(description="name of the curve; 'on' a body it moves with that")
+    curve: CurveName = Field(description="name of the curve; 'on' a body it moves with that")
     side: Literal["left", "right"] = Field(
         "left",
         description="which side of the curve is free, seen along it; left of an arc is inside",
@@ -162,11 +190,6 @@ class PointOnCurve(Part):
     def struck(self) -> str | None:
         """None: what carries a curve is no lever that is there to be struck."""
         return None
-
-    @property
-    def points(self) -> tuple[tuple[tuple[str | int, ...], str], ...]:
-        """All points it refers to, with the keys under which they stand."""
-        return ((("point",), self.point),)
 
     def __str__(self) -> str:
         """Say what meets what, in the words of a report."""

@@ -9,15 +9,15 @@ from pydantic import Field, model_validator
 
 from exudyn_flexlink.quantities import Angle, PositiveLength
 from exudyn_flexlink.scene.base import (
+    BodyName,
     ByType,
+    CurveName,
     Flag,
-    Name,
     Part,
     Point,
     Text,
     listed,
     refuse,
-    require_one,
 )
 
 FULL_TURN = 2 * pi * (1 + 1e-12)  # 360 deg, however it was rounded
@@ -26,7 +26,7 @@ FULL_TURN = 2 * pi * (1 + 1e-12)  # 360 deg, however it was rounded
 class _Carried(Part):
     """A curve that may move with a body."""
 
-    on: Name | None = Field(
+    on: BodyName | None = Field(
         None, description="name of the body, rod or rigid, that carries it in its own axes"
     )
 
@@ -88,6 +88,7 @@ class LineSpec(_Carried):
 class SplineSpec(_Carried):
     """A smooth curve through points, given here or in a CSV file."""
 
+    one_of = (("points", "file"),)
     type: Literal["spline"] = "spline"
     points: tuple[Point, ...] | None = Field(None, description="[[x, y], ...], metres")
     file: Text | None = Field(
@@ -100,19 +101,17 @@ class SplineSpec(_Carried):
         "is like those beside it",
     )
 
-    @model_validator(mode="after")
-    def _has_points(self) -> SplineSpec:
-        require_one(self, "points", "file")
-        return self
+
+Piece = EllipseSpec | CircleSpec | LineSpec | SplineSpec
 
 
 class JoinedSpec(_Carried):
     """Pieces one after the other, each starting where the last one ended."""
 
     type: Literal["joined"] = "joined"
-    pieces: tuple[
-        Annotated[str | EllipseSpec | CircleSpec | LineSpec | SplineSpec, ByType()], ...
-    ] = Field(min_length=1, description="curves written here, or names of curves, in order")
+    pieces: tuple[Annotated[CurveName | Piece, ByType()], ...] = Field(
+        min_length=1, description="curves written here, or names of curves, in order"
+    )
 
 
 class LapsSpec(_Carried):
@@ -120,7 +119,7 @@ class LapsSpec(_Carried):
 
     type: Literal["laps"] = "laps"
     curves: tuple[
-        Annotated[str | EllipseSpec | CircleSpec | LineSpec | SplineSpec | JoinedSpec, ByType()],
+        Annotated[CurveName | Piece | JoinedSpec, ByType()],
         ...,
     ] = Field(
         min_length=1,
@@ -130,6 +129,4 @@ class LapsSpec(_Carried):
     meet: Point | None = Field(None, description="where a lap ends, [x, y], metres")
 
 
-CurveSpec = Annotated[
-    EllipseSpec | CircleSpec | LineSpec | SplineSpec | JoinedSpec | LapsSpec, ByType()
-]
+CurveSpec = Annotated[Piece | JoinedSpec | LapsSpec, ByType()]

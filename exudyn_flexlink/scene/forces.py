@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from exudyn_flexlink.expressions import Expression, Sensed
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.quantities import (
     Acceleration,
     Angle,
@@ -23,18 +24,19 @@ from exudyn_flexlink.quantities import (
     Quantity,
 )
 from exudyn_flexlink.scene.base import (
+    DRIVEN,
     GROUND,
+    REVOLUTE,
     XY,
     ByType,
     MovingPointName,
     Name,
     Part,
     Point,
+    Refers,
     TwoPoints,
     refuse,
     refuse_place,
-    refuse_two,
-    require_one,
 )
 from exudyn_flexlink.scene.varying import Table, Value, Varying
 from exudyn_flexlink.units import Dimension
@@ -67,8 +69,9 @@ Gravity = Annotated[tuple[Acceleration, Acceleration], XY, _DownOrVector()]
 class TorsionalSpring(Part):
     """A spring, a damper or both, that act on the angle of a revolute joint."""
 
+    one_or_none = (("stiffness", "frequency"), ("damping", "damping_ratio"))
     type: Literal["torsional"] = "torsional"
-    joint: Name = Field(description="name of a revolute joint")
+    joint: Annotated[Name, REVOLUTE] = Field(description="name of a revolute joint")
     stiffness: NonNegativeTorsionalStiffness | None = Field(
         None, description="torque per angle; or 'frequency'; neither: a damper alone"
     )
@@ -88,9 +91,7 @@ class TorsionalSpring(Part):
     )
 
     @model_validator(mode="after")
-    def _one_way_to_say_it(self) -> TorsionalSpring:
-        refuse_two(self, "stiffness", "frequency")
-        refuse_two(self, "damping", "damping_ratio")
+    def _has_a_spring_or_a_damper(self) -> TorsionalSpring:
         if all(value is None for value in (self.stiffness, self.frequency, self.damping)):
             refuse("needs 'stiffness', 'frequency' or 'damping'")
         if self.damping_ratio is not None and self.stiffness == 0:
@@ -101,6 +102,7 @@ class TorsionalSpring(Part):
 class LinearSpring(Part):
     """A spring, a damper or both, between two points, or along a prismatic joint."""
 
+    one_of = (("points", "joint"),)
     type: Literal["linear"] = "linear"
     points: TwoPoints | None = Field(
         None, description="two points 'body.point', of which one may be 'ground'; or 'joint'"
@@ -108,7 +110,9 @@ class LinearSpring(Part):
     at: Point | None = Field(
         None, description="where the spring is held on the ground, [x, y], metres"
     )
-    joint: Name | None = Field(None, description="name of a prismatic joint; or 'points'")
+    joint: Annotated[Name, Refers("joints", "a prismatic joint", ("prismatic",))] | None = Field(
+        None, description="name of a prismatic joint; or 'points'"
+    )
     stiffness: NonNegativeStiffness = Field(
         0.0, description="force per change of length; left out: a damper alone"
     )
@@ -122,7 +126,6 @@ class LinearSpring(Part):
 
     @model_validator(mode="after")
     def _between_points_or_along_a_joint(self) -> LinearSpring:
-        require_one(self, "points", "joint")
         if not {"stiffness", "damping"} & self.model_fields_set:
             refuse("needs 'stiffness' or 'damping'")
         if self.points is None and self.at is not None:
@@ -150,14 +153,14 @@ class _Ramped(Part):
         return self
 
 
-DRIVEN = "name of a revolute or prismatic joint, or of a sleeve without clearance"
+OF_A_DRIVE = "name of a revolute or prismatic joint, or of a sleeve without clearance"
 
 
 class SpeedDrive(_Ramped):
     """Prescribes the speed at which a joint turns or slides: its second body against its first."""
 
     type: Literal["speed"] = "speed"
-    joint: Name = Field(description=DRIVEN)
+    joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
     value: Annotated[Value, Varying(Dimension.ANGULAR_SPEED, Dimension.SPEED)] = Field(
         description="counter-clockwise speed of the second body, or its speed along the line; of "
         "time alone"
@@ -176,7 +179,7 @@ class MotionDrive(Part):
     """Prescribes the angle of a joint, or its length: its second body against its first."""
 
     type: Literal["motion"] = "motion"
-    joint: Name = Field(description=DRIVEN)
+    joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
     value: Annotated[Value, Varying(Dimension.ANGLE, Dimension.LENGTH)] = Field(
         description="angle of the second body, counter-clockwise, or how far its point is along "
         "the line from the first; of time alone"
@@ -194,7 +197,9 @@ class TorqueDrive(_Ramped):
     """Applies a torque at a revolute joint: on its second body, back on its first. Several add."""
 
     type: Literal["torque"] = "torque"
-    joint: Name = Field(description="name of a revolute joint")
+    joint: Annotated[
+        Name, replace(REVOLUTE, to_slides="along it pushes a drive of type force, at a point")
+    ] = Field(description="name of a revolute joint")
     value: Annotated[Value, Varying(Dimension.TORQUE)] = Field(
         description="counter-clockwise torque on the second body; of time and state"
     )
@@ -212,7 +217,7 @@ class ForceDrive(Part):
     value: Annotated[tuple[ForceValue, ForceValue], XY] = Field(
         description="[x, y] along the axes, each of time and state"
     )
-    axes: Name = Field(
+    axes: Annotated[Name, Refers("frames")] = Field(
         GROUND,
         description="'ground', or the body with whose axes the force turns; of a flexible body's "
         "own point, those of the rod there",
@@ -231,9 +236,3 @@ def _refuse_state(value: Value, what: str) -> None:
 
 Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]
 Drive = Annotated[SpeedDrive | MotionDrive | TorqueDrive | ForceDrive, ByType()]
-
-
-def sensed_by(drive: Drive) -> tuple[Sensed, ...]:
-    """What a drive's expressions take of the state."""
-    values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
-    return tuple(one for value in values if isinstance(value, Expression) for one in value.sensed)

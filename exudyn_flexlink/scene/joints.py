@@ -11,10 +11,11 @@ from exudyn_flexlink.quantities import Angle, NonNegativeLength, PositiveLength,
 from exudyn_flexlink.scene.base import (
     GROUND,
     XY,
+    BodyName,
     ByType,
+    CurveName,
     Flag,
     MovingPointName,
-    Name,
     Part,
     Point,
     TwoPoints,
@@ -22,7 +23,7 @@ from exudyn_flexlink.scene.base import (
     refuse_place,
     split_point,
 )
-from exudyn_flexlink.scene.law_specs import ContactLaw
+from exudyn_flexlink.scene.contacts import ContactLaw
 
 _EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
 
@@ -139,7 +140,7 @@ class SlotJoint(Part):
 
     type: Literal["slot"] = "slot"
     point: MovingPointName = Field(description="point 'body.point' that stays on the curve")
-    curve: Name = Field(description="name of a curve")
+    curve: CurveName = Field(description="name of a curve")
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -154,10 +155,10 @@ class SleeveJoint(Part):
     """
 
     type: Literal["sleeve"] = "sleeve"
-    guide: Name = Field(
+    guide: BodyName = Field(
         description="name of the body slid along, from its start to its end: rod or rigid"
     )
-    link: Name = Field(description="name of the body that slides: rod or flexible")
+    link: BodyName = Field(description="name of the body that slides: rod or flexible")
     clearance: NonNegativeLength = Field(
         0.0, description="gap between guide and link, on each side"
     )

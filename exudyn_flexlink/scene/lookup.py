@@ -3,63 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from functools import cache
+from inspect import isclass
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple, get_args
 
-from exudyn_flexlink.scene.base import GROUND, split_point, type_of
-from exudyn_flexlink.scene.bodies import Body, Material
-from exudyn_flexlink.scene.contacts import Contact
-from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Drive, Spring
-from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint, SleeveJoint
-from exudyn_flexlink.scene.outputs import Outputs
-from exudyn_flexlink.scene.run import Initial, Run
+from exudyn_flexlink.expressions import Expression, Sensed
+from exudyn_flexlink.scene.base import (
+    DRIVEN,
+    GROUND,
+    REVOLUTE,
+    SLIDING,
+    Part,
+    Refers,
+    split_point,
+)
+from exudyn_flexlink.scene.joints import SleeveJoint
 from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
 
 _NOUNS = {"materials": "material", "curves": "curve", "bodies": "body", "joints": "joint"}
 
 
-@dataclass(frozen=True)
 class Parts:
-    """The parts of a scene as far as they are valid.
+    """The sections of a scene as far as they are valid, and whether names in them lead anywhere.
 
-    A part that is not is `None`: its name is known, its contents are not. A section that can't be
-    read at all is `None`: no reference into it is a mistake.
+    A part that is not valid is `None`: its name is known, its contents are not. A section that
+    can't be read at all is missing, or `None`: no reference into it is a mistake.
     """
 
-    materials: Mapping[str, Material | None] | None
-    curves: Mapping[str, CurveSpec | None] | None
-    bodies: Mapping[str, Body | None] | None
-    joints: Mapping[str, Joint | None] | None
-    springs: Mapping[str, Spring | None] | None
-    drives: Mapping[str, Drive | None] | None
-    contacts: Mapping[str, Contact | None] | None
-    initial: Initial | None
-    run: Run | None
-    outputs: Outputs | None
+    def __init__(self, sections: Mapping[str, Any]) -> None:
+        self.sections = sections
+        self._unknown = 0  # names met that no part has
 
-    @classmethod
-    def of(cls, sections: Mapping[str, Any]) -> Parts:
-        """Take the sections that can hold names from a scene's."""
-        return cls(**{key: sections.get(key) for key in cls.__dataclass_fields__})
+    def valid(self, section: str) -> list[tuple[str, Any]]:
+        """Return the parts of a section that are valid, by name."""
+        parts = self.sections.get(section) or {}
+        return [(name, part) for name, part in parts.items() if part is not None]
 
+    def get(self, section: str, name: str | None) -> Any:
+        """Return the part of that name, None if there is none or it is not valid."""
+        return (self.sections.get(section) or {}).get(name)
 
-def valid(section: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
-    """Return the parts of a section that are valid, by name."""
-    return [(name, part) for name, part in (section or {}).items() if part is not None]
+    def lost_names(self) -> Iterator[Mistake]:
+        """Refuse names that lead nowhere, or to another kind of part than is needed."""
+        for section, own in self.sections.items():
+            for name in references(own, (section,)):
+                yield from self._mistakes(name)
 
-
-class Lookup:
-    """The parts of a scene by name."""
-
-    def __init__(self, parts: Parts) -> None:
-        self.parts = parts
-        self._unknown = 0
-
-    def missing(self, path: KeyPath, section: str, name: str) -> Iterator[Mistake]:
+    def missing(
+        self, path: KeyPath, section: str, name: str, on_key: bool = False
+    ) -> Iterator[Mistake]:
         """Refuse a name that no part of the section has."""
-        known = getattr(self.parts, section)
+        known = self.sections.get(section)
         if known is None or name in known:
             return
         # Every unknown name compared with every known one: more are reported than are shown.
@@ -67,15 +62,35 @@ class Lookup:
         near = did_you_mean(name, known) if self._unknown <= MOST_SHOWN else ""
         names = [*islice(known, MOST_SHOWN), *(["..."] if len(known) > MOST_SHOWN else [])]
         hint = f"{section}: {', '.join(names)}" if known else f"no {section} given"
-        yield Mistake(path, f"unknown {_NOUNS[section]} '{name}'{near}", hint)
+        yield Mistake(path, f"unknown {_NOUNS[section]} '{name}'{near}", hint, on_key)
 
-    def get(self, section: str, name: str) -> Any:
-        """Return the part of that name, None if there is none or it is not valid."""
-        return (getattr(self.parts, section) or {}).get(name)
+    def _mistakes(self, name: Reference) -> Iterator[Mistake]:
+        """Refuse what a name refers to, if that is not there, or is not what is needed."""
+        refers, path = name.refers, name.path
+        if refers.section == "points":
+            yield from self._point(path, name.text)
+        elif refers.section != "frames":
+            yield from self.missing(path, refers.section, name.text, name.on_key)
+        elif name.text != GROUND:
+            yield from self.missing(path, "bodies", name.text)
+        joint = self.get("joints", name.text) if refers.kinds else None
+        if joint is None:
+            return
+        if joint.type not in refers.kinds:
+            message = f"needs {refers.words}; '{name.text}' is of type {joint.type}"
+            slides = joint.type in SLIDING.kinds
+            yield Mistake(path, message, refers.to_slides if slides else "", name.on_key)
+        elif isinstance(joint, SleeveJoint) and joint.clearance > 0 and not refers.play:
+            hint = "the link may lie askew there; it does not just slide"
+            yield Mistake(path, f"needs a sleeve without clearance; '{name.text}' has one", hint)
 
-    def point(self, path: KeyPath, text: str) -> Iterator[Mistake]:
+    def _point(self, path: KeyPath, text: str) -> Iterator[Mistake]:
         """Refuse a point 'body.point' whose body, or point, is unknown."""
-        body, point = split_point(text)
+        try:
+            body, point = split_point(text)
+        except ValueError as error:  # in an expression
+            yield Mistake(path, str(error))
+            return
         if body == GROUND:
             return
         yield from self.missing(path, "bodies", body)
@@ -85,35 +100,65 @@ class Lookup:
             message += did_you_mean(point, part.point_names)
             yield Mistake(path, message, "its points: " + ", ".join(part.point_names))
 
-    def joint(self, path: KeyPath, name: str, kind: type[Joint]) -> Iterator[Mistake]:
-        """Refuse a name that is not that of a joint of a kind."""
-        yield from self.missing(path, "joints", name)
-        joint = self.get("joints", name)
-        if joint is not None and not isinstance(joint, kind):
-            message = f"needs a {type_of(kind)} joint; '{name}' is of type {joint.type}"
-            yield Mistake(path, message)
 
-    def turning_or_sliding(self, path: KeyPath, name: str) -> Iterator[Mistake]:
-        """Refuse a name that is not that of a revolute joint, or of one that only slides."""
-        if not isinstance(self.get("joints", name), RevoluteJoint):
-            yield from self.sliding(path, name, "a revolute or prismatic joint")
+class Reference(NamedTuple):
+    """A name in a scene: where it stands, as a key or as a value, and what it should refer to."""
 
-    def sliding(
-        self, path: KeyPath, name: str, wanted: str = "a prismatic joint", play: bool = False
-    ) -> Iterator[Mistake]:
-        """Refuse a name that is not that of a prismatic joint or a sleeve; with `play` any."""
-        yield from self.missing(path, "joints", name)
-        joint = self.get("joints", name)
-        sleeve = isinstance(joint, SleeveJoint)
-        if joint is None or isinstance(joint, PrismaticJoint):
-            return
-        if not sleeve:
-            message = f"needs {wanted}, or a sleeve; '{name}' is of type {joint.type}"
-            yield Mistake(path, message)
-        elif joint.clearance > 0 and not play:
-            hint = "the link may lie askew there; it does not just slide"
-            yield Mistake(path, f"needs a sleeve without clearance; '{name}' has one", hint)
+    path: KeyPath
+    refers: Refers
+    text: str
+    on_key: bool = False
 
-    def revolute(self, path: KeyPath, name: str) -> Iterator[Mistake]:
-        """Refuse a name that is not that of a revolute joint."""
-        yield from self.joint(path, name, RevoluteJoint)
+    @property
+    def body(self) -> str:
+        """The body that it names, or of which it names a point; empty if it is of another kind."""
+        if self.refers.section == "points":
+            return split_point(self.text)[0]
+        return self.text if self.refers.section in ("bodies", "frames") else ""
+
+
+def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> Iterator[Reference]:
+    """Find all names in a part, or in what a key that refers to something holds."""
+    if isinstance(value, Part):
+        for key, alias, inner in _referring(type(value)):
+            yield from references(getattr(value, key), (*path, alias), inner)
+    elif isinstance(value, Mapping):
+        if refers is not None:
+            yield from (Reference((*path, name), refers, name, on_key=True) for name in value)
+        for name, own in value.items():
+            yield from references(own, (*path, name))
+    elif isinstance(value, tuple):
+        for i, own in enumerate(value):
+            yield from references(own, (*path, i), refers)
+    elif isinstance(value, Expression):
+        yield from (Reference(path, _wanted(sensed), sensed.of) for sensed in value.sensed)
+    elif isinstance(value, str) and refers is not None:
+        yield Reference(path, refers, value)
+
+
+@cache
+def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
+    """Fields of a part that may hold names, with their keys, and what these refer to."""
+    found = []
+    for key, info in part.model_fields.items():
+        told = list(_told((info.annotation, *info.metadata)))
+        if told:
+            refers = next((one for one in told if isinstance(one, Refers)), None)
+            found.append((key, info.alias or key, refers))
+    return found
+
+
+def _told(hint: Any) -> Iterator[Any]:
+    """What in a type may hold names: parts and expressions; and to what names in it refer."""
+    if isinstance(hint, Refers) or (isclass(hint) and issubclass(hint, (Part, Expression))):
+        yield hint
+    inner = hint if isinstance(hint, tuple) else get_args(hint)
+    for one in (*inner, *getattr(hint, "__metadata__", ())):
+        yield from _told(one)
+
+
+def _wanted(sensed: Sensed) -> Refers:
+    """What an expression needs for what it senses."""
+    if sensed.axis:
+        return Refers("points")
+    return {"speed": DRIVEN, "place": SLIDING}.get(sensed.kind, REVOLUTE)

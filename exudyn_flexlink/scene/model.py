@@ -16,8 +16,7 @@ from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
-from exudyn_flexlink.scene.outputs import Outputs
-from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
+from exudyn_flexlink.scene.run import Accuracy, Initial, Outputs, Run, Solver
 from exudyn_flexlink.source import Document, SceneError, dotted
 
 
@@ -81,7 +80,7 @@ class Scene(Part):
 
         """
         now = {key: getattr(self, key) for key in type(self).model_fields} | sections
-        mistakes = find_mistakes(Parts.of(now))
+        mistakes = find_mistakes(Parts(now))
         if mistakes:
             raise SceneError(self._document, mistakes)
         return self.from_parts(now, self._document)
@@ -93,7 +92,7 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _names_lead_somewhere(self) -> Scene:
-        parts = Parts.of({key: getattr(self, key) for key in type(self).model_fields})
+        parts = Parts({key: getattr(self, key) for key in type(self).model_fields})
         mistakes = find_mistakes(parts)
         if mistakes:
             refuse("\n".join(f"{dotted(found.path)}: {found.message}" for found in mistakes))

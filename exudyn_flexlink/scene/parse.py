@@ -2,70 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
 from exudyn_flexlink.quantities import in_words
-from exudyn_flexlink.scene.base import Text
-from exudyn_flexlink.scene.bodies import Body, Material
-from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
-from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.names import find_mistakes
-from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.point_files import PointFiles, read_point_files
-from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
-from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
+from exudyn_flexlink.scene.wording import mistakes_of, part_classes, unknown_key
 from exudyn_flexlink.settings import ExclusiveKeys, Setting, with_settings
 from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError
 
-EXCLUSIVE_KEYS: ExclusiveKeys = (
-    (("accuracy", "tolerance"), ("step",)),
-    (("accuracy", "step"), ("tolerance",)),
-    (("run", "duration"), ("turns", "of", "at_most")),
-    (("run", "turns"), ("duration",)),
-    (("springs", "*", "stiffness"), ("frequency",)),
-    (("springs", "*", "frequency"), ("stiffness",)),
-    (("springs", "*", "damping"), ("damping_ratio",)),
-    (("springs", "*", "damping_ratio"), ("damping",)),
-    (("curves", "*", "points"), ("file",)),
-    (("curves", "*", "file"), ("points",)),
-    (("drives", "*", "value", "points"), ("file",)),
-    (("drives", "*", "value", "file"), ("points",)),
-)
-"""Keys that exclude others beside them: a setting of the first removes the others of the file."""
-
-_NAMED: dict[str, Any] = {
-    "materials": Material,
-    "curves": CurveSpec,
-    "bodies": Body,
-    "joints": Joint,
-    "springs": Spring,
-    "drives": Drive,
-    "contacts": Contact,
+_HINTS = get_type_hints(Scene, include_extras=True)
+_SECTIONS = {key: _HINTS[key] for key in Scene.model_fields}
+_NAMED = {
+    key: get_args(field.annotation)[1]
+    for key, field in Scene.model_fields.items()
+    if get_origin(field.annotation) is Mapping
 }
-_SINGLE: dict[str, Any] = {
-    "title": Text,
-    "source": Text,
-    "gravity": Gravity,
-    "initial": Initial,
-    "run": Run,
-    "accuracy": Accuracy,
-    "solver": Solver,
-    "outputs": Outputs,
-}
+"""What stands in each section, and behind each name of those that have names."""
 _IN_PARTS = ("initial", "outputs")  # of which no key is asked for, and to which none refers
 SECTION_OF = {
-    key: section for section, part in _SINGLE.items() for key in getattr(part, "model_fields", ())
+    key: section for section, part in _SECTIONS.items() for key in getattr(part, "model_fields", ())
 }
 """The section to which each key of accuracy, initial, run and solver belongs."""
+
+
+def _exclusive_keys(
+    annotation: Any, path: KeyPath = ()
+) -> Iterator[tuple[KeyPath, tuple[str, ...]]]:
+    """Find keys that exclude others beside them, by paths with '*' for any name or place."""
+    for part in part_classes(annotation):
+        for key, field in part.model_fields.items():
+            if others := part.excluded_by(key):
+                yield (*path, key), others
+            of_many = ("*",) if get_origin(field.annotation) in (Mapping, tuple) else ()
+            yield from _exclusive_keys(field.annotation, (*path, key, *of_many))
+
+
+EXCLUSIVE_KEYS: ExclusiveKeys = tuple(_exclusive_keys(Scene))
+"""Keys that exclude others beside them: a setting of the first removes the others of the file."""
 
 
 def apply_settings(document: Document, settings: Iterable[Setting]) -> Document:
@@ -124,19 +106,17 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     misspelt = [key for key in Scene.model_fields if any(f"'{key}'?" in x.message for x in unknown)]
     mistakes = unknown + _missing_sections(document.data, misspelt)
     files = read_point_files(document, allow_outside)
-    mistakes += files.mistakes + _python_names(files.sections.get("curves"), ("curves",))
-    data = document.data | files.sections
+    mistakes += files.mistakes
     sections: dict[str, Any] = {}
-    for key, annotation in _SINGLE.items():
-        if data.get(key) is not None:
-            sections[key] = _checked(annotation, data[key], (key,), mistakes, key in _IN_PARTS)
-    for key in _NAMED:
-        if data.get(key) is not None:
-            sections[key] = _named_parts(key, data[key], mistakes)
+    for key, data in (document.data | files.sections).items():
+        if key in _NAMED and data is not None:
+            sections[key] = _named_parts(key, data, mistakes)
+        elif key in _SECTIONS and data is not None:
+            sections[key] = _checked(_SECTIONS[key], data, (key,), mistakes)
     # References into a section that was left out are mistakes; into a broken one they may be right.
     required = [key for key, field in Scene.model_fields.items() if field.is_required()]
     absent: dict[str, Any] = {key: {} for key in _NAMED if key not in (*required, *misspelt)}
-    mistakes += find_mistakes(Parts.of(absent | sections))
+    mistakes += find_mistakes(Parts(absent | sections))
     return CheckedDocument(document, sections, tuple(mistakes), files)
 
 
@@ -168,37 +148,23 @@ def _named_parts(section: str, data: Any, mistakes: list[Mistake]) -> dict[str, 
 
 @cache
 def _adapter(section: str) -> TypeAdapter[Any]:
-    return TypeAdapter(_NAMED.get(section) or _SINGLE[section])
+    return TypeAdapter(_NAMED.get(section) or _SECTIONS[section])
 
 
-def _checked(
-    annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake], in_parts: bool = False
-) -> Any:
+def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake]) -> Any:
     """Return the part that `data` describes, or None after noting its mistakes.
 
-    With `in_parts` return what is right of it, so that names there are looked up, too.
+    Of some sections return what is right in them, so that names there are looked up, too.
     """
     adapter = _adapter(str(path[0]))
     try:
-        return adapter.validate_python(data)
+        return adapter.validate_python(data, by_name=False)
     except ValidationError as error:
         mistakes += mistakes_of(error, annotation, data, path, SECTION_OF)
         wrong = {found["loc"][0] for found in error.errors() if found["loc"]}
-    if not in_parts or not isinstance(data, Mapping):
+    if path[0] not in _IN_PARTS or not isinstance(data, Mapping):
         return None
     try:
         return adapter.validate_python({key: own for key, own in data.items() if key not in wrong})
     except ValidationError:
         return None
-
-
-def _python_names(data: Any, path: KeyPath) -> list[Mistake]:
-    """Refuse `from_`, which stands for `from` in Python and nowhere else."""
-    if isinstance(data, list):
-        return [found for i, item in enumerate(data) for found in _python_names(item, (*path, i))]
-    if not isinstance(data, Mapping):
-        return []
-    found = [unknown_key((*path, "from_"), ["from"])] if "from_" in data and len(path) > 1 else []
-    return found + [
-        inner for key, item in data.items() for inner in _python_names(item, (*path, key))
-    ]

@@ -9,7 +9,7 @@ from exudyn_flexlink.scene.bodies import RigidBody
 from exudyn_flexlink.scene.contacts import CircleOnCircle, PointOnCurve
 from exudyn_flexlink.scene.forces import TorqueDrive, TorsionalSpring
 from exudyn_flexlink.scene.joints import RevoluteJoint, SlotJoint
-from exudyn_flexlink.scene.lookup import Lookup, Parts, valid
+from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.source import Mistake
 
 
@@ -21,40 +21,40 @@ def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
     """
     if any(place != body.centre_of_mass for place in body.points.values()):
         return False
-    if any(curve.on == name for _, curve in valid(parts.curves)):
+    if any(curve.on == name for _, curve in parts.valid("curves")):
         return False
-    acting = (*valid(parts.springs), *valid(parts.drives))
+    acting = (*parts.valid("springs"), *parts.valid("drives"))
     turned = {getattr(part, "joint", None) for _, part in acting}
     return not any(
         name in joint.bodies and (own in turned or not isinstance(joint, RevoluteJoint | SlotJoint))
-        for own, joint in valid(parts.joints)
+        for own, joint in parts.valid("joints")
     )
 
 
-def point_masses(look: Lookup) -> Iterator[Mistake]:
+def point_masses(parts: Parts) -> Iterator[Mistake]:
     """Refuse friction around a point mass, and that it turns at the start.
 
     What turns has an inertia, and here none is known.
     """
-    rough = list(_rough(look.parts))
-    for name, body in valid(look.parts.bodies):
+    rough = list(_rough(parts))
+    for name, body in parts.valid("bodies"):
         if not isinstance(body, RigidBody) or body.inertia > 0:
             continue
         found = next((what for what, bodies in rough if name in bodies), None)
-        if found is not None and stays_a_point(look.parts, name, body):
+        if found is not None and stays_a_point(parts, name, body):
             yield Mistake(
                 ("bodies", name, "inertia"),
                 f"friction in '{found}' turns '{name}', which has no inertia",
                 "give its moment of inertia, m r^2/2 of a disc; or take the friction away",
             )
-        if (what := _turned_alone(look.parts, name, body)) is not None:
+        if (what := _turned_alone(parts, name, body)) is not None:
             yield Mistake(
                 ("bodies", name, "inertia"),
                 f"'{what}' turns '{name}' about its own centre, where it has no inertia",
                 "give its moment of inertia, m r^2/2 of a disc",
             )
-        speed = look.parts.initial.speeds.get(name) if look.parts.initial is not None else None
-        if speed and stays_a_point(look.parts, name, body):
+        speed = getattr(parts.sections.get("initial"), "speeds", {}).get(name)
+        if speed and stays_a_point(parts, name, body):
             yield Mistake(
                 ("initial", "speeds", name),
                 f"'{name}' is a point mass, which has no angular speed",
@@ -64,7 +64,7 @@ def point_masses(look: Lookup) -> Iterator[Mistake]:
 
 def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
     """Name of what turns a body about its centre, where only one pin to the ground holds it."""
-    holding = [(own, joint) for own, joint in valid(parts.joints) if name in joint.bodies]
+    holding = [(own, joint) for own, joint in parts.valid("joints") if name in joint.bodies]
     if len(holding) != 1 or holding[0][1].bodies != (name,):
         return None
     own, joint = holding[0]
@@ -72,20 +72,20 @@ def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
     pinned = [split_point(point)[1] for point in points if split_point(point)[0] == name]
     if not pinned or body.points.get(pinned[0], body.centre_of_mass) != body.centre_of_mass:
         return None
-    acting = (*valid(parts.springs), *valid(parts.drives))
+    acting = (*parts.valid("springs"), *parts.valid("drives"))
     turns = (TorsionalSpring, TorqueDrive)
     return next((k for k, part in acting if isinstance(part, turns) and part.joint == own), None)
 
 
 def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
     """Names of contacts and bearings whose friction acts around points, and of their bodies."""
-    for name, contact in valid(parts.contacts):
+    for name, contact in parts.valid("contacts"):
         if getattr(contact.law, "friction", 0.0) > 0:
             if isinstance(contact, CircleOnCircle):
                 yield name, {split_point(circle.at)[0] for circle in contact.circles}
             elif isinstance(contact, PointOnCurve) and contact.radius > 0:
                 yield name, {split_point(contact.point)[0]}
-    for name, joint in valid(parts.joints):
+    for name, joint in parts.valid("joints"):
         law = joint.acting if isinstance(joint, RevoluteJoint) else None
         if law is not None and law.friction > 0:
             yield name, set(joint.bodies)

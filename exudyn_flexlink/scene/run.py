@@ -1,8 +1,9 @@
-"""How a scene starts, how long it runs, how accurate the answer must be and how it is solved."""
+"""How a scene starts, how long it runs, how it is solved, to what error, and what is shown."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from dataclasses import replace
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict, model_validator
 
@@ -17,15 +18,19 @@ from exudyn_flexlink.quantities import (
     Speed,
 )
 from exudyn_flexlink.scene.base import (
+    REVOLUTE,
+    SLIDING,
     XY,
     FrozenMapping,
+    MovingPointName,
     Name,
     Named,
     Part,
     Point,
+    Refers,
+    Value,
     listed,
     refuse,
-    require_one,
 )
 
 Velocity = Annotated[tuple[Speed, Speed], XY]
@@ -33,6 +38,7 @@ PartState = Annotated[
     tuple[Coordinate, Coordinate, Angle, Speed, Speed, AngularSpeed],
     listed("x", "y", "angle", "vx", "vy", "angular speed"),
 ]
+OfBodies = Annotated[Named[Value], Refers("bodies")]
 INITIAL_OF_JOINTS = ("along", "speeds_along", "laps")
 """Which of the mappings in initial are by names of joints; the others are by those of bodies."""
 FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
@@ -41,41 +47,43 @@ FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact a
 class Initial(Part):
     """The state at time 0, where the joints leave it open."""
 
-    positions: Named[Point] = Field(
+    positions: OfBodies[Point] = Field(
         default_factory=FrozenMapping,
         description="[x, y] of bodies, metres: of a rod's start, of a rigid body's own origin; "
         "held while assembling",
     )
-    angles: Named[Angle] = Field(
+    angles: OfBodies[Angle] = Field(
         default_factory=FrozenMapping, description="of bodies from +x; held while assembling"
     )
-    guesses: Named[Angle] = Field(
+    guesses: OfBodies[Angle] = Field(
         default_factory=FrozenMapping, description="angles from which the assembly is searched"
     )
-    along: Named[Coordinate] = Field(
+    along: Annotated[Named[Coordinate], replace(SLIDING, play=True)] = Field(
         default_factory=FrozenMapping,
         description="how far second points of prismatic joints are along their lines from the "
         "first, or starts of links along their sleeves; held while assembling",
     )
-    speeds_along: Named[Speed] = Field(
+    speeds_along: Annotated[
+        Named[Speed], replace(SLIDING, kinds=(*SLIDING.kinds, "slot"), play=True)
+    ] = Field(
         default_factory=FrozenMapping,
         description="how fast second points of prismatic joints move along their lines, away from "
         "the first, starts of links along their sleeves, or points of slots along their curves, "
         "seen from what carries these",
     )
-    speeds: Named[AngularSpeed] = Field(
+    speeds: OfBodies[AngularSpeed] = Field(
         default_factory=FrozenMapping, description="angular speeds of bodies"
     )
-    velocities: Named[Velocity] = Field(
+    velocities: OfBodies[Velocity] = Field(
         default_factory=FrozenMapping,
         description="[x, y] of bodies: of a rod's start, of a rigid body's own origin",
     )
-    states: Named[tuple[PartState, ...]] = Field(
+    states: OfBodies[tuple[PartState, ...]] = Field(
         default_factory=FrozenMapping,
         description="state of another run from which this one goes on, of every body: [x, y, "
         "angle, and the rates of these] of its part, or of each of its rods; in place of all above",
     )
-    laps: Named[Annotated[int, Strict()]] = Field(
+    laps: Annotated[Named[Annotated[int, Strict()]], Refers("joints")] = Field(
         default_factory=FrozenMapping,
         description="of slots on curves with laps: the lap in which the point is; left out: 1; "
         "laps backwards from the start of lap 1 are -1, -2, ..",
@@ -108,11 +116,15 @@ class Initial(Part):
 class Run(Part):
     """How long to simulate: a duration, or turns of a joint."""
 
+    one_of = (("duration", "turns"),)
+    belonging: ClassVar = {"turns": ("of", "at_most")}
     duration: PositiveDuration | None = Field(None, description="simulated time; or 'turns'")
     turns: Annotated[float, Number(above=0.0)] | None = Field(
         None, description="net turns of the joint 'of', either way; or 'duration'"
     )
-    of: Name | None = Field(None, description="name of the revolute joint whose turns count")
+    of: Annotated[Name, REVOLUTE] | None = Field(
+        None, description="name of the revolute joint whose turns count"
+    )
     at_most: PositiveDuration | None = Field(
         None, description="end of a run whose turns are never reached"
     )
@@ -121,29 +133,20 @@ class Run(Part):
     )
 
     @model_validator(mode="after")
-    def _duration_or_turns(self) -> Run:
-        require_one(self, "duration", "turns")
+    def _turns_of_a_joint(self) -> Run:
         if self.turns is not None and self.of is None:
             refuse("missing 'of'", "the revolute joint whose turns count")
-        if self.turns is None:
-            for key in ("of", "at_most"):
-                if getattr(self, key) is not None:
-                    refuse(f"'{key}' belongs to 'turns', not to 'duration'", at=key)
         return self
 
 
 class Accuracy(Part):
     """The error allowed, or the step that decides it."""
 
+    one_of = (("tolerance", "step"),)
     tolerance: PositiveLength | None = Field(
         None, description="error that the run may make in positions; or 'step'"
     )
     step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
-
-    @model_validator(mode="after")
-    def _tolerance_or_step(self) -> Accuracy:
-        require_one(self, "tolerance", "step")
-        return self
 
 
 class Solver(Part):
@@ -182,3 +185,14 @@ class Solver(Part):
         if self.elements is not None and self.formulation != "beam":
             refuse("only a beam has elements", "say formulation: beam, or leave it out", "elements")
         return self
+
+
+class Outputs(Part):
+    """What figures show, and of which points errors are told."""
+
+    watch: MovingPointName | None = Field(
+        None,
+        description="the point 'body.point' that figures and tables show, and the only one by "
+        "which errors are judged; left out: the point that strikes, else the end of a body, and "
+        "errors are judged by all named points",
+    )

@@ -27,7 +27,6 @@ from exudyn_flexlink.scene.base import (
     is_cut,
     listed,
     refuse,
-    require_one,
 )
 from exudyn_flexlink.units import Dimension
 
@@ -40,6 +39,7 @@ Row = Annotated[
 class Table(Part):
     """Values by time, given here or in a CSV file, and how they go on between its rows."""
 
+    one_of = (("points", "file"),)
     points: tuple[Row, ...] | None = Field(
         None, description="[[time, value], ...] in SI units, by time"
     )
@@ -55,7 +55,6 @@ class Table(Part):
 
     @model_validator(mode="after")
     def _has_rows(self) -> Table:
-        require_one(self, "points", "file")
         if self.points is None:
             return self
         if len(self.points) < 2:
@@ -117,13 +116,13 @@ class Varying:
             found = parse_expression(text)
         except ExpressionError as error:
             hint = error.hint or NEEDS_QUOTES * is_cut(text)
-            raise _mistake(f"'{text}': {error.message}", hint) from None
+            refuse(f"'{text}': {error.message}", hint)
         wanted = self.dimensions[0]
         if found.powers is not None:
             fits = [one for one in self.dimensions if one.powers._replace(rad=0) == found.powers]
             if not fits:
                 message = f"expected {wanted.words}, got {in_words(found.powers)}: '{text}'"
-                raise _mistake(message, wanted.hint)
+                refuse(message, wanted.hint)
             wanted = fits[0]
         if found.constant is None:
             return found
@@ -135,7 +134,9 @@ class Varying:
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         choices = {
-            TAG: core_schema.no_info_plain_validator_function(self.read),
+            TAG: core_schema.no_info_plain_validator_function(
+                self.read, json_schema_input_schema=core_schema.str_schema()
+            ),
             TAG + "table": handler.generate_schema(Table),
         }
         return core_schema.tagged_union_schema(choices, discriminator=_branch)
@@ -143,13 +144,13 @@ class Varying:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        table = handler(schema["choices"][TAG + "table"])
+        text, table = handler(schema)["oneOf"]
         ways = [
             f"{own.words.split(' ', 1)[1]}; {own.si}, e.g. '{own.example}'"
             for own in self.dimensions
         ]
         unit = f"{' or '.join(ways)}, or an expression or a table"
-        return {"anyOf": [{"type": "number"}, {"type": "string"}, table], "$comment": unit}
+        return {"anyOf": [{"type": "number"}, text, table], "$comment": unit}
 
 
 def _branch(value: Any) -> str:
@@ -162,7 +163,3 @@ def _is_meant_as_one(text: str) -> bool:
         return True
     single = re.fullmatch(rf"\s*(?:{NUMBER}\s*(?:{UNIT})?)?\s*", text)
     return single is None or any(mark in text for mark in ("(", "**", " + ", " - "))
-
-
-def _mistake(message: str, hint: str) -> PydanticCustomError:
-    return PydanticCustomError("mistake", "{message}", {"message": message, "hint": hint, "at": ()})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from inspect import isclass
 from typing import Any, get_args
 
@@ -61,11 +61,11 @@ def unknown_key(path: KeyPath, keys: list[str], elsewhere: Mapping[str, str] = _
 
 def known_keys(annotation: Any, data: Any, path: KeyPath) -> list[str]:
     """Return the keys that may stand in the mapping at `path` of `data`."""
-    classes = _part_classes(annotation)
+    classes = part_classes(annotation)
     for step in path:
         if isinstance(data, Mapping) and classes:
             fields = _fields(_meant(classes, data))
-            classes = _part_classes(fields[str(step)]) if step in fields else []
+            classes = part_classes(fields[str(step)]) if step in fields else []
         data = data[step]
     return list(_fields(_meant(classes, data))) if classes else []
 
@@ -75,10 +75,11 @@ def _data_path(location: tuple[int | str, ...]) -> KeyPath:
     return tuple(step for step in location if not str(step).startswith(TAG))
 
 
-def _part_classes(annotation: Any) -> list[type[Part]]:
+def part_classes(annotation: Any) -> list[type[Part]]:
+    """Return the classes of parts in an annotation."""
     if isclass(annotation) and issubclass(annotation, Part):
         return [annotation]
-    return [part for inner in get_args(annotation) for part in _part_classes(inner)]
+    return [part for inner in get_args(annotation) for part in part_classes(inner)]
 
 
 def _meant(classes: list[type[Part]], data: Any) -> type[Part]:
@@ -107,7 +108,10 @@ def _reworded(path: KeyPath, error: dict[str, Any]) -> Mistake:
     if kind in _WORDS:
         of_file = path[-1:] == ("points",) and isinstance(error["input"], str)
         hint = f"those of a file: 'file: {error['input']}' in place of 'points'" if of_file else ""
-        return Mistake(path, _WORDS[kind](context, got), hint)
+        listed = ", ".join(_quoted(str(context.get("expected", ""))))
+        entries = "entry" if context.get("min_length") == 1 else "entries"
+        told = _WORDS[kind].format(got=got, listed=listed, entries=entries, **context)
+        return Mistake(path, told, hint)
     return Mistake(path, error["msg"])
 
 
@@ -129,27 +133,20 @@ def _quoted(text: str) -> list[str]:
     return [word.replace(r"\x00", "") for word in re.findall(r"'([^']*)'", text)]
 
 
-def _entries(number: int) -> str:
-    return f"{number} {'entry' if number == 1 else 'entries'}"
-
-
-_WORDS: dict[str, Callable[[dict[str, Any], str], str]] = {
-    **dict.fromkeys(("tuple_type", "list_type"), lambda _, got: f"expected a list, got {got}"),
+_WORDS = {
+    **dict.fromkeys(("tuple_type", "list_type"), "expected a list, got {got}"),
     **dict.fromkeys(
         ("dict_type", "mapping_type", "model_type", "model_attributes_type"),
-        lambda _, got: f"expected a mapping, got {got}",
+        "expected a mapping, got {got}",
     ),
     **dict.fromkeys(
-        ("int_type", "int_from_float", "int_parsing_size"),
-        lambda _, got: f"expected a whole number, got {got}",
+        ("int_type", "int_from_float", "int_parsing_size"), "expected a whole number, got {got}"
     ),
-    "string_type": lambda _, got: f"expected a text, got {got}",
-    "bool_type": lambda _, got: f"expected true or false, got {got}",
-    "literal_error": lambda context, got: (
-        f"must be one of {', '.join(_quoted(context['expected']))}; got {got}"
-    ),
-    "greater_than_equal": lambda context, _: f"must be {context['ge']} or greater",
-    "less_than_equal": lambda context, _: f"must be {context['le']} or less",
-    "too_short": lambda context, _: f"needs at least {_entries(context['min_length'])}",
+    "string_type": "expected a text, got {got}",
+    "bool_type": "expected true or false, got {got}",
+    "literal_error": "must be one of {listed}; got {got}",
+    "greater_than_equal": "must be {ge} or greater",
+    "less_than_equal": "must be {le} or less",
+    "too_short": "needs at least {min_length} {entries}",
 }
 """What is said of pydantic's other errors, from their context and the value."""

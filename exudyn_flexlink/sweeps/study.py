@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, Strict, TypeAdapter, ValidationError
 
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.scene.base import Part, Text, require_one
+from exudyn_flexlink.scene.base import Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
 from exudyn_flexlink.shipped import known_names, model_file
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
@@ -33,6 +33,7 @@ class Drawn(Part):
 class StudyFile(Part):
     """What a study file says."""
 
+    one_of = (DESIGNS,)
     model: Text = Field(description="model file beside this one, or the name of a shipped model")
     settings: tuple[Text, ...] = Field((), alias="set", description="such as 'run.turns=2'")
     engine: Literal["exudyn", "lagrangian"] = Field("exudyn", description="who solves it")
@@ -42,11 +43,6 @@ class StudyFile(Part):
     list: tuple[Any, ...] | None = Field(None, description="points, each with values by path")
     latin_hypercube: Drawn | None = Field(None, description="points that fill ranges evenly")
     random: Drawn | None = Field(None, description="points drawn independently")
-
-    @model_validator(mode="after")
-    def _one_design(self) -> StudyFile:
-        require_one(self, *DESIGNS)
-        return self
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,6 @@ from exudyn_flexlink.scene.base import (
     Text,
     listed,
     refuse,
-    require_one,
 )
 
 SAME_INSTANT = 1e-9  # of the run: rounding of instants
@@ -51,6 +50,7 @@ class _Number(Part):
     """What every published number says beside its quantity."""
 
     unit: ClassVar[str]
+    one_of = (("allowed", "allowed_part"),)
 
     allowed: Annotated[float, Number(above=0.0)] | None = Field(
         None, description="largest difference, in the SI unit of the value; or 'allowed_part'"
@@ -60,11 +60,6 @@ class _Number(Part):
     )
     because: Text = Field(description="why that difference is allowed")
     source: Text = Field("", description="who published it; left out: the source of the file")
-
-    @model_validator(mode="after")
-    def _one_limit(self) -> _Number:
-        require_one(self, "allowed", "allowed_part")
-        return self
 
     def computed(self, result: Result) -> float:
         """Value of the quantity in a run; nan if nothing of the kind happened in it.

@@ -195,7 +195,7 @@ class SlotItems(TrackFollower):
         nx, ny = c * nx - s * ny, s * nx + c * ny
         rx, ry = self._arm(q[5])
         x, y = q[3] + rx - q[0], q[4] + ry - q[1]
-        return [[-nx, -ny, nx * y - ny * x, nx, ny, turn]]
+        return [[-nx, -ny, nx * y - ny * x, *[nx, ny, turn, 0.0][: self._width]]]
 
     # --- stepping ----------------------------------------------------------------------------
 
