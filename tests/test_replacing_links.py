@@ -10,9 +10,8 @@ import results
 from cli_runs import NO_CLEARANCE, SPLINE
 from folders import mine, posix, simulate, tree
 
-from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.storage import StorageError, load
+from exudyn_flexlink.storage import load
 
 
 @pytest.fixture(autouse=True)
@@ -53,17 +52,6 @@ def test_a_linked_folder_in_a_comparison_is_not_written_into(ends, capsys):
     assert main(again) == 2
     assert "exudyn is a link; it is never replaced" in capsys.readouterr().err
     assert not list(Path("elsewhere").iterdir())
-
-
-@posix
-def test_what_is_saved_by_hand_replaces_no_link(study):
-    for name in ("summary.json", "accuracy.csv"):
-        Path(name).symlink_to("elsewhere")
-    with pytest.raises(StorageError, match=r"summary\.json is a link"):
-        storage.save(results.pendulum(), Path())
-    with pytest.raises(StorageError, match=r"accuracy\.csv is a link"):
-        storage.save_accuracy(study, "", Path())
-    assert not Path("elsewhere").exists()
 
 
 @posix

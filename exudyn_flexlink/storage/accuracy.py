@@ -23,7 +23,7 @@ def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
     `sentence` is the recommendation in words.
 
     Raises:
-        StorageError: the folder can't be written.
+        OSError: the folder can't be written.
 
     """
     data = accuracy_data(study) | {"recommendation": sentence}

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic_core import to_json
 
-from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, StorageError, cannot_write
-from exudyn_flexlink.storage.plain import plain
-from exudyn_flexlink.storage.replacing import check_regular, kind_of
+from exudyn_flexlink.loading import plain_data
+from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, StorageError
+from exudyn_flexlink.storage.replacing import kind_of
 
 AGAIN = "run the model again"
 
@@ -28,21 +29,22 @@ def write_document(
 ) -> None:
     """Write a document and its tables, by the names of their files, into an existing folder.
 
-    The `data` have a title, and tell whether the result is `completed`.
+    The `data` have a title, and tell whether the result is `completed`. JSON knows neither inf nor
+    nan: null stands for these.
 
     Raises:
-        StorageError: the folder can't be written, or something else than a file is in the way.
+        OSError: the folder can't be written.
 
     """
-    check_regular(folder, (name, *tables))
-    whole = plain({"program": PROGRAM, "format": FORMAT, **data})
-    text = json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False)
-    try:
-        (folder / name).write_text(text + "\n", encoding="utf-8")
-        for table, columns in tables.items():
-            write_csv(folder / table, columns)
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    whole = {"program": PROGRAM, "format": FORMAT, **data}
+    (folder / name).write_bytes(in_json(whole, indent=2))
+    for table, columns in tables.items():
+        write_csv(folder / table, columns)
+
+
+def in_json(value: Any, indent: int | None = None) -> bytes:
+    """Write dataclasses, mappings and values of NumPy as JSON in lines; null for inf and nan."""
+    return to_json(value, indent=indent, inf_nan_mode="null", fallback=plain_data) + b"\n"
 
 
 def write_csv(file: Path, columns: Mapping[str, Column]) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import errno
 from pathlib import Path
+from typing import Final
 
 from exudyn_flexlink.raising import Sendable
 
-PROGRAM = "exudyn-flexlink"
+PROGRAM: Final = "exudyn-flexlink"
 FORMAT = 10
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"

@@ -6,7 +6,6 @@ A process that is killed leaves at most half a line at its end, which is left ou
 from __future__ import annotations
 
 import errno
-import json
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -15,8 +14,8 @@ from typing import IO
 
 from pydantic import TypeAdapter, ValidationError
 
+from exudyn_flexlink.storage.documents import in_json
 from exudyn_flexlink.storage.errors import StorageError, cannot_write
-from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.sweeps import Row, Sweep
 
 if sys.platform != "win32":
@@ -40,7 +39,7 @@ class Journal:
             StorageError: the file can't be written.
 
         """
-        line = json.dumps(plain(row), ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        line = in_json(row)
         try:
             if self._stream.write(line) < len(line):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

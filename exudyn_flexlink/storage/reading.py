@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel, create_model
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.storage.arrays import Read, Records, told_fields
+from exudyn_flexlink.storage.arrays import Records, told_fields
 from exudyn_flexlink.storage.documents import AGAIN, check_readable
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import is_regular
 from exudyn_flexlink.storage.netcdf import read_netcdf
-from exudyn_flexlink.storage.plain import from_plain
 from exudyn_flexlink.storage.writing import RUN
 
 
@@ -28,28 +30,12 @@ def load(place: Path) -> Result:
     """
     place = Path(place)
     file = place if place.suffix == Path(ARRAYS).suffix else place / ARRAYS
-    read = _read(file)
-    try:
-        told = json.loads(read.attributes[RUN])
-        names = from_plain(dict[str, tuple[str, ...]], told["names"])
-        fields = {name: from_plain(kind, told[name]) for name, kind in told_fields().items()}
-        scene = _scene(told["scene"], file)
-        result: Result = Records(read, names).record(Result, scene=scene, **fields)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise _unreadable(file, error) from error
-    return result
-
-
-def _read(file: Path) -> Read:
-    """Read what is in the file of a run.
-
-    Raises:
-        StorageError: it can't be read, or is damaged.
-
-    """
     try:
         check_readable(file)
-        return read_netcdf(file)
+        read = read_netcdf(file)
+        told = vars(_told().model_validate_json(read.attributes[RUN]))
+        scene = _scene(told.pop("scene"), file)
+        result: Result = Records(read, told.pop("names")).record(Result, scene=scene, **told)
     except (FileNotFoundError, NotADirectoryError):
         raise StorageError(_missing(file)) from None
     except MemoryError as error:
@@ -59,6 +45,15 @@ def _read(file: Path) -> Read:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, TypeError, KeyError) as error:
         raise _unreadable(file, error) from error
+    return result
+
+
+@cache
+def _told() -> type[BaseModel]:
+    """What the text in the file of a run tells: all of it that is no array."""
+    fields: dict[str, Any] = {name: (kind, ...) for name, kind in told_fields().items()}
+    names = dict[str, tuple[str, ...]]
+    return create_model("Told", names=(names, ...), scene=(dict[str, Any], ...), **fields)
 
 
 def _missing(file: Path) -> str:

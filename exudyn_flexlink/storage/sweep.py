@@ -9,18 +9,17 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage.documents import read_document, write_csv
+from exudyn_flexlink.storage.documents import in_json, read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
 from exudyn_flexlink.storage.journal import JOURNAL, Journal, keep_out, rows_in, rows_kept
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
-from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.writing import save
 from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
@@ -123,17 +122,14 @@ def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
     """Write ``sweep.json``, ``table.csv`` and, with pyarrow, ``table.parquet`` into a folder.
 
     Raises:
-        StorageError: the folder can't be written.
+        OSError: the folder can't be written.
 
     """
     columns = table.columns()
-    try:
-        _write_plan(folder, sweep, completed=table.whole)
-        write_csv(folder / f"{TABLE}.csv", columns)
-        if find_spec("pyarrow") is not None:
-            _write_parquet(columns, folder / f"{TABLE}.parquet")
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    _write_plan(folder, sweep, completed=table.whole)
+    write_csv(folder / f"{TABLE}.csv", columns)
+    if find_spec("pyarrow") is not None:
+        _write_parquet(columns, folder / f"{TABLE}.parquet")
 
 
 def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
@@ -158,8 +154,7 @@ def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
         OSError: the folder can't be written.
 
     """
-    text = json.dumps(_plan(sweep) | {"completed": completed}, ensure_ascii=False)
-    (folder / SWEEP).write_text(text + "\n", encoding="utf-8")
+    (folder / SWEEP).write_bytes(in_json(_plan(sweep) | {"completed": completed}))
 
 
 def _plan(sweep: Sweep) -> dict[str, Any]:
@@ -172,7 +167,7 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
         "observed": sweep.observed,
         "versions": versions(),
         "digest": sweep.digest,
-        "varied": [asdict(one) for one in sweep.varied],
+        "varied": sweep.varied,
         "scene": sweep.scene.to_data(),
         "points": [[point.id, point.values] for point in sweep.points],
     }
@@ -228,7 +223,7 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
 
 def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
     """Say in what an earlier sweep differs: the first thing that does."""
-    now = plain(_plan(sweep))
+    now = json.loads(in_json(_plan(sweep)))
     words = {
         "title": "of another model",
         "engine": "by another engine",
