@@ -168,10 +168,10 @@ def test_a_sweep_that_has_no_row_yet_begins_without_being_resumed() -> None:
 
 
 DAMAGES = {
-    "'number' can't be read": ('"number": 2', '"number": "two"'),
-    "'numbers.end_s' can't be read": ('"end_s": ', '"end_s": [], "more": '),
+    "'number' can't be read": ('"number":2', '"number":"two"'),
+    "'numbers.end_s' can't be read": ('"end_s":', '"end_s":[],"more":'),
     "'status' is missing": ('"status"', '"state"'),
-    "it is no JSON": ('{"number": 2', "{number: 2"),
+    "it is no JSON": ('{"number":2', "{number:2"),
     "it is no row of a sweep": (None, "7"),
 }
 
@@ -205,7 +205,7 @@ def test_a_damaged_plan_is_told(capsys: Capture) -> None:
     whole = plan.read_text()
     for old, new, why in (
         ('"points"', '"p"', "no 'points' in it"),
-        ('"points": [[', '"points": [7, [', "it is not what was written"),
+        ('"points":[[', '"points":[7,[', "it is not what was written"),
     ):
         assert old in whole
         plan.write_text(whole.replace(old, new))

@@ -1,21 +1,18 @@
 """Processes of a sweep that are killed: what they had made stays, nothing is made twice."""
 
-import json
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from results import PENDULUM, scene_from
 from sweep_runs import LENGTH, Length, plan_of, work
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.storage import load_sweep
-from exudyn_flexlink.storage import sweep as stored
+from exudyn_flexlink.storage import load_sweep, open_journal
 from exudyn_flexlink.sweeps import Executor, LocalProcesses, SweepTable, carried_out
 from exudyn_flexlink.sweeps.cluster import DaskCluster
 
@@ -171,19 +168,10 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_pat
     check_killed_always(swept(executor, observe), observe)
 
 
-def test_of_two_sweeps_begun_together_none_works_under_the_plan_of_the_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The other one writes its plan after this one did, before this one locks the folder."""
-    folder, locked = tmp_path / "swept", stored.keep_out
-
-    def late(*arguments: Any) -> None:
-        (folder / "sweep.json").write_text(json.dumps(stored._plan(plan_of(COUNT + 1))))
-        locked(*arguments)
-
-    monkeypatch.setattr(stored, "keep_out", late)
+def test_two_sweeps_do_not_work_in_one_folder(tmp_path: Path) -> None:
     with (
-        pytest.raises(fl.StorageError, match="another process began a sweep"),
-        stored.open_journal(folder, plan_of(COUNT)),
+        open_journal(tmp_path, plan_of(COUNT)),
+        pytest.raises(fl.StorageError, match="another process sweeps in"),
+        open_journal(tmp_path, plan_of(COUNT), force=True),
     ):
         raise AssertionError("two sweeps in one folder")

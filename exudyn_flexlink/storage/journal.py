@@ -9,6 +9,7 @@ import errno
 import os
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
@@ -68,29 +69,38 @@ def rows_kept(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
     ids = {point.id for point in sweep.points}
     stream.seek(0)
     content = stream.read()
-    rows = {row.id: row for row in _lines(content, Path(stream.name)) if row.id in ids}
     stream.truncate(content.rfind(b"\n") + 1)
-    stream.seek(0, os.SEEK_END)
-    return rows
+    return {row.id: row for row in _lines(content, Path(stream.name)) if row.id in ids}
 
 
-def keep_out(stream: IO[bytes], folder: Path) -> None:
-    """Keep other processes out of a sweep, as long as its journal is open.
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other processes out of the folder of a sweep, which is made if it is missing.
 
     Windows and some network disks have no such lock: there all goes on without it.
 
     Raises:
-        StorageError: another one is in.
+        StorageError: another one is in, or the folder can't be made.
 
     """
-    if sys.platform == "win32":
-        return
     try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
-    except OSError:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(cannot_write(folder, error)) from error
+    if sys.platform == "win32":
+        yield
         return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if isinstance(error, BlockingIOError):
+            os.close(handle)
+            raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
+    try:
+        yield
+    finally:
+        os.close(handle)
 
 
 def _lines(content: bytes, file: Path) -> Iterator[Row]:

@@ -104,7 +104,9 @@ def manifest_of(folder: Path) -> Manifest:
 
     """
     entries = sorted(folder.iterdir())
-    files = {entry.name: (digest(entry),) for entry in entries if is_regular(entry)}
+    files: dict[str, tuple[str, ...]] = {
+        entry.name: (digest(entry),) for entry in entries if is_regular(entry)
+    }
     folders = tuple(entry.name for entry in entries if entry.is_dir())
     for document, what in KINDS.items():
         if document in files:

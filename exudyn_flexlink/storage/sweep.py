@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
@@ -18,7 +18,7 @@ from typing import Any
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.documents import in_json, read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
-from exudyn_flexlink.storage.journal import JOURNAL, Journal, keep_out, rows_in, rows_kept
+from exudyn_flexlink.storage.journal import JOURNAL, Journal, locked, rows_in, rows_kept
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.writing import save
@@ -61,24 +61,21 @@ def open_journal(
 
     """
     folder = Path(folder)
-    _require_free(folder)
-    there = None if force else _earlier(folder, sweep, resume=resume)
-    if there is None:
-        with staged_folder(folder, force=force, what=KINDS[SWEEP]) as staged:
-            _write_plan(staged, sweep, completed=False)
-    try:
-        stream = (folder / JOURNAL).open("a+b", buffering=0)
-    except OSError as error:
-        raise StorageError(cannot_write(folder / JOURNAL, error)) from error
-    with stream:
-        keep_out(stream, folder)
-        _require_own(folder, sweep)
-        known = {} if there is None else rows_kept(stream, sweep)
-        if series:
-            known = {name: row for name, row in known.items() if _has_series(folder, row)}
-        if there is None:
-            stream.truncate(0)
-        yield Journal(stream, known)
+    file = folder / JOURNAL
+    with locked(folder):
+        if force or not _goes_on(folder, sweep, resume=resume):
+            with staged_folder(folder, force=force, what=KINDS[SWEEP]) as staged:
+                _write_plan(staged, sweep, completed=False)
+                file.unlink(missing_ok=True)
+        try:
+            stream = file.open("a+b", buffering=0)
+        except OSError as error:
+            raise StorageError(cannot_write(file, error)) from error
+        with stream:
+            known = rows_kept(stream, sweep)
+            if series:
+                known = {name: row for name, row in known.items() if _has_series(folder, row)}
+            yield Journal(stream, known)
 
 
 def load_sweep(folder: Path) -> SweepTable:
@@ -186,8 +183,8 @@ def _read_plan(folder: Path) -> dict[str, Any] | None:
         return None
 
 
-def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | None:
-    """Return the plan in a folder if this sweep goes on there; None if it begins there.
+def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
+    """Tell whether this sweep goes on in a folder, or begins there.
 
     Raises:
         StorageError: neither may be.
@@ -200,25 +197,22 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
             raise StorageError(
                 f"{folder} holds a {there.told}; choose another place, or remove that yourself"
             )
-        return None
+        return False
     if plan.get("digest") != sweep.digest:
         raise StorageError(
             f"{folder} holds another sweep, {_difference(plan, sweep)}; choose another place, or "
             "force it, which begins anew",
             forcible=True,
         )
-    if not resume:
-        count = 0
-        with suppress(OSError):
-            count = (folder / JOURNAL).read_bytes().count(b"\n")
-        if count == 0:  # interrupted before the first run had ended: nothing to lose
-            return plan
+    file = folder / JOURNAL
+    count = file.read_bytes().count(b"\n") if file.is_file() else 0
+    if count and not resume:  # without rows there is nothing to lose
         raise StorageError(
             f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
             "force it, which begins anew",
             forcible=True,
         )
-    return plan
+    return True
 
 
 def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
@@ -234,29 +228,6 @@ def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
         "versions": "by other versions of the packages",
     }
     return next((w for key, w in words.items() if plan.get(key) != now[key]), "solved otherwise")
-
-
-def _require_free(folder: Path) -> None:
-    """Look, before anything is replaced, whether another process sweeps in a folder.
-
-    Raises:
-        StorageError: one does.
-
-    """
-    with suppress(OSError), (folder / JOURNAL).open("rb") as stream:
-        keep_out(stream, folder)
-
-
-def _require_own(folder: Path, sweep: Sweep) -> None:
-    """Look whether the plan in a folder that is locked is still the one this process wrote.
-
-    Raises:
-        StorageError: another process, begun at the same moment, has put its own there.
-
-    """
-    plan = _read_plan(folder)
-    if plan is None or plan.get("digest") != sweep.digest:
-        raise StorageError(f"another process began a sweep in {folder} at the same moment")
 
 
 def _has_series(folder: Path, row: Row) -> bool:
