@@ -18,7 +18,6 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, Mistake
 from exudyn_flexlink.sweeps import (
     Design,
-    InThisProcess,
     Observe,
     OneRun,
     Row,
@@ -27,6 +26,7 @@ from exudyn_flexlink.sweeps import (
     Varied,
     carried_out,
     grid,
+    in_this_process,
     latin_hypercube,
     listed,
     planned,
@@ -51,7 +51,7 @@ def plan_of(varied: dict[str, object], scene: Scene | None = None) -> Sweep:
 
 def table(plan: Sweep, observe: Observe, simulate: object = None) -> SweepTable:
     work = work_of(plan, simulate or still, observe)  # type: ignore[arg-type]
-    return carried_out(plan, work, InThisProcess(), {}, lambda *_: None)
+    return carried_out(plan, work, in_this_process, {}, lambda *_: None)
 
 
 def still(scene: Scene) -> Result:

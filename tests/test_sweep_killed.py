@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -13,8 +14,8 @@ from sweep_runs import LENGTH, Length, plan_of, work
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.storage import load_sweep, open_journal
-from exudyn_flexlink.sweeps import Executor, LocalProcesses, SweepTable, carried_out
-from exudyn_flexlink.sweeps.cluster import DaskCluster
+from exudyn_flexlink.sweeps import Executor, SweepTable, carried_out, local_processes
+from exudyn_flexlink.sweeps.cluster import dask_cluster
 
 COUNT = 8
 SCRIPT = f"""
@@ -61,14 +62,16 @@ def test_numbers_do_not_depend_on_how_many_processes_run() -> None:
 
 def test_a_killed_worker_costs_the_run_under_way_which_is_made_again(tmp_path: Path) -> None:
     observe = Length(tmp_path / "log", deadly=3)
-    assert lengths(swept(LocalProcesses(2), observe)) == [float(k) for k in range(1, COUNT + 1)]
+    assert lengths(swept(partial(local_processes, 2), observe)) == [
+        float(k) for k in range(1, COUNT + 1)
+    ]
     assert observe.asked().count(3) == 2
     assert len(observe.asked()) <= COUNT + 2  # two were under way
 
 
 def test_a_run_that_always_ends_its_process_is_tried_twice_and_fails(tmp_path: Path) -> None:
     observe = Length(tmp_path / "log", deadly=3, times=99)
-    check_killed_always(swept(LocalProcesses(2), observe), observe)
+    check_killed_always(swept(partial(local_processes, 2), observe), observe)
     assert observe.asked().count(3) == 2
 
 
@@ -160,7 +163,7 @@ def cluster() -> Iterator[str]:
 
 
 def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_path: Path) -> None:
-    executor = DaskCluster(cluster)
+    executor = partial(dask_cluster, cluster)
     observe = Length(tmp_path / "log", deadly=3)
     assert lengths(swept(executor, observe)) == [float(k) for k in range(1, COUNT + 1)]
     assert observe.asked().count(3) == 2
