@@ -38,6 +38,7 @@ def test_the_file_is_the_dataset_of_python(made, tmp_path):
     xarray = pytest.importorskip("xarray")
     result = MADE[made]()
     save(result, tmp_path)
+    assert_same(result, load(tmp_path))
     seen, own = opened(tmp_path), own_result(result).to_xarray()
     assert len(seen.attrs.pop("sha256")) == 64
     assert json.loads(seen.attrs.pop("run"))["engine"] == result.engine

@@ -105,47 +105,6 @@ def test_a_sweep_that_was_killed_goes_on_without_loss_or_repetition(tmp_path: Pa
     assert len(again) == COUNT - len(made.rows)
 
 
-SERIES = """
-import sys
-import time
-import exudyn_flexlink as fl
-from exudyn_flexlink.storage import sweep as stored
-save = stored.save
-
-def slowly(result, folder):
-    save(result, folder)
-    time.sleep(0.3)
-
-stored.save = slowly
-if __name__ == "__main__":
-    scene = fl.load_scene("textbook/double_pendulum", duration=0.02)
-    fl.sweep(scene, {"initial.angles.upper": "0:90 deg:8"}, folder=sys.argv[1], series=True,
-             workers=2)
-"""
-
-
-@pytest.mark.parametrize("number", ["SIGKILL", "SIGINT"])
-def test_a_sweep_that_ends_while_runs_are_saved_leaves_no_temporary_folders(
-    number: str, tmp_path: Path
-) -> None:
-    (tmp_path / "script.py").write_text(SERIES)
-    folder = tmp_path / "swept"
-    running = subprocess.Popen(
-        [sys.executable, str(tmp_path / "script.py"), str(folder)], stderr=subprocess.DEVNULL
-    )
-    try:
-        while not list(folder.glob("series/*")):
-            assert running.poll() is None
-            time.sleep(0.01)
-    finally:
-        running.send_signal(getattr(signal, number))
-        running.wait()
-    until = time.monotonic() + 10
-    while list(tmp_path.rglob(".flexlink-*")):
-        assert time.monotonic() < until
-        time.sleep(0.1)
-
-
 @pytest.fixture
 def cluster() -> Iterator[str]:
     """Give the address of a scheduler on this machine with two workers.
