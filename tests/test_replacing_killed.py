@@ -11,7 +11,7 @@ from folders import mine, posix, simulate, tree
 from results import rigid_link
 
 from exudyn_flexlink import storage
-from exudyn_flexlink.storage import KeptBesideError, load, own_files, staged_folder
+from exudyn_flexlink.storage import load, staged_folder
 
 NEW = {"manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
@@ -77,28 +77,6 @@ def test_a_process_that_is_killed_leaves_the_old_run_or_the_new_one():
     assert set(titles) == {"pendulum", rigid_link(samples=2).scene.title}
 
 
-def test_a_move_that_fails_leaves_one_of_both_and_keeps_the_new_one_beside(monkeypatch):
-    results.put(rigid_link(samples=51), "o")
-    mine("o/data/measured.csv")
-    replace = os.replace
-
-    def refused(source, target):
-        if Path(target).parent.name == "o" and Path(target).name != "manifest.json":
-            raise PermissionError(1, "Operation not permitted")
-        replace(source, target)
-
-    def write():
-        with staged_folder(Path("o")) as folder:
-            storage.save(results.pendulum(), folder)
-            monkeypatch.setattr(os, "replace", refused)
-
-    with pytest.raises(KeptBesideError, match="What was computed is in"):
-        write()
-    assert load(Path("o")).scene.title == rigid_link(samples=2).scene.title
-    assert load(Path("o-2")).scene.title == "pendulum"
-    monkeypatch.undo()
-
-
 def test_ctrl_c_while_a_run_is_put_in_its_place_is_told_and_costs_nothing(
     ends, monkeypatch, capsys
 ):
@@ -113,14 +91,3 @@ def test_ctrl_c_while_a_run_is_put_in_its_place_is_told_and_costs_nothing(
     assert simulate() == 130
     assert capsys.readouterr().err == "interrupted: the run is whole, in o/\n"
     assert load(Path("o")).outcome.completed
-
-
-def test_runs_that_end_in_one_folder_one_after_the_other_leave_the_last():
-    mine("o/data/measured.csv")
-    with staged_folder(Path("o"), force=True) as folder:
-        storage.save(results.pendulum(), folder)
-    for result in [rigid_link(samples=51), results.pendulum()] * 3:
-        results.put(result, "o")
-        assert load(Path("o")).scene.title == result.scene.title
-        assert set(tree("o")) == set(own_files(Path("o"))) | {"data/measured.csv"}
-    assert sorted(path.name for path in Path().iterdir()) == ["o"]

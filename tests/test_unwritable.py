@@ -9,15 +9,14 @@ from pathlib import Path
 
 import pytest
 import results
+from cli_runs import MODELS, NO_CLEARANCE, ROOT
 from results import rigid_link
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import load
 
-ROOT = Path(__file__).parents[1]
-SMOOTH = str(ROOT / "models" / "smooth.yaml")
-NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
+SMOOTH = str(MODELS / "smooth.yaml")
 
 
 @pytest.fixture(autouse=True)

@@ -136,7 +136,8 @@ class Records:
         """Return a dataclass with its arrays, and the dataclasses in it; other fields are given.
 
         Raises:
-            KeyError: `names` lack a field, or there is no such array.
+            KeyError: `names` lack a field.
+            ValueError: there is no such array.
 
         """
         own = (member for member in members(kind) if member.name not in given)
@@ -167,5 +168,5 @@ class Records:
             return self.read.arrays[name].astype(own.kind, copy=False)
         shape = [self.read.lengths.get(name, 0) for name in _dimensions_of(own, path)]
         if 0 not in shape:
-            raise KeyError(name)
+            raise ValueError(f"no '{name}' in it")
         return np.empty(shape, own.kind)

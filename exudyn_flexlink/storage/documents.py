@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 from pydantic_core import to_json
 
 from exudyn_flexlink.loading import plain_data
@@ -92,6 +93,17 @@ def read_document(file: Path) -> dict[str, Any]:
             f"reads {FORMAT}); {AGAIN}"
         )
     return data
+
+
+def damage(error: ValidationError, what: str) -> str:
+    """Say in words what is wrong in JSON, first of all; `what` it should be."""
+    told = error.errors()[0]
+    if told["type"] == "json_invalid":
+        return "it is no JSON"
+    if not told["loc"]:
+        return f"it is no {what}"
+    where = ".".join(map(str, told["loc"][:2]))
+    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"
 
 
 def check_readable(file: Path) -> None:

@@ -15,7 +15,7 @@ from typing import IO
 
 from pydantic import TypeAdapter, ValidationError
 
-from exudyn_flexlink.storage.documents import in_json
+from exudyn_flexlink.storage.documents import damage, in_json
 from exudyn_flexlink.storage.errors import StorageError, cannot_write
 from exudyn_flexlink.sweeps import Row, Sweep
 
@@ -109,19 +109,8 @@ def _lines(content: bytes, file: Path) -> Iterator[Row]:
         try:
             yield _ROW.validate_json(line)
         except ValidationError as error:
-            why = _damage(error)
+            why = damage(error, "row of a sweep")
             raise StorageError(
                 f"{file}:{number}: this line is damaged: {why}; delete it, and '--resume' makes "
                 "its run again"
             ) from error
-
-
-def _damage(error: ValidationError) -> str:
-    """Say in words what is wrong in a line, first of all."""
-    told = error.errors()[0]
-    if told["type"] == "json_invalid":
-        return "it is no JSON"
-    if not told["loc"]:
-        return "it is no row of a sweep"
-    where = ".".join(map(str, told["loc"][:2]))
-    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"

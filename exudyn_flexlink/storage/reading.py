@@ -8,13 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, create_model
+from pydantic import BaseModel, ValidationError, create_model
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.arrays import Records, told_fields
-from exudyn_flexlink.storage.documents import AGAIN, check_readable
+from exudyn_flexlink.storage.documents import AGAIN, check_readable, damage
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import is_regular
 from exudyn_flexlink.storage.netcdf import read_netcdf
@@ -70,18 +70,16 @@ def _missing(file: Path) -> str:
 
 def _unreadable(file: Path, error: Exception) -> StorageError:
     """Say that a file is damaged, or which version of this program wrote it."""
-    if earlier := _earlier(file.parent / SUMMARY):
+    if earlier := _earlier(file.with_name(SUMMARY)):
         return StorageError(f"{file} was written by {earlier}; {AGAIN}")
-    why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+    why = damage(error, "run") if isinstance(error, ValidationError) else str(error)
     return StorageError(f"{file} is damaged: {why}; {AGAIN}")
 
 
 def _earlier(summary: Path) -> str:
     """Name the version that wrote a summary; empty if that was this one, or can't be told."""
-    if not is_regular(summary):  # a pipe would wait
-        return ""
     try:
-        told: dict[str, Any] = json.loads(summary.read_bytes().decode("utf-8"))
+        told = json.loads(summary.read_bytes()) if is_regular(summary) else {}  # a pipe would wait
         version, there = told["versions"].get(PROGRAM, "?"), told["format"]
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return ""

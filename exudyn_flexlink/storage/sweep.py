@@ -135,12 +135,8 @@ def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
     made = {}
     for name, values in columns.items():
         kinds = {type(value) for value in values} - {type(None)}
-        if len(kinds) > 1 and kinds <= {int, float}:
-            made[name] = pyarrow.array(values, pyarrow.float64())
-        elif len(kinds) > 1:
-            made[name] = pyarrow.array([None if v is None else str(v) for v in values])
-        else:
-            made[name] = pyarrow.array(values)
+        kind = next(iter(kinds)) if len(kinds) == 1 else float if kinds <= {int, float} else str
+        made[name] = pyarrow.array([None if value is None else kind(value) for value in values])
     import_module("pyarrow.parquet").write_table(pyarrow.table(made), file)
 
 
