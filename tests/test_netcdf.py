@@ -1,8 +1,7 @@
 """The file of a run's arrays, as a stranger opens it: names, units, dimensions, inf."""
 
 import json
-from dataclasses import fields, is_dataclass, replace
-from typing import get_args
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import Array, StorageError, arrays_of, load, save
 from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
-from exudyn_flexlink.variables import members
 
 INF = float("inf")
 MADE = {
@@ -125,26 +123,6 @@ def test_kinds_of_arrays(size, tmp_path):
     assert sorted(read.arrays) == sorted([*filled, "one"])
     for key in filled:
         np.testing.assert_array_equal(read.arrays[key], given[key])
-
-
-# --- generic over the dataclasses
-
-
-def arrays_below(kind):
-    """Fields that hold arrays, of a dataclass and of those in it: (class, field, is a variable)."""
-    for member in members(kind):
-        inner = [k for k in (member.type, *get_args(member.type)) if is_dataclass(k)]
-        if "ndarray" in str(member.type):
-            yield kind.__name__, member.name, member.variable is not None
-        for other in inner:
-            yield from arrays_below(other)
-
-
-def test_every_array_of_a_result_says_what_it_is():
-    """One that does not would be left out of the file."""
-    found = set(arrays_below(Result))
-    assert len(found) > 25
-    assert [name for name in found if not name[-1]] == []
 
 
 # --- what engines write

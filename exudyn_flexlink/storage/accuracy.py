@@ -40,10 +40,7 @@ def accuracy_data(study: Study) -> dict[str, Any]:
             "run": study.reference.told,
             "processor_time_s": study.reference.processor,
         },
-        "check": {
-            "run": "" if study.check is None else study.check.told,
-            "independent": study.independent,
-        },
+        "check": {"run": study.check.told if study.check else "", "independent": study.independent},
         "floor_m": study.floor,
         "floor_force_relative": study.force_floor,
         "end_s": study.end,

@@ -83,16 +83,18 @@ def read_document(file: Path) -> dict[str, Any]:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
         raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
-    if not isinstance(data, dict) or data.pop("program", None) != PROGRAM:
+    if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a result")
-    there = data.pop("format", None)
-    if there != FORMAT:
-        which = "an earlier" if isinstance(there, int) and there < FORMAT else "another"
-        raise StorageError(
-            f"{file} was written by {which} version of this program (format {there!r}, this one "
-            f"reads {FORMAT}); {AGAIN}"
-        )
+    if other := other_version(data):
+        raise StorageError(f"{file} was written by {other}; {AGAIN}")
     return data
+
+
+def other_version(document: Mapping[str, Any]) -> str:
+    """Name the version that wrote a document of this program; empty if it was this one."""
+    there, versions = document.get("format"), document.get("versions")
+    name = versions.get(PROGRAM, "?") if isinstance(versions, Mapping) else "?"
+    return "" if there == FORMAT else f"another version, {PROGRAM} {name} with format {there}"
 
 
 def damage(error: ValidationError, what: str) -> str:

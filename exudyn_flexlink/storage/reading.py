@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -14,8 +15,8 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.arrays import Records, told_fields
-from exudyn_flexlink.storage.documents import AGAIN, check_readable, damage
-from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
+from exudyn_flexlink.storage.documents import AGAIN, check_readable, damage, other_version
+from exudyn_flexlink.storage.errors import ARRAYS, PROGRAM, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import is_regular
 from exudyn_flexlink.storage.netcdf import read_netcdf
 from exudyn_flexlink.storage.writing import RUN
@@ -70,21 +71,13 @@ def _missing(file: Path) -> str:
 
 def _unreadable(file: Path, error: Exception) -> StorageError:
     """Say that a file is damaged, or which version of this program wrote it."""
-    if earlier := _earlier(file.with_name(SUMMARY)):
-        return StorageError(f"{file} was written by {earlier}; {AGAIN}")
+    summary = file.with_name(SUMMARY)
+    with suppress(OSError, ValueError, AttributeError):  # of a summary that tells nothing
+        told = json.loads(summary.read_bytes()) if is_regular(summary) else {}  # no pipe: it waits
+        if told.get("program") == PROGRAM and (other := other_version(told)):
+            return StorageError(f"{file} was written by {other}; {AGAIN}")
     why = damage(error, "run") if isinstance(error, ValidationError) else str(error)
     return StorageError(f"{file} is damaged: {why}; {AGAIN}")
-
-
-def _earlier(summary: Path) -> str:
-    """Name the version that wrote a summary; empty if that was this one, or can't be told."""
-    try:
-        told = json.loads(summary.read_bytes()) if is_regular(summary) else {}  # a pipe would wait
-        version, there = told["versions"].get(PROGRAM, "?"), told["format"]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return ""
-    same = told.get("program") != PROGRAM or there == FORMAT
-    return "" if same else f"another version, {PROGRAM} {version} with format {there}"
 
 
 def _scene(data: Any, file: Path) -> Scene:

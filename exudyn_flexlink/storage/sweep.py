@@ -134,7 +134,7 @@ def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
     pyarrow: Any = import_module("pyarrow")
     made = {}
     for name, values in columns.items():
-        kinds = {type(value) for value in values} - {type(None)}
+        kinds: set[Any] = {type(value) for value in values} - {type(None)}
         kind = next(iter(kinds)) if len(kinds) == 1 else float if kinds <= {int, float} else str
         made[name] = pyarrow.array([None if value is None else kind(value) for value in values])
     import_module("pyarrow.parquet").write_table(pyarrow.table(made), file)
