@@ -1,5 +1,6 @@
 """A run that takes the place of another and is killed: the folder holds the one or the other."""
 
+import json
 import os
 import shutil
 import signal
@@ -11,7 +12,7 @@ from folders import mine, posix, simulate, tree
 from results import rigid_link
 
 from exudyn_flexlink import storage
-from exudyn_flexlink.storage import load, staged_folder
+from exudyn_flexlink.storage import load, own_files, staged_folder
 
 NEW = {"manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
@@ -22,8 +23,8 @@ def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def replaced_but_killed(calls):
-    """Replace the run in 'o' in a process that is killed as it makes the file system's next call.
+def replaced_but_killed(calls, save=storage.save):
+    """Replace the result in 'o' in a process that is killed at a call to the file system.
 
     Returns whether it was killed: it may need fewer calls.
     """
@@ -41,7 +42,7 @@ def replaced_but_killed(calls):
             return call
 
         with staged_folder(Path("o")) as folder:
-            storage.save(results.pendulum(), folder)
+            save(results.pendulum(), folder)
             os.replace, shutil.copyfile = counted(os.replace), counted(shutil.copyfile)
             Path.unlink, Path.rmdir = counted(Path.unlink), counted(Path.rmdir)
         os._exit(0)
@@ -91,3 +92,35 @@ def test_ctrl_c_while_a_run_is_put_in_its_place_is_told_and_costs_nothing(
     assert simulate() == 130
     assert capsys.readouterr().err == "interrupted: the run is whole, in o/\n"
     assert load(Path("o")).outcome.completed
+
+
+def compared(result, folder):
+    """Write what a comparison leaves: a document, and two runs in folders inside."""
+    (folder / "comparison.json").write_text(
+        f'{{"title": "{result.scene.title}", "completed": true}}'
+    )
+    for name in ("exudyn", "lagrangian"):
+        storage.save(result, folder / name)
+
+
+@posix
+def test_a_comparison_that_is_killed_keeps_whole_runs():
+    """No document is beside runs that it does not tell of, and each run is the old or the new."""
+    old, new = rigid_link(samples=51), results.pendulum()
+    with staged_folder(Path("old")) as folder:
+        compared(old, folder)
+    mine("old/exudyn/notes.txt")
+    for calls in range(0, 200, 3):
+        shutil.copytree("old", "o")
+        killed = replaced_but_killed(calls, compared)
+        titles = {load(Path("o", name)).scene.title for name in ("exudyn", "lagrangian")}
+        assert titles <= {old.scene.title, new.scene.title}
+        if Path("o/comparison.json").exists():
+            assert titles == {json.loads(Path("o/comparison.json").read_text())["title"]}
+        with staged_folder(Path("o")) as folder:
+            compared(new, folder)
+        assert set(tree("o")) == set(own_files(Path("o"))) | {"exudyn/notes.txt"}
+        shutil.rmtree("o")
+        if not killed:
+            break
+    assert 20 < calls < 198

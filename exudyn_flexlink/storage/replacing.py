@@ -87,9 +87,9 @@ def _replace(staged: Path, target: Path, *, add: bool) -> None:
         _replace(staged / name, target / name, add=add)
     for name in sorted(new, key=lambda name: (name != whole, name)):
         _move(staged / name, target / name)
-    now.write(target)
     for name in set(coming.folders) - set(now.folders):
         _remove_folder(target / name)
+    now.write(target)
     for rest in target.glob(f"{PREFIX}*"):  # what killed processes left half copied
         with suppress(OSError):
             rest.rmdir() if is_folder(rest) else rest.unlink()
