@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -27,7 +28,6 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, Mistake
 from exudyn_flexlink.storage import open_journal, save_table, staged_folder
 from exudyn_flexlink.sweeps import (
-    LocalProcesses,
     Observe,
     OneRun,
     Scalar,
@@ -37,6 +37,7 @@ from exudyn_flexlink.sweeps import (
     Work,
     carried_out,
     grid,
+    local_processes,
     planned,
     work_of,
 )
@@ -116,7 +117,7 @@ def swept(plan: Sweep, work: Work, workers: int) -> SweepTable:
         folder = Path(parent) / "swept"
         with open_journal(folder, plan) as journal:
             table = carried_out(
-                plan, work, LocalProcesses(workers), {}, lambda row, _: journal.add(row)
+                plan, work, partial(local_processes, workers), {}, lambda row, _: journal.add(row)
             )
             with staged_folder(folder) as staged:
                 save_table(plan, table, staged)
@@ -128,7 +129,11 @@ def rate(plan: Sweep, observe: Observe, workers: int) -> float:
     instants: list[float] = []
     work = work_of(plan, engines.simulate, observe)
     carried_out(
-        plan, work, LocalProcesses(workers), {}, lambda *_: instants.append(time.perf_counter())
+        plan,
+        work,
+        partial(local_processes, workers),
+        {},
+        lambda *_: instants.append(time.perf_counter()),
     )
     return (len(instants) - 1) / (instants[-1] - instants[0])
 

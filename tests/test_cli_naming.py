@@ -46,15 +46,11 @@ def test_what_changes_the_motion_is_in_the_name(line: str, name: str) -> None:
     assert name_of(line) == name
 
 
-def test_the_order_of_settings_does_not_matter() -> None:
-    one, other = "--set run.turns=2", "--set bodies.link.rods=5"
+def test_commands_have_folders_of_their_own_and_the_order_of_settings_does_not_matter() -> None:
+    one, other = "--set run.turns=1", "--set bodies.link.rods=5"
     assert name_of(f"{one} {other}") == name_of(f"{other} {one}")
-
-
-def test_commands_have_folders_of_their_own() -> None:
-    turns = "--set run.turns=1"
-    assert name_of(turns, "compare", "-compare") == "no_clearance-compare-turns=1"
-    assert name_of(turns, "accuracy", "-accuracy") == "no_clearance-accuracy-turns=1"
+    for command in ("compare", "accuracy"):
+        assert name_of(one, command, f"-{command}") == f"no_clearance-{command}-turns=1"
 
 
 LONG = [

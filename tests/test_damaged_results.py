@@ -76,3 +76,6 @@ def test_a_run_of_an_earlier_version(capsys):
         "rigid/result.nc was written by another version, exudyn-flexlink 0.0.9 with format "
         f"{FORMAT - 1}; run the model again\n"
     )
+    with storage.staged_folder(Path("rigid"), force=True) as folder:
+        storage.save(results.pendulum(), folder)
+    assert storage.load(Path("rigid")).scene.title == "pendulum"

@@ -34,16 +34,6 @@ def test_what_follows_from_an_object_is_found_once_for_each():
     assert calls == [one, other]
 
 
-def test_what_was_found_goes_with_its_object():
-    found = once_for_each(lambda _: Thing())
-    one = Thing()
-    kept = weakref.ref(found(one))
-    assert kept() is not None
-    del one
-    gc.collect()
-    assert kept() is None
-
-
 def test_what_was_found_holds_for_an_equal_object():
     found = once_for_each(lambda _: Thing())
     one, equal = Thing(), Thing()

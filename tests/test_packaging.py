@@ -67,27 +67,22 @@ def test_the_source_distribution_is_complete(source: Path, tmp_path: Path) -> No
     assert files - built - generated == NOT_BUILT
 
 
-def test_the_wheel_brings_the_models(installed: Path, tmp_path: Path) -> None:
-    code = "import exudyn_flexlink as fl; print(fl.load_scene('spline_track').title, fl.__file__)"
-    told = run(installed, tmp_path, "-c", code)
-    assert str(installed) in told
-    assert load_scene(ROOT / "models" / "spline_track.yaml").title in told
-    code = "from exudyn_flexlink.shipped import model_names; print(*model_names())"
-    assert run(installed, tmp_path, "-c", code).split() == model_names()
-
-
-def test_the_wheel_brings_the_published_numbers(installed: Path, tmp_path: Path) -> None:
-    code = "from exudyn_flexlink.shipped import benchmark_files; print(*benchmark_files().values())"
-    files = [Path(file) for file in run(installed, tmp_path, "-c", code).split()]
+def test_the_wheel_brings_models_published_numbers_and_the_player(
+    installed: Path, tmp_path: Path
+) -> None:
+    code = (
+        "import exudyn_flexlink as fl; from exudyn_flexlink import shipped;"
+        "print(fl.load_scene('spline_track').title); print(*shipped.model_names());"
+        "print(*shipped.benchmark_files().values())"
+    )
+    title, names, numbers = run(installed, tmp_path, "-c", code).splitlines()
+    assert title == load_scene(ROOT / "models" / "spline_track.yaml").title
+    assert names.split() == model_names()
+    files = [Path(file) for file in numbers.split()]
     assert [file.name for file in files] == [file.name for file in benchmark_files().values()]
     assert all(file.is_relative_to(installed) for file in files)
-
-
-def test_the_wheel_brings_the_player_of_animations(installed: Path) -> None:
     player = Path("exudyn_flexlink") / "animation" / "player"
-    there, brought = (
-        {path.name for path in (folder / player).iterdir()} for folder in (ROOT, installed)
-    )
+    there, brought = ({path.name for path in (top / player).iterdir()} for top in (ROOT, installed))
     assert there == brought
 
 

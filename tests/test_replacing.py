@@ -94,14 +94,6 @@ def test_files_that_are_no_longer_written_go_unless_the_user_changed_them():
         assert not Path("o/trajectory_link.end.csv").exists()
 
 
-def test_a_comparison_gives_way_to_no_run(ends):
-    assert main(["compare", NO_CLEARANCE, "--quiet", "--no-plots", "--out=o"]) == 0
-    mine("o/lagrangian/notes")
-    before = tree("o")
-    assert simulate() != 0
-    assert tree("o") == before
-
-
 def test_a_file_that_appears_while_the_run_goes_on_is_not_replaced():
     def write():
         with staged_folder(Path("o")) as folder:

@@ -1,5 +1,6 @@
 """A run that takes the place of another and is killed: the folder holds the one or the other."""
 
+import json
 import os
 import shutil
 import signal
@@ -11,7 +12,7 @@ from folders import mine, posix, simulate, tree
 from results import rigid_link
 
 from exudyn_flexlink import storage
-from exudyn_flexlink.storage import KeptBesideError, load, own_files, staged_folder
+from exudyn_flexlink.storage import load, own_files, staged_folder
 
 NEW = {"manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
@@ -22,8 +23,8 @@ def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def replaced_but_killed(calls):
-    """Replace the run in 'o' in a process that is killed as it makes the file system's next call.
+def replaced_but_killed(calls, save=storage.save):
+    """Replace the result in 'o' in a process that is killed at a call to the file system.
 
     Returns whether it was killed: it may need fewer calls.
     """
@@ -41,7 +42,7 @@ def replaced_but_killed(calls):
             return call
 
         with staged_folder(Path("o")) as folder:
-            storage.save(results.pendulum(), folder)
+            save(results.pendulum(), folder)
             os.replace, shutil.copyfile = counted(os.replace), counted(shutil.copyfile)
             Path.unlink, Path.rmdir = counted(Path.unlink), counted(Path.rmdir)
         os._exit(0)
@@ -77,28 +78,6 @@ def test_a_process_that_is_killed_leaves_the_old_run_or_the_new_one():
     assert set(titles) == {"pendulum", rigid_link(samples=2).scene.title}
 
 
-def test_a_move_that_fails_leaves_one_of_both_and_keeps_the_new_one_beside(monkeypatch):
-    results.put(rigid_link(samples=51), "o")
-    mine("o/data/measured.csv")
-    replace = os.replace
-
-    def refused(source, target):
-        if Path(target).parent.name == "o" and Path(target).name != "manifest.json":
-            raise PermissionError(1, "Operation not permitted")
-        replace(source, target)
-
-    def write():
-        with staged_folder(Path("o")) as folder:
-            storage.save(results.pendulum(), folder)
-            monkeypatch.setattr(os, "replace", refused)
-
-    with pytest.raises(KeptBesideError, match="What was computed is in"):
-        write()
-    assert load(Path("o")).scene.title == rigid_link(samples=2).scene.title
-    assert load(Path("o-2")).scene.title == "pendulum"
-    monkeypatch.undo()
-
-
 def test_ctrl_c_while_a_run_is_put_in_its_place_is_told_and_costs_nothing(
     ends, monkeypatch, capsys
 ):
@@ -115,12 +94,33 @@ def test_ctrl_c_while_a_run_is_put_in_its_place_is_told_and_costs_nothing(
     assert load(Path("o")).outcome.completed
 
 
-def test_runs_that_end_in_one_folder_one_after_the_other_leave_the_last():
-    mine("o/data/measured.csv")
-    with staged_folder(Path("o"), force=True) as folder:
-        storage.save(results.pendulum(), folder)
-    for result in [rigid_link(samples=51), results.pendulum()] * 3:
-        results.put(result, "o")
-        assert load(Path("o")).scene.title == result.scene.title
-        assert set(tree("o")) == set(own_files(Path("o"))) | {"data/measured.csv"}
-    assert sorted(path.name for path in Path().iterdir()) == ["o"]
+def compared(result, folder):
+    """Write what a comparison leaves: a document, and two runs in folders inside."""
+    (folder / "comparison.json").write_text(
+        f'{{"title": "{result.scene.title}", "completed": true}}'
+    )
+    for name in ("exudyn", "lagrangian"):
+        storage.save(result, folder / name)
+
+
+@posix
+def test_a_comparison_that_is_killed_keeps_whole_runs():
+    """No document is beside runs that it does not tell of, and each run is the old or the new."""
+    old, new = rigid_link(samples=51), results.pendulum()
+    with staged_folder(Path("old")) as folder:
+        compared(old, folder)
+    mine("old/exudyn/notes.txt")
+    for calls in range(0, 200, 3):
+        shutil.copytree("old", "o")
+        killed = replaced_but_killed(calls, compared)
+        titles = {load(Path("o", name)).scene.title for name in ("exudyn", "lagrangian")}
+        assert titles <= {old.scene.title, new.scene.title}
+        if Path("o/comparison.json").exists():
+            assert titles == {json.loads(Path("o/comparison.json").read_text())["title"]}
+        with staged_folder(Path("o")) as folder:
+            compared(new, folder)
+        assert set(tree("o")) == set(own_files(Path("o"))) | {"exudyn/notes.txt"}
+        shutil.rmtree("o")
+        if not killed:
+            break
+    assert 20 < calls < 198

@@ -54,26 +54,9 @@ def assert_same(one, other, where="result"):
 # --- round trip
 
 
-def test_round_trip_is_exact(rigid, saved):
-    assert_same(rigid, load(saved))
-
-
-MADE = (
-    results.pendulum,
-    results.slider,
-    results.tilting_link,
-    lambda: results.stopped(results.pendulum()),
-)
-
-
-@pytest.mark.parametrize("make", MADE)
-def test_round_trip_of_other_mechanisms(make, tmp_path):
-    save(make(), tmp_path)
-    assert_same(make(), load(tmp_path))
-
-
 def test_summary_is_for_reading(saved):
-    summary = json.loads((saved / "summary.json").read_text(encoding="utf-8"))
+    text = (saved / "summary.json").read_text(encoding="utf-8")
+    summary = json.loads(text, parse_constant=pytest.fail)  # JSON has no inf
     assert summary["program"] == "exudyn-flexlink"
     assert summary["outcome"]["completed"] is True
     first, second = summary["strikes"]["strike"]
@@ -82,38 +65,17 @@ def test_summary_is_for_reading(saved):
     assert summary["checks"]["steps_per_contact"] is None  # without bound
 
 
-def test_summary_is_strict_json(saved):
-    def refuse(word):
-        raise AssertionError(word)
-
-    json.loads((saved / "summary.json").read_text(encoding="utf-8"), parse_constant=refuse)
-
-
-def test_tables(saved):
+def test_tables(saved, tmp_path):
     table = np.genfromtxt(saved / "trajectory_link.end.csv", delimiter=",", names=True)
-    assert table.dtype.names == (
-        "t_s",
-        "crank_angle_rad",
-        "x_m",
-        "y_m",
-        "vx_m_per_s",
-        "vy_m_per_s",
-    )
+    axes = ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+    assert table.dtype.names == ("t_s", "crank_angle_rad", *axes)
     np.testing.assert_allclose([table["x_m"][0], table["y_m"][0]], [0.11, 0], atol=1e-12)
     lever = np.genfromtxt(saved / "lever_lever.csv", delimiter=",", names=True)
-    assert lever.dtype.names == (
-        "t_s",
-        "crank_angle_rad",
-        "angle_rad",
-        "rate_rad_per_s",
-        "tip_displacement_m",
-    )
-
-
-def test_no_crank_no_column(tmp_path):
-    save(results.slider(), tmp_path)
+    told = ("angle_rad", "rate_rad_per_s", "tip_displacement_m")
+    assert lever.dtype.names == ("t_s", "crank_angle_rad", *told)
+    save(results.slider(), tmp_path)  # which has no crank
     header = (tmp_path / "trajectory_block.nose.csv").read_text().splitlines()[0]
-    assert header == "t_s,x_m,y_m,vx_m_per_s,vy_m_per_s"
+    assert header == ",".join(("t_s", *axes))
 
 
 def test_names_of_bodies_are_made_fit_for_files(tmp_path):
@@ -138,14 +100,6 @@ def tilted(tilting, tmp_path):
     return tmp_path / "tilted"
 
 
-def test_round_trip_of_a_sleeve_nothing_touches(tilting, tmp_path):
-    still = results.first_samples(tilting, 100)  # the first lap, in which the link is free
-    assert len(still.sleeves["sleeve"].touches.begin) == 0
-    save(still, tmp_path)
-    assert_same(still, load(tmp_path))
-    assert not list(tmp_path.glob("touches_*"))
-
-
 def test_summary_tells_how_much_a_link_touched(tilting, tilted):
     told = json.loads((tilted / "summary.json").read_text(encoding="utf-8"))["clearances"]["sleeve"]
     touches = tilting.sleeves["sleeve"].touches
@@ -160,18 +114,9 @@ def test_summary_tells_how_much_a_link_touched(tilting, tilted):
 
 def test_a_row_for_every_touch(tilting, tilted):
     table = np.genfromtxt(tilted / "touches_sleeve.csv", delimiter=",", names=True)
-    assert table.dtype.names == (
-        "begin_s",
-        "end_s",
-        "crank_angle_rad",
-        "pair",
-        "impulse_N_s",
-        "energy_lost_J",
-        "peak_force_N",
-        "approach_speed_m_per_s",
-        "place_m",
-        "penetration_m",
-        "ended",
+    assert ",".join(table.dtype.names) == (
+        "begin_s,end_s,crank_angle_rad,pair,impulse_N_s,energy_lost_J,peak_force_N,"
+        "approach_speed_m_per_s,place_m,penetration_m,ended"
     )
     sleeve = tilting.sleeves["sleeve"]
     np.testing.assert_allclose(table["begin_s"], sleeve.touches.begin, rtol=1e-11)
@@ -226,9 +171,8 @@ def test_one_file_is_the_run(copy, rigid, tmp_path):
 def written_as(folder, **changes):
     """Write the file of a run whole, with something else in it."""
     file = folder / "result.nc"
-    read = read_netcdf(file)
-    told = json.loads(read.attributes["run"]) | changes
-    write_netcdf(file, read.arrays, {"run": json.dumps(told)})
+    told = json.loads(read_netcdf(file).attributes["run"]) | changes
+    write_netcdf(file, {}, {"run": json.dumps(told)})
 
 
 @pytest.mark.parametrize(
@@ -258,21 +202,10 @@ def test_a_file_of_another_program(tmp_path):
 # --- whole or not at all
 
 
-def left_over(folder):
-    return [path.name for path in folder.iterdir() if path.name.startswith(".")]
-
-
-def test_staged_folder_appears_when_it_is_whole(rigid, tmp_path):
-    target = tmp_path / "deep" / "run"
-    with staged_folder(target) as folder:
-        save(rigid, folder)
-        assert not target.exists()
-    assert (target / "summary.json").is_file()
-    assert left_over(target.parent) == []
-
-
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])
 def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
+    """Of a run that is not interrupted nothing is there before it is whole."""
+
     def write():
         with staged_folder(tmp_path / "deep" / "run") as folder:
             (folder / "half").write_text("half")
@@ -283,27 +216,6 @@ def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_earlier_run_of_another_format_is_replaced(rigid, tmp_path, monkeypatch):
-    copy = tmp_path / "copy"
-    monkeypatch.setattr("exudyn_flexlink.storage.documents.FORMAT", 0)
-    with staged_folder(copy) as folder:
-        save(rigid, folder)
-        (folder / "result.nc").write_bytes(b"as it was then")
-    monkeypatch.undo()
-    with pytest.raises(StorageError, match=r"another version, exudyn-flexlink \S+ with format 0"):
-        load(copy)
-    with staged_folder(copy) as folder:
-        save(results.pendulum(), folder)
-    assert load(copy).scene.title == "pendulum"
-
-
-def test_an_earlier_run_survives_a_failed_one(copy, rigid):
-    with pytest.raises(RuntimeError), staged_folder(copy):
-        raise RuntimeError
-    assert_same(rigid, load(copy))
-    assert left_over(copy.parent) == []
-
-
 @pytest.mark.parametrize("name", ["thesis.tex", "summary.json"])
 def test_other_peoples_files_are_never_replaced(tmp_path, name):
     (tmp_path / "run").mkdir()
@@ -311,19 +223,6 @@ def test_other_peoples_files_are_never_replaced(tmp_path, name):
     with pytest.raises(StorageError, match="choose another name"), staged_folder(tmp_path / "run"):
         raise AssertionError("too late")
     assert [path.name for path in (tmp_path / "run").iterdir()] == [name]
-    assert left_over(tmp_path) == []
-
-
-def test_a_folder_filled_meanwhile_is_not_replaced(tmp_path):
-    def write():
-        with staged_folder(tmp_path / "run"):
-            (tmp_path / "run").mkdir()
-            (tmp_path / "run" / "thesis.tex").write_text("mine")
-
-    with pytest.raises(StorageError, match="no run of this program"):
-        write()
-    assert (tmp_path / "run" / "thesis.tex").read_text() == "mine"
-    assert left_over(tmp_path) == []
 
 
 def test_the_folder_one_is_in_stays_the_same_folder(tmp_path, monkeypatch):
@@ -336,20 +235,8 @@ def test_the_folder_one_is_in_stays_the_same_folder(tmp_path, monkeypatch):
     assert load(Path()).scene.title == "pendulum"
 
 
-def test_a_full_disk_is_said_plainly(tmp_path):
-    def write():
-        with staged_folder(tmp_path / "run"):
-            raise OSError(28, "No space left on device")
-
-    with pytest.raises(StorageError, match="the disk is full"):
-        write()
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_place_that_can_not_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     place = tmp_path / "file" / "run"
     with pytest.raises(StorageError, match="can't write"), staged_folder(place):
         raise AssertionError("too late")
-    with pytest.raises(StorageError, match="can't write"):
-        save(results.pendulum(), place)

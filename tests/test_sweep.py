@@ -18,7 +18,6 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, Mistake
 from exudyn_flexlink.sweeps import (
     Design,
-    InThisProcess,
     Observe,
     OneRun,
     Row,
@@ -27,6 +26,7 @@ from exudyn_flexlink.sweeps import (
     Varied,
     carried_out,
     grid,
+    in_this_process,
     latin_hypercube,
     listed,
     planned,
@@ -51,7 +51,7 @@ def plan_of(varied: dict[str, object], scene: Scene | None = None) -> Sweep:
 
 def table(plan: Sweep, observe: Observe, simulate: object = None) -> SweepTable:
     work = work_of(plan, simulate or still, observe)  # type: ignore[arg-type]
-    return carried_out(plan, work, InThisProcess(), {}, lambda *_: None)
+    return carried_out(plan, work, in_this_process, {}, lambda *_: None)
 
 
 def still(scene: Scene) -> Result:
@@ -63,25 +63,41 @@ def own_length(scene: Scene, simulate: object) -> dict[str, float]:
     return {"length_m": scene.bodies["rod"].length}  # type: ignore[union-attr]
 
 
-def test_a_grid_has_every_value_with_every_other_and_the_last_varies_fastest() -> None:
-    plan = plan_of({LENGTH: "1:2:2", ANGLE: "0, 90 deg"})
-    assert [point.values for point in plan.points] == [
-        (1.0, 0.0),
-        (1.0, pi / 2),
-        (2.0, 0.0),
-        (2.0, pi / 2),
-    ]
-    assert [one.column for one in plan.varied] == [f"{LENGTH}_m", f"{ANGLE}_rad"]
+MINUS = "\N{MINUS SIGN}"
+GIVEN = [
+    ({LENGTH: "1:2:2", ANGLE: "0, 90 deg"}, [(1, 0), (1, pi / 2), (2, 0), (2, pi / 2)]),
+    ({LENGTH: "100, 200, 300 mm"}, [(0.1,), (0.2,), (0.3,)]),
+    ({ANGLE: f"{MINUS}90:90 deg:3"}, [(-pi / 2,), (0,), (pi / 2,)]),
+    ({ANGLE: f"{MINUS}90, {MINUS}45, 180 deg"}, [(-pi / 2,), (-pi / 4,), (pi,)]),
+]
+
+
+@pytest.mark.parametrize(("varied", "points"), GIVEN)
+def test_every_value_with_every_other_and_the_last_varies_fastest(
+    varied: dict[str, object], points: list[tuple[float, ...]]
+) -> None:
+    """A unit is that of all values before it; a minus sign may be that of typeset text."""
+    plan = plan_of(varied)
+    assert [point.values for point in plan.points] == points
+    units = {LENGTH: "m", ANGLE: "rad"}
+    assert [one.column for one in plan.varied] == [f"{path}_{units[path]}" for path in varied]
+
+
+def test_listed_points_are_as_they_are_listed() -> None:
+    made = design_of(listed([{LENGTH: 1, ANGLE: "90 deg"}, {ANGLE: 0, LENGTH: 2}], (), []))
+    assert made.paths == (LENGTH, ANGLE)
+    assert made.points == ((1.0, "90 deg"), (2.0, 0.0))
+
+
+@pytest.mark.parametrize("values", ["1:-1:50", "-1:1:50", [*range(1, 60), "-5 mm", 61]])
+def test_many_values_are_checked_at_both_ends(values: object) -> None:
+    with pytest.raises(fl.SceneError, match="must be greater than 0"):
+        plan_of({LENGTH: values})
 
 
 def test_scenes_have_the_values_of_their_points() -> None:
     found = table(plan_of({LENGTH: "100:300 mm:3"}), own_length)
     assert found.columns()["length_m"] == found.columns()[f"{LENGTH}_m"] == [0.1, 0.2, 0.3]
-
-
-def test_the_unit_of_the_last_value_is_that_of_all() -> None:
-    plan = plan_of({LENGTH: "100, 200, 300 mm"})
-    assert [point.values[0] for point in plan.points] == [0.1, 0.2, 0.3]
 
 
 def test_a_latin_hypercube_has_one_point_in_every_part_of_a_range() -> None:
@@ -99,12 +115,6 @@ def test_a_seed_makes_the_same_points_again_and_another_seed_others(draw: object
         for seed in (1, 1, 2)
     )
     assert one == same != other
-
-
-def test_listed_points_are_as_they_are_listed() -> None:
-    made = design_of(listed([{LENGTH: 1, ANGLE: "90 deg"}, {ANGLE: 0, LENGTH: 2}], (), []))
-    assert made.paths == (LENGTH, ANGLE)
-    assert made.points == ((1.0, "90 deg"), (2.0, 0.0))
 
 
 def test_ids_are_those_of_scene_and_settings_alone() -> None:
@@ -133,13 +143,6 @@ def test_a_range_after_one_with_a_mistake_is_named_by_its_own_path() -> None:
     assert f"{ANGLE}: expected an angle" in str(error.value)
 
 
-def test_a_minus_sign_of_typeset_text_is_one_in_ranges_and_lists() -> None:
-    for typed in ("\N{MINUS SIGN}20:5 deg:3", "\N{MINUS SIGN}20, \N{MINUS SIGN}7.5, 5 deg"):
-        plain = typed.replace("\N{MINUS SIGN}", "-")
-        one, other = plan_of({ANGLE: typed}), plan_of({ANGLE: plain})
-        assert [p.values for p in one.points] == [p.values for p in other.points]
-
-
 def test_files_that_vary_are_those_beside_the_model() -> None:
     found = table(plan_of({"curves.track.file": ["track_points.csv"]},
                           fl.load_scene("spline_track")), lambda *_: {})  # fmt: skip
@@ -153,33 +156,41 @@ def test_names_of_columns_are_texts_that_no_other_column_has(name: object) -> No
     assert "column" in row.reason
 
 
-def test_values_that_are_not_finite_are_none() -> None:
-    [row] = table(
-        plan_of({LENGTH: [1]}), lambda *_: {"a": np.float64("inf"), "b": np.int64(2)}
-    ).rows
-    assert row.numbers == {"a": None, "b": 2}
+def stops(scene: Scene) -> Result:
+    return replace(still(scene), outcome=Outcome(False, 0.25, "no convergence"))
 
 
-def test_a_failed_run_is_a_row_with_its_reason() -> None:
-    def stops(scene: Scene) -> Result:
-        return replace(still(scene), outcome=Outcome(False, 0.25, "no convergence"))
+def warns(scene: Scene) -> Result:
+    return replace(still(scene), warnings=("energy is created",))
 
-    [row] = table(plan_of({LENGTH: [1]}), OneRun(standard_row), stops).rows
-    assert (row.status, row.reason) == ("failed", "stopped at t = 0.25 s: no convergence")
-    assert not row.numbers
+
+@pytest.mark.parametrize(
+    ("simulate", "status", "reason"),
+    [
+        (stops, "failed", "stopped at t = 0.25 s: no convergence"),
+        (warns, "doubtful", "energy is created"),
+    ],
+)
+def test_a_run_that_fails_or_warns_is_a_row_with_its_reason(
+    simulate: object, status: str, reason: str
+) -> None:
+    [row] = table(plan_of({LENGTH: [1]}), OneRun(standard_row), simulate).rows
+    assert (row.status, row.reason) == (status, reason)
+    assert bool(row.numbers) == (status == "doubtful")
 
 
 def test_what_raises_is_a_failed_row_and_the_others_go_on() -> None:
     def refuses(scene: Scene, simulate: object) -> dict[str, float]:
-        length = own_length(scene, simulate)
-        if length["length_m"] == 2:
+        length = own_length(scene, simulate)["length_m"]
+        if length == 2:
             raise ValueError("not two")
-        return length
+        return {"length_m": np.float64(length), "bound_m": np.inf}  # no table holds inf
 
     found = table(plan_of({LENGTH: "1:3:3"}), refuses)
     assert [row.status for row in found.rows] == ["done", "failed", "done"]
     assert found.rows[1].reason == "ValueError: not two"
     assert found.columns()["length_m"] == [1.0, None, 3.0]
+    assert found.columns()["bound_m"] == [None] * 3
 
 
 def test_a_scene_that_can_not_be_put_together_is_a_failed_row() -> None:
@@ -188,15 +199,6 @@ def test_a_scene_that_can_not_be_put_together_is_a_failed_row() -> None:
     found = table(plan_of({"bodies.rod.points.small.0": "300, 50 mm"}, scene), lambda *_: {})
     assert [row.status for row in found.rows] == ["done", "failed"]
     assert found.rows[1].reason
-
-
-def test_a_run_that_warns_is_doubtful() -> None:
-    def warns(scene: Scene) -> Result:
-        return replace(still(scene), warnings=("energy is created",))
-
-    [row] = table(plan_of({LENGTH: [1]}), OneRun(standard_row), warns).rows
-    assert (row.status, row.reason, row.warnings) == ("doubtful", "energy is created", 1)
-    assert row.numbers
 
 
 @pytest.mark.parametrize("begins", ["5 mm", 0])

@@ -1,23 +1,21 @@
 """Processes of a sweep that are killed: what they had made stays, nothing is made twice."""
 
-import json
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 from results import PENDULUM, scene_from
 from sweep_runs import LENGTH, Length, plan_of, work
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.storage import load_sweep
-from exudyn_flexlink.storage import sweep as stored
-from exudyn_flexlink.sweeps import Executor, LocalProcesses, SweepTable, carried_out
-from exudyn_flexlink.sweeps.cluster import DaskCluster
+from exudyn_flexlink.storage import load_sweep, open_journal
+from exudyn_flexlink.sweeps import Executor, SweepTable, carried_out, local_processes
+from exudyn_flexlink.sweeps.cluster import dask_cluster
 
 COUNT = 8
 SCRIPT = f"""
@@ -64,14 +62,16 @@ def test_numbers_do_not_depend_on_how_many_processes_run() -> None:
 
 def test_a_killed_worker_costs_the_run_under_way_which_is_made_again(tmp_path: Path) -> None:
     observe = Length(tmp_path / "log", deadly=3)
-    assert lengths(swept(LocalProcesses(2), observe)) == [float(k) for k in range(1, COUNT + 1)]
+    assert lengths(swept(partial(local_processes, 2), observe)) == [
+        float(k) for k in range(1, COUNT + 1)
+    ]
     assert observe.asked().count(3) == 2
     assert len(observe.asked()) <= COUNT + 2  # two were under way
 
 
 def test_a_run_that_always_ends_its_process_is_tried_twice_and_fails(tmp_path: Path) -> None:
     observe = Length(tmp_path / "log", deadly=3, times=99)
-    check_killed_always(swept(LocalProcesses(2), observe), observe)
+    check_killed_always(swept(partial(local_processes, 2), observe), observe)
     assert observe.asked().count(3) == 2
 
 
@@ -105,47 +105,6 @@ def test_a_sweep_that_was_killed_goes_on_without_loss_or_repetition(tmp_path: Pa
     assert len(again) == COUNT - len(made.rows)
 
 
-SERIES = """
-import sys
-import time
-import exudyn_flexlink as fl
-from exudyn_flexlink.storage import sweep as stored
-save = stored.save
-
-def slowly(result, folder):
-    save(result, folder)
-    time.sleep(0.3)
-
-stored.save = slowly
-if __name__ == "__main__":
-    scene = fl.load_scene("textbook/double_pendulum", duration=0.02)
-    fl.sweep(scene, {"initial.angles.upper": "0:90 deg:8"}, folder=sys.argv[1], series=True,
-             workers=2)
-"""
-
-
-@pytest.mark.parametrize("number", ["SIGKILL", "SIGINT"])
-def test_a_sweep_that_ends_while_runs_are_saved_leaves_no_temporary_folders(
-    number: str, tmp_path: Path
-) -> None:
-    (tmp_path / "script.py").write_text(SERIES)
-    folder = tmp_path / "swept"
-    running = subprocess.Popen(
-        [sys.executable, str(tmp_path / "script.py"), str(folder)], stderr=subprocess.DEVNULL
-    )
-    try:
-        while not list(folder.glob("series/*")):
-            assert running.poll() is None
-            time.sleep(0.01)
-    finally:
-        running.send_signal(getattr(signal, number))
-        running.wait()
-    until = time.monotonic() + 10
-    while list(tmp_path.rglob(".flexlink-*")):
-        assert time.monotonic() < until
-        time.sleep(0.1)
-
-
 @pytest.fixture
 def cluster() -> Iterator[str]:
     """Give the address of a scheduler on this machine with two workers.
@@ -163,7 +122,7 @@ def cluster() -> Iterator[str]:
 
 
 def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_path: Path) -> None:
-    executor = DaskCluster(cluster)
+    executor = partial(dask_cluster, cluster)
     observe = Length(tmp_path / "log", deadly=3)
     assert lengths(swept(executor, observe)) == [float(k) for k in range(1, COUNT + 1)]
     assert observe.asked().count(3) == 2
@@ -171,19 +130,10 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_pat
     check_killed_always(swept(executor, observe), observe)
 
 
-def test_of_two_sweeps_begun_together_none_works_under_the_plan_of_the_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The other one writes its plan after this one did, before this one locks the folder."""
-    folder, locked = tmp_path / "swept", stored.keep_out
-
-    def late(*arguments: Any) -> None:
-        (folder / "sweep.json").write_text(json.dumps(stored._plan(plan_of(COUNT + 1))))
-        locked(*arguments)
-
-    monkeypatch.setattr(stored, "keep_out", late)
+def test_two_sweeps_do_not_work_in_one_folder(tmp_path: Path) -> None:
     with (
-        pytest.raises(fl.StorageError, match="another process began a sweep"),
-        stored.open_journal(folder, plan_of(COUNT)),
+        open_journal(tmp_path, plan_of(COUNT)),
+        pytest.raises(fl.StorageError, match="another process sweeps in"),
+        open_journal(tmp_path, plan_of(COUNT), force=True),
     ):
         raise AssertionError("two sweeps in one folder")

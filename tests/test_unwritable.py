@@ -9,15 +9,14 @@ from pathlib import Path
 
 import pytest
 import results
+from cli_runs import MODELS, NO_CLEARANCE, ROOT
 from results import rigid_link
 
-from exudyn_flexlink import engines, storage
+from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import load
 
-ROOT = Path(__file__).parents[1]
-SMOOTH = str(ROOT / "models" / "smooth.yaml")
-NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
+SMOOTH = str(MODELS / "smooth.yaml")
 
 
 @pytest.fixture(autouse=True)
@@ -140,15 +139,3 @@ def test_a_file_in_the_way_is_told_before_anything_runs(command, monkeypatch, ca
     said = capsys.readouterr().err
     assert said == f"{Path('o').resolve()} is a file; give the name of a folder\n"
     assert Path("o").read_text(encoding="utf-8") == "mine"
-
-
-def test_a_run_that_may_not_be_read(monkeypatch, capsys):
-    storage.save(results.pendulum(), Path("o"))
-
-    def refuse(self):
-        raise PermissionError(errno.EACCES, "Permission denied")
-
-    monkeypatch.setattr("exudyn_flexlink.storage.reading.read_netcdf", refuse)
-    assert main(["plot", "o"]) == 2
-    said = capsys.readouterr().err
-    assert said == f"can't read {Path('o') / 'result.nc'}: Permission denied\n"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
 from functools import partial
 
@@ -13,6 +12,7 @@ from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, te
 from exudyn_flexlink.report import verification_data, verification_markdown, verification_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.shipped import benchmark_files
+from exudyn_flexlink.storage.documents import in_json
 from exudyn_flexlink.verification import Benchmark, VerifiedRun, judged, read_benchmark
 
 
@@ -51,5 +51,5 @@ def _verify(
 
 def _printed(found: Sequence[VerifiedRun], form: str) -> str:
     if form == "json":
-        return json.dumps(verification_data(found), indent=2, ensure_ascii=False)
+        return in_json(verification_data(found), indent=2).decode().rstrip()
     return verification_markdown(found) if form == "markdown" else verification_text(found)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
 from exudyn_flexlink.report.text import table
-from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.verification import Compared, VerifiedRun
 
 HEAD = ("number", "published", "computed", "difference", "allowed", "verdict")
@@ -41,10 +41,10 @@ def verification_data(runs: Sequence[VerifiedRun]) -> list[dict[str, Any]]:
     """Return plain data; null stands for a number that the run did not come to."""
     return [
         {
-            **plain(one),
+            **asdict(one),
             "fine": one.fine,
             "numbers": [
-                {**plain(own), "difference": plain(own.difference), "fine": own.fine}
+                {**asdict(own), "difference": own.difference, "fine": own.fine}
                 for own in one.numbers
             ],
         }

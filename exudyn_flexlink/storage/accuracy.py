@@ -11,11 +11,6 @@ from exudyn_flexlink.observables import Measure, measures
 from exudyn_flexlink.storage.documents import write_document
 from exudyn_flexlink.storage.errors import ACCURACY
 
-COLUMNS = (
-    "method", "engine", "knob", "value", "processor_time_s", "repeats", "steps", "error_rms_m",
-    "error_largest_m", "error_point", "error_force_relative", "error_force", "below_floor",
-)  # fmt: skip
-
 
 def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
     """Write ``accuracy.json`` and ``accuracy.csv`` into an existing folder.
@@ -23,12 +18,13 @@ def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
     `sentence` is the recommendation in words.
 
     Raises:
-        StorageError: the folder can't be written.
+        OSError: the folder can't be written.
 
     """
     data = accuracy_data(study) | {"recommendation": sentence}
     points = [_point(point) for point in study.points]
-    table = {name: [point[name] for point in points] for name in COLUMNS}
+    columns = [name for name in points[0] if name != "settings"] if points else []
+    table = {name: [point[name] for point in points] for name in columns}
     write_document(folder, ACCURACY, data, {"accuracy.csv": table})
 
 
@@ -44,10 +40,7 @@ def accuracy_data(study: Study) -> dict[str, Any]:
             "run": study.reference.told,
             "processor_time_s": study.reference.processor,
         },
-        "check": {
-            "run": "" if study.check is None else study.check.told,
-            "independent": study.independent,
-        },
+        "check": {"run": study.check.told if study.check else "", "independent": study.independent},
         "floor_m": study.floor,
         "floor_force_relative": study.force_floor,
         "end_s": study.end,

@@ -32,9 +32,9 @@ class Array:
 
 @dataclass(frozen=True)
 class Read:
-    """What a file holds: arrays without their attributes, `lengths` of dimensions, its own ones."""
+    """What a file holds: arrays with any element, `lengths` of dimensions, texts by name."""
 
-    arrays: Mapping[str, Array]
+    arrays: Mapping[str, NDArray[Any]]
     lengths: Mapping[str, int]
     attributes: Mapping[str, str]
 
@@ -63,11 +63,13 @@ def told_fields() -> dict[str, Any]:
     return {member.name: member.type for member in own if not _holds_arrays(member)}
 
 
-@cache
-def named_fields() -> tuple[str, ...]:
-    """Fields of a result that hold arrays by names of the scene."""
-    own = (member for member in members(Result) if member.name not in told_fields())
-    return tuple(member.name for member in own if get_origin(member.type) is Mapping)
+def names_in(result: Result) -> dict[str, tuple[str, ...]]:
+    """Names of the scene by which a field of a result holds arrays, by the name of the field."""
+    return {
+        member.name: tuple(getattr(result, member.name))
+        for member in members(Result)
+        if get_origin(member.type) is Mapping and _holds_arrays(member)
+    }
 
 
 def _holds_arrays(member: Member) -> bool:
@@ -134,7 +136,8 @@ class Records:
         """Return a dataclass with its arrays, and the dataclasses in it; other fields are given.
 
         Raises:
-            KeyError: `names` lack a field, or there is no such array.
+            KeyError: `names` lack a field.
+            ValueError: there is no such array.
 
         """
         own = (member for member in members(kind) if member.name not in given)
@@ -160,10 +163,10 @@ class Records:
         return values if own.dimensions else values.item()
 
     def _taken(self, own: Variable, name: str, path: str) -> NDArray[Any]:
-        """An array of the file, which has none of those without any element."""
+        """An array of the file, which has none of those without any element, nor a length 0."""
         if name in self.read.arrays:
-            return self.read.arrays[name].values.astype(own.kind, copy=False)
-        shape = [self.read.lengths[dimension] for dimension in _dimensions_of(own, path)]
+            return self.read.arrays[name].astype(own.kind, copy=False)
+        shape = [self.read.lengths.get(name, 0) for name in _dimensions_of(own, path)]
         if 0 not in shape:
-            raise KeyError(name)
+            raise ValueError(f"no '{name}' in it")
         return np.empty(shape, own.kind)

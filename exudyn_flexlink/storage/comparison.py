@@ -26,7 +26,7 @@ def save_comparison(
     tells whether all runs were made, also those that tell the errors.
 
     Raises:
-        StorageError: the folder can't be written.
+        OSError: the folder can't be written.
 
     """
     ended = all(seen.result.outcome.completed for seen in comparison.both)

@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
+from pydantic_core import to_json
 
-from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, StorageError, cannot_write
-from exudyn_flexlink.storage.plain import plain
-from exudyn_flexlink.storage.replacing import check_regular, kind_of
+from exudyn_flexlink.loading import plain_data
+from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, StorageError
+from exudyn_flexlink.storage.replacing import kind_of
 
 AGAIN = "run the model again"
 
@@ -28,21 +30,22 @@ def write_document(
 ) -> None:
     """Write a document and its tables, by the names of their files, into an existing folder.
 
-    The `data` have a title, and tell whether the result is `completed`.
+    The `data` have a title, and tell whether the result is `completed`. JSON knows neither inf nor
+    nan: null stands for these.
 
     Raises:
-        StorageError: the folder can't be written, or something else than a file is in the way.
+        OSError: the folder can't be written.
 
     """
-    check_regular(folder, (name, *tables))
-    whole = plain({"program": PROGRAM, "format": FORMAT, **data})
-    text = json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False)
-    try:
-        (folder / name).write_text(text + "\n", encoding="utf-8")
-        for table, columns in tables.items():
-            write_csv(folder / table, columns)
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    whole = {"program": PROGRAM, "format": FORMAT, **data}
+    (folder / name).write_bytes(in_json(whole, indent=2))
+    for table, columns in tables.items():
+        write_csv(folder / table, columns)
+
+
+def in_json(value: Any, indent: int | None = None) -> bytes:
+    """Write dataclasses, mappings and values of NumPy as JSON in lines; null for inf and nan."""
+    return to_json(value, indent=indent, inf_nan_mode="null", fallback=plain_data) + b"\n"
 
 
 def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
@@ -80,16 +83,29 @@ def read_document(file: Path) -> dict[str, Any]:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
         raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
-    if not isinstance(data, dict) or data.pop("program", None) != PROGRAM:
+    if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a result")
-    there = data.pop("format", None)
-    if there != FORMAT:
-        which = "an earlier" if isinstance(there, int) and there < FORMAT else "another"
-        raise StorageError(
-            f"{file} was written by {which} version of this program (format {there!r}, this one "
-            f"reads {FORMAT}); {AGAIN}"
-        )
+    if other := other_version(data):
+        raise StorageError(f"{file} was written by {other}; {AGAIN}")
     return data
+
+
+def other_version(document: Mapping[str, Any]) -> str:
+    """Name the version that wrote a document of this program; empty if it was this one."""
+    there, versions = document.get("format"), document.get("versions")
+    name = versions.get(PROGRAM, "?") if isinstance(versions, Mapping) else "?"
+    return "" if there == FORMAT else f"another version, {PROGRAM} {name} with format {there}"
+
+
+def damage(error: ValidationError, what: str) -> str:
+    """Say in words what is wrong in JSON, first of all; `what` it should be."""
+    told = error.errors()[0]
+    if told["type"] == "json_invalid":
+        return "it is no JSON"
+    if not told["loc"]:
+        return f"it is no {what}"
+    where = ".".join(map(str, told["loc"][:2]))
+    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"
 
 
 def check_readable(file: Path) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import errno
 from pathlib import Path
+from typing import Final
 
 from exudyn_flexlink.raising import Sendable
 
-PROGRAM = "exudyn-flexlink"
-FORMAT = 10
+PROGRAM: Final = "exudyn-flexlink"
+FORMAT = 11
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 STABILITY, SWEEP = "stability.json", "sweep.json"

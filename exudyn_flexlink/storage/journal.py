@@ -6,17 +6,17 @@ A process that is killed leaves at most half a line at its end, which is left ou
 from __future__ import annotations
 
 import errno
-import json
 import os
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
 from pydantic import TypeAdapter, ValidationError
 
+from exudyn_flexlink.storage.documents import damage, in_json
 from exudyn_flexlink.storage.errors import StorageError, cannot_write
-from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.sweeps import Row, Sweep
 
 if sys.platform != "win32":
@@ -40,7 +40,7 @@ class Journal:
             StorageError: the file can't be written.
 
         """
-        line = json.dumps(plain(row), ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        line = in_json(row)
         try:
             if self._stream.write(line) < len(line):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -69,29 +69,38 @@ def rows_kept(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
     ids = {point.id for point in sweep.points}
     stream.seek(0)
     content = stream.read()
-    rows = {row.id: row for row in _lines(content, Path(stream.name)) if row.id in ids}
     stream.truncate(content.rfind(b"\n") + 1)
-    stream.seek(0, os.SEEK_END)
-    return rows
+    return {row.id: row for row in _lines(content, Path(stream.name)) if row.id in ids}
 
 
-def keep_out(stream: IO[bytes], folder: Path) -> None:
-    """Keep other processes out of a sweep, as long as its journal is open.
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other processes out of the folder of a sweep, which is made if it is missing.
 
     Windows and some network disks have no such lock: there all goes on without it.
 
     Raises:
-        StorageError: another one is in.
+        StorageError: another one is in, or the folder can't be made.
 
     """
-    if sys.platform == "win32":
-        return
     try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
-    except OSError:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(cannot_write(folder, error)) from error
+    if sys.platform == "win32":
+        yield
         return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if isinstance(error, BlockingIOError):
+            os.close(handle)
+            raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
+    try:
+        yield
+    finally:
+        os.close(handle)
 
 
 def _lines(content: bytes, file: Path) -> Iterator[Row]:
@@ -100,19 +109,8 @@ def _lines(content: bytes, file: Path) -> Iterator[Row]:
         try:
             yield _ROW.validate_json(line)
         except ValidationError as error:
-            why = _damage(error)
+            why = damage(error, "row of a sweep")
             raise StorageError(
                 f"{file}:{number}: this line is damaged: {why}; delete it, and '--resume' makes "
                 "its run again"
             ) from error
-
-
-def _damage(error: ValidationError) -> str:
-    """Say in words what is wrong in a line, first of all."""
-    told = error.errors()[0]
-    if told["type"] == "json_invalid":
-        return "it is no JSON"
-    if not told["loc"]:
-        return "it is no row of a sweep"
-    where = ".".join(map(str, told["loc"][:2]))
-    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"

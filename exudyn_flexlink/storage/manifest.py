@@ -1,9 +1,9 @@
 """Which files of a folder a result wrote: its manifest names them, each with its SHA-256.
 
-A file is the program's own if the manifest of its folder names it and it still has the content that
+A file is the program's own if the manifest of its folder names it and it still has a content that
 was written. Everything else is the user's, also a file of ours that was changed since. Each folder
 has a manifest of its own, which names the folders in it that belong to the same result. While a
-result takes the place of an earlier one, the manifest names the files of both.
+result takes the place of an earlier one, a file may have the content of either.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ import hashlib
 import json
 import os
 import stat
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, TypeAdapter
+from pydantic_core import to_json
 
 from exudyn_flexlink.storage.errors import (
     ACCURACY,
@@ -28,7 +30,6 @@ from exudyn_flexlink.storage.errors import (
 )
 
 PREFIX = ".flexlink-"  # of what is there only while something is written
-CHUNK = 1 << 20  # bytes read at once
 FIGURES = "figures"  # what a folder holds that has no document
 KINDS = {
     SUMMARY: "run",
@@ -40,19 +41,31 @@ KINDS = {
 """What a folder holds, by the document that is in it."""
 
 
+def _inside(name: str) -> str:
+    """Return a name that is one of a file in the very folder.
+
+    Raises:
+        ValueError: it leads elsewhere.
+
+    """
+    if name in ("", ".", "..") or set(name) & set("/\\\0"):
+        raise ValueError(f"'{name}' is no name of a file")
+    return name
+
+
+Name = Annotated[str, AfterValidator(_inside)]
+
+
 @dataclass(frozen=True)
 class Manifest:
-    """What stands in a folder, and the SHA-256 of every file in it by its name.
-
-    `earlier` is likewise, of the result whose place this one takes; it is empty once that is done.
-    """
+    """What stands in a folder, and the SHA-256 that every file in it may have, by its name."""
 
     what: str
     title: str
     completed: bool
-    files: Mapping[str, str] = field(default_factory=dict)
-    folders: tuple[str, ...] = ()
-    earlier: Mapping[str, str] = field(default_factory=dict)
+    files: dict[Name, tuple[str, ...]]
+    folders: tuple[Name, ...] = ()
+    program: Literal["exudyn-flexlink"] = PROGRAM
 
     @property
     def told(self) -> str:
@@ -66,67 +79,59 @@ class Manifest:
             OSError: it can't be written.
 
         """
-        text = json.dumps({"program": PROGRAM, **vars(self)}, indent=2, ensure_ascii=False)
         beside = folder / f"{PREFIX}{MANIFEST}"
-        beside.write_text(text + "\n", encoding="utf-8")
+        beside.write_bytes(to_json(self, indent=2) + b"\n")
         os.replace(beside, folder / MANIFEST)
+
+
+_MANIFEST = TypeAdapter(Manifest)
 
 
 def read_manifest(folder: Path) -> Manifest | None:
     """Read the manifest of a folder; None if it has none, or one that is not this program's."""
+    file = folder / MANIFEST
     try:
-        data = _json(folder / MANIFEST)
-        files, folders = dict(data["files"]), tuple(data["folders"])
-        earlier = dict(data.get("earlier", {}))
-        if data["program"] != PROGRAM or not all(map(_plain, (*files, *earlier, *folders))):
-            return None
-        what, title = str(data["what"]), str(data["title"])
-        return Manifest(what, title, data["completed"] is True, files, folders, earlier)
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return _MANIFEST.validate_json(file.read_bytes()) if is_regular(file) else None
+    except (OSError, ValueError):
         return None
 
 
 def manifest_of(folder: Path) -> Manifest:
     """Return the manifest of a folder that holds nothing but a result, as it is now.
 
-    What stands in the folder is told by the document in it.
-
     Raises:
         OSError: a file can't be read.
 
     """
     entries = sorted(folder.iterdir())
-    files = {entry.name: digest(entry) for entry in entries if is_regular(entry)}
+    files: dict[str, tuple[str, ...]] = {
+        entry.name: (digest(entry),) for entry in entries if is_regular(entry)
+    }
     folders = tuple(entry.name for entry in entries if entry.is_dir())
-    return Manifest(*_content(folder), files, folders)
+    for document, what in KINDS.items():
+        if document in files:
+            told = json.loads((folder / document).read_bytes())
+            return Manifest(what, told["title"], told["completed"], files, folders)
+    return Manifest(FIGURES, "", False, files, folders)
 
 
-def own_files(folder: Path) -> dict[str, set[str]]:
+def own_files(folder: Path) -> dict[str, tuple[str, ...]]:
     """SHA-256 of all files that the manifests of a folder and of those in it name, by path.
 
-    Paths are relative to `folder`, with "/". A file has two while a result replaces another.
+    Paths are relative to `folder`, with "/".
     """
-    found: dict[str, set[str]] = {}
-    for name, content in _own(folder, ""):
-        found.setdefault(name, set()).add(content)
+    manifest = read_manifest(folder)
+    if manifest is None:
+        return {}
+    found = {MANIFEST: (digest(folder / MANIFEST),), **manifest.files}
+    for name in filter(lambda name: is_folder(folder / name), manifest.folders):
+        found |= {f"{name}/{file}": own for file, own in own_files(folder / name).items()}
     return found
 
 
-def _own(folder: Path, prefix: str) -> Iterator[tuple[str, str]]:
-    manifest = read_manifest(folder)
-    if manifest is None:
-        return
-    for name in manifest.folders:
-        if is_folder(folder / name):
-            yield from _own(folder / name, f"{prefix}{name}/")
-    for name, content in (*manifest.files.items(), *manifest.earlier.items()):
-        yield prefix + name, content
-    yield prefix + MANIFEST, digest(folder / MANIFEST)
-
-
-def is_own(file: Path, contents: set[str] | None) -> bool:
+def is_own(file: Path, contents: tuple[str, ...]) -> bool:
     """Tell whether a file still is a regular file with one of these SHA-256."""
-    return bool(contents) and is_regular(file) and digest(file) in (contents or ())
+    return is_regular(file) and digest(file) in contents
 
 
 def is_regular(file: Path) -> bool:
@@ -149,29 +154,4 @@ def digest(file: Path) -> str:
         OSError: it can't be read.
 
     """
-    found = hashlib.sha256()
-    with file.open("rb") as stream:
-        while chunk := stream.read(CHUNK):
-            found.update(chunk)
-    return found.hexdigest()
-
-
-def _content(folder: Path) -> tuple[str, str, bool]:
-    """What stands in a folder, its title, and whether it is complete."""
-    for name, what in KINDS.items():
-        if is_regular(folder / name):
-            data = _json(folder / name)
-            return what, data["title"], data["completed"]
-    return FIGURES, "", False
-
-
-def _json(file: Path) -> dict[str, Any]:
-    if not is_regular(file):
-        raise FileNotFoundError(file)
-    data: dict[str, Any] = json.loads(file.read_bytes().decode("utf-8"))
-    return data
-
-
-def _plain(name: Any) -> bool:
-    """Tell whether a name is one of a file in the very folder."""
-    return isinstance(name, str) and name not in ("", ".", "..") and not set(name) & set("/\\\0")
+    return hashlib.sha256(file.read_bytes()).hexdigest()

@@ -2,28 +2,27 @@
 
 The format is netCDF-3 with 64-bit offsets: SciPy writes it, and nearly everything reads it. What it
 lacks is made up for: names are in UTF-8, as the format demands; truth values are bytes, marked as
-xarray marks them; texts are rows of characters; arrays without any element are only named. The
-SHA-256 of the file, in which that of 64 zeros stands in its place, tells whether it is as written.
+xarray marks them; texts are rows of characters; arrays without any element are left out. The
+SHA-256 of the file, in which 64 zeros stand in its place, tells whether it is as written.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_flexlink.storage.arrays import Array, Read
 from exudyn_flexlink.storage.errors import StorageError
 
 LARGEST = 2**31 - 4  # bytes of one array in a file, as SciPy writes it
-EMPTY = "dimensions_of_length_0"
 CHECKED = "sha256"  # the attribute, which comes first, and
-BLANK = "0" * 64  # what it is until the file is whole
-HEAD = 1 << 20  # bytes of a file in which it stands: names of dimensions come before
+BLANK = b"0" * 64  # what it is until the file is whole
 CODES = {"f": "d", "i": "i", "b": "b", "S": "c"}  # of files, by kinds of numpy
 
 
@@ -38,67 +37,48 @@ def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[st
     # scipy takes long to import, which those who only replace a file should not wait for
     from scipy.io import netcdf_file  # noqa: PLC0415
 
-    sizes = _sizes(arrays)
-    empty = [dimension for dimension, size in sizes.items() if not size]
-    for name, array in arrays.items():
-        if array.values.nbytes > LARGEST:
-            raise StorageError(
-                f"can't write {file}: '{name}' is larger than 2 GiB; set a larger 'run.sample'"
-            )
-    with file.open("wb") as stream, netcdf_file(stream, "w", version=2) as written:
-        told = {CHECKED: BLANK, **attributes}
-        _put(written, told | ({EMPTY: json.dumps(empty)} if empty else {}))
-        for dimension, size in sizes.items():
-            if size:
-                written.createDimension(_encoded(dimension), size)
+    stream = BytesIO()
+    with netcdf_file(stream, "w", version=2) as written:
+        _put(written, {CHECKED: BLANK.decode(), **attributes})
         for name, array in arrays.items():
-            if array.values.size:
-                _write(written, name, array)
-    place, _, digest = _check(file)
-    with file.open("r+b") as blank:
-        blank.seek(place)
-        blank.write(digest)
+            if array.values.nbytes > LARGEST:
+                raise StorageError(
+                    f"can't write {file}: '{name}' is larger than 2 GiB; set a larger 'run.sample'"
+                )
+            _write(written, name, array)
+        written.flush()
+        content = stream.getvalue()
+    begin, found = _checked(content)
+    file.write_bytes(content[:begin] + found + content[begin + len(found) :])
 
 
-def _check(file: Path) -> tuple[int, bytes, bytes]:
-    """Return where the SHA-256 of a file stands in it, what it says, and what it should say."""
+def _checked(content: bytes) -> tuple[int, bytes]:
+    """Return where the SHA-256 of a file stands in it, and what it should be."""
     name = CHECKED.encode().ljust(8, b"\0")  # then come its type and length, of 4 bytes each
-    with file.open("rb") as stream:
-        head = stream.read(HEAD)
-        begin = head.find(name) + len(name) + 8
-        end = begin + len(BLANK)
-        found = hashlib.sha256(head[:begin] + BLANK.encode() + head[end:])
-        while chunk := stream.read(HEAD):
-            found.update(chunk)
-    return begin, head[begin:end], found.hexdigest().encode()
-
-
-def _sizes(arrays: Mapping[str, Array]) -> dict[str, int]:
-    """Lengths of all dimensions."""
-    found: dict[str, int] = {}
-    for array in arrays.values():
-        found |= zip(array.dimensions, array.values.shape, strict=True)
-    return found
+    begin = content.find(name) + len(name) + 8
+    found = hashlib.sha256(content[:begin] + BLANK + content[begin + len(BLANK) :])
+    return begin, found.hexdigest().encode()
 
 
 def _write(written: Any, name: str, array: Array) -> None:
     values, told = array.values, dict(array.attributes)
-    dimensions = [_encoded(dimension) for dimension in array.dimensions]
-    if values.dtype.kind == "U":
+    sizes = dict(zip(map(_encoded, array.dimensions), values.shape, strict=True))
+    kind = values.dtype.kind
+    if kind == "U":
         values = np.char.encode(values, "utf-8")
-        letters = f"letters_{values.itemsize}"
-        if letters not in written.dimensions:
-            written.createDimension(letters, values.itemsize)
-        dimensions.append(letters)
-        values = np.ascontiguousarray(values).view("S1").reshape(*values.shape, -1)
-        told["_Encoding"] = "utf-8"
-    elif values.dtype.kind == "b":
-        values = values.astype(np.int8)
-        told["dtype"] = "bool"
-    code = "b" if values.dtype == np.int8 else CODES[values.dtype.kind]
-    made = written.createVariable(_encoded(name), code, dimensions)
-    made[...] = values
-    _put(made, told)
+        letters = values.itemsize
+        sizes[f"letters_{letters}"] = letters
+        values = np.ascontiguousarray(values).view("S1").reshape(*values.shape, letters)
+        kind, told = "S", told | {"_Encoding": "utf-8"}
+    elif kind == "b":
+        values, told = values.astype(np.int8), told | {"dtype": "bool"}
+    for dimension, size in sizes.items():
+        if size and dimension not in written.dimensions:
+            written.createDimension(dimension, size)
+    if values.size:
+        made = written.createVariable(_encoded(name), CODES[kind], tuple(sizes))
+        made[...] = values
+        _put(made, told)
 
 
 def _put(owner: Any, attributes: Mapping[str, str]) -> None:
@@ -125,25 +105,22 @@ def read_netcdf(file: Path) -> Read:
         ValueError: it is not as it was written.
 
     """
-    _, told, found = _check(file)
-    if told != found:
+    content = file.read_bytes()
+    begin, found = _checked(content)
+    if content[begin : begin + len(found)] != found:
         raise ValueError("it is not what was written")
     from scipy.io import netcdf_file  # noqa: PLC0415 - see write_netcdf
 
-    with file.open("rb") as stream, netcdf_file(stream, "r", mmap=False) as read:
-        arrays = {_decoded(name): _read(own) for name, own in read.variables.items()}
-        lengths = {_decoded(name): size or 0 for name, size in read.dimensions.items()}
+    with netcdf_file(BytesIO(content)) as read:
+        arrays = {_decoded(name): _values(own) for name, own in read.variables.items()}
+        lengths = {_decoded(name): size for name, size in read.dimensions.items()}
         attributes = {name: text.decode("utf-8") for name, text in read._attributes.items()}
-        empty = json.loads(attributes.get(EMPTY, "[]"))
-        return Read(arrays, lengths | dict.fromkeys(empty, 0), attributes)
+        return Read(arrays, lengths, attributes)
 
 
-def _read(own: Any) -> Array:
-    dimensions, values = tuple(map(_decoded, own.dimensions)), np.asarray(own.data)
-    if values.dtype.kind == "S":
-        rows = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")[..., 0]
-        return Array(dimensions[:-1], np.char.decode(rows, "utf-8"), {})
-    values = values.astype(values.dtype.newbyteorder("="))
-    if values.dtype == np.int8 and np.all((values == 0) | (values == 1)):
-        values = values.astype(np.bool_)
-    return Array(dimensions, values, {})
+def _values(own: Any) -> NDArray[Any]:
+    values = np.asarray(own.data)
+    if values.dtype.kind != "S":
+        return values.astype(values.dtype.newbyteorder("="))
+    rows = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")[..., 0]
+    return np.char.decode(rows, "utf-8")

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel, ValidationError, create_model
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.storage.arrays import Read, Records, told_fields
-from exudyn_flexlink.storage.documents import AGAIN, check_readable
-from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
+from exudyn_flexlink.storage.arrays import Records, told_fields
+from exudyn_flexlink.storage.documents import AGAIN, check_readable, damage, other_version
+from exudyn_flexlink.storage.errors import ARRAYS, PROGRAM, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import is_regular
 from exudyn_flexlink.storage.netcdf import read_netcdf
-from exudyn_flexlink.storage.plain import from_plain
 from exudyn_flexlink.storage.writing import RUN
 
 
@@ -28,28 +31,12 @@ def load(place: Path) -> Result:
     """
     place = Path(place)
     file = place if place.suffix == Path(ARRAYS).suffix else place / ARRAYS
-    read = _read(file)
-    try:
-        told = json.loads(read.attributes[RUN])
-        names = from_plain(dict[str, tuple[str, ...]], told["names"])
-        fields = {name: from_plain(kind, told[name]) for name, kind in told_fields().items()}
-        scene = _scene(told["scene"], file)
-        result: Result = Records(read, names).record(Result, scene=scene, **fields)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise _unreadable(file, error) from error
-    return result
-
-
-def _read(file: Path) -> Read:
-    """Read what is in the file of a run.
-
-    Raises:
-        StorageError: it can't be read, or is damaged.
-
-    """
     try:
         check_readable(file)
-        return read_netcdf(file)
+        read = read_netcdf(file)
+        told = vars(_told().model_validate_json(read.attributes[RUN]))
+        scene = _scene(told.pop("scene"), file)
+        result: Result = Records(read, told.pop("names")).record(Result, scene=scene, **told)
     except (FileNotFoundError, NotADirectoryError):
         raise StorageError(_missing(file)) from None
     except MemoryError as error:
@@ -59,6 +46,15 @@ def _read(file: Path) -> Read:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, TypeError, KeyError) as error:
         raise _unreadable(file, error) from error
+    return result
+
+
+@cache
+def _told() -> type[BaseModel]:
+    """What the text in the file of a run tells: all of it that is no array."""
+    fields: dict[str, Any] = {name: (kind, ...) for name, kind in told_fields().items()}
+    names = dict[str, tuple[str, ...]]
+    return create_model("Told", names=(names, ...), scene=(dict[str, Any], ...), **fields)
 
 
 def _missing(file: Path) -> str:
@@ -75,23 +71,13 @@ def _missing(file: Path) -> str:
 
 def _unreadable(file: Path, error: Exception) -> StorageError:
     """Say that a file is damaged, or which version of this program wrote it."""
-    if earlier := _earlier(file.parent / SUMMARY):
-        return StorageError(f"{file} was written by {earlier}; {AGAIN}")
-    why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+    summary = file.with_name(SUMMARY)
+    with suppress(OSError, ValueError, AttributeError):  # of a summary that tells nothing
+        told = json.loads(summary.read_bytes()) if is_regular(summary) else {}  # no pipe: it waits
+        if told.get("program") == PROGRAM and (other := other_version(told)):
+            return StorageError(f"{file} was written by {other}; {AGAIN}")
+    why = damage(error, "run") if isinstance(error, ValidationError) else str(error)
     return StorageError(f"{file} is damaged: {why}; {AGAIN}")
-
-
-def _earlier(summary: Path) -> str:
-    """Name the version that wrote a summary; empty if that was this one, or can't be told."""
-    if not is_regular(summary):  # a pipe would wait
-        return ""
-    try:
-        told: dict[str, Any] = json.loads(summary.read_bytes().decode("utf-8"))
-        version, there = told["versions"].get(PROGRAM, "?"), told["format"]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return ""
-    same = told.get("program") != PROGRAM or there == FORMAT
-    return "" if same else f"another version, {PROGRAM} {version} with format {there}"
 
 
 def _scene(data: Any, file: Path) -> Scene:

@@ -28,7 +28,6 @@ from exudyn_flexlink.storage.manifest import (
     FIGURES,
     KINDS,
     PREFIX,
-    Manifest,
     is_folder,
     is_own,
     is_regular,
@@ -54,43 +53,67 @@ def put(staged: Path, target: Path, *, force: bool, add: bool = False) -> None:
         OSError: the place can't be written.
 
     """
-    new = list(_files(staged))
+    now, there = manifest_of(staged), read_manifest(target)
     if not add:
-        now = manifest_of(staged)
         check_kind(target, now.what)
-        _check_complete(now, target, force=force)
-    check_replaceable(target, new, force=force)
-    old = {} if add else own_files(target)
-    # Where runs are in folders inside, no file stands for the whole: it comes when all are there.
-    inside = any("/" in name for name in (*new, *old))
-    whole = None if inside else next((name for name in WHOLE if name in new), None)
-    final = list(_announce(staged, target, add=add))
-    for name, contents in old.items():
-        if name != whole and Path(name).name != MANIFEST and is_own(target / name, contents):
-            (target / name).unlink()
-    for name in sorted(new, key=lambda name: (name != whole, "/" not in name, name)):
-        _move(staged / name, target / name)
-    for folder, manifest in final:
-        manifest.write(folder)
-    _remove_rest(target, {Path(name).parent for name in old} - {Path(name).parent for name in new})
+        if there is not None and there.completed and not (force or now.completed):
+            raise StorageError(
+                f"{target} holds a complete {there.told}; this one is incomplete and does not "
+                "replace it, unless that is forced",
+                forcible=True,
+            )
+    check_replaceable(target, _files(staged), force=force)
+    _replace(staged, target, add=add)
 
 
-def _announce(staged: Path, target: Path, *, add: bool) -> Iterator[tuple[Path, Manifest]]:
-    """Let manifests name what will come, too; return those of when all is there, outermost last."""
+def _replace(staged: Path, target: Path, *, add: bool) -> None:
+    """Replace the files of a folder, and of those in it: they come before what tells of them."""
     target.mkdir(parents=True, exist_ok=True)
     now, there = manifest_of(staged), read_manifest(target)
-    for name in now.folders:
-        yield from _announce(staged / name, target / name, add=add)
-    if there is None:
-        replace(now, completed=False).write(target)
-    else:
-        folders = tuple(dict.fromkeys((*there.folders, *now.folders)))
+    new, coming = list(now.files), replace(now, completed=False)
+    if there is not None:
+        old, folders = there.files, tuple(dict.fromkeys((*there.folders, *now.folders)))
+        both = {name: (*old.get(name, ()), *now.files.get(name, ())) for name in old | now.files}
+        done = there.completed and now.completed
+        coming = replace(there, files=both, folders=folders, completed=done)
         if add:
-            now = replace(there, files={**there.files, **now.files}, folders=folders)
-        earlier = {**there.earlier, **there.files}
-        both = there.completed and now.completed
-        Manifest(there.what, there.title, both, now.files, folders, earlier).write(target)
-    yield target, now
+            now = replace(there, files=old | now.files, folders=folders)
+    coming.write(target)
+    inside = manifest_of(staged).folders
+    whole = None if inside else next((name for name in WHOLE if name in new), None)
+    if not add:
+        _remove_own(target, but=whole)
+    for name in inside:
+        _replace(staged / name, target / name, add=add)
+    for name in sorted(new, key=lambda name: (name != whole, name)):
+        _move(staged / name, target / name)
+    for name in set(coming.folders) - set(now.folders):
+        _remove_folder(target / name)
+    now.write(target)
+    for rest in target.glob(f"{PREFIX}*"):  # what killed processes left half copied
+        with suppress(OSError):
+            rest.rmdir() if is_folder(rest) else rest.unlink()
+
+
+def _remove_own(folder: Path, *, but: str | None = None) -> None:
+    """Remove the files of a result from a folder, but for its manifest."""
+    manifest = read_manifest(folder)
+    for name, contents in manifest.files.items() if manifest else ():
+        if name != but and is_own(folder / name, contents):
+            (folder / name).unlink()
+
+
+def _remove_folder(folder: Path) -> None:
+    """Remove a folder of an earlier result, and those in it, unless something else is in it."""
+    manifest = read_manifest(folder) if is_folder(folder) else None
+    if manifest is None:
+        return
+    for name in manifest.folders:
+        _remove_folder(folder / name)
+    _remove_own(folder)
+    (folder / MANIFEST).unlink()
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def _move(source: Path, place: Path) -> None:
@@ -98,17 +121,6 @@ def _move(source: Path, place: Path) -> None:
     beside = place.with_name(f"{PREFIX}{place.name}")
     shutil.copyfile(source, beside)
     os.replace(beside, place)
-
-
-def _remove_rest(target: Path, gone: set[Path]) -> None:
-    """Remove what killed processes left half copied, and the folders `gone` from the result."""
-    for rest in target.glob(f"{PREFIX}*"):
-        with suppress(OSError):
-            rest.rmdir() if is_folder(rest) else rest.unlink()
-    for folder in sorted(gone, key=lambda own: -len(own.parts)):
-        with suppress(OSError):
-            (target / folder / MANIFEST).unlink()
-            (target / folder).rmdir()  # unless something of the user is in it
 
 
 def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> None:
@@ -126,8 +138,11 @@ def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> Non
         for above in (folder for folder in place.parents if target in folder.parents):
             if os.path.lexists(above) and not is_folder(above):
                 raise StorageError(f"{above} is {kind_of(above)}; {_ADVICE}")
-        check_regular(target, [name])
-        if not force and os.path.lexists(place) and not is_own(place, own.get(name)):
+        if not os.path.lexists(place):
+            continue
+        if not is_regular(place):
+            raise StorageError(f"{place} is {kind_of(place)}; {_ADVICE}")
+        if not force and not is_own(place, own.get(name, ())):
             changed = "was changed since the run there wrote it"
             why = changed if name in own else f"is the user's: no {MANIFEST} names it"
             raise StorageError(
@@ -151,18 +166,6 @@ def check_kind(target: Path, what: str) -> None:
         )
 
 
-def check_regular(folder: Path, names: Iterable[str]) -> None:
-    """Look whether nothing but regular files would be written over.
-
-    Raises:
-        StorageError: there is a link, a device or a folder.
-
-    """
-    for place in (Path(folder) / name for name in names):
-        if os.path.lexists(place) and not is_regular(place):
-            raise StorageError(f"{place} is {kind_of(place)}; {_ADVICE}")
-
-
 def kind_of(place: Path) -> str:
     """Say what stands in a place."""
     mode = os.lstat(place).st_mode
@@ -171,20 +174,8 @@ def kind_of(place: Path) -> str:
     return next((f"a {kind}" for test, kind in FILE_KINDS if test(mode)), "a device")
 
 
-def _check_complete(new: Manifest, target: Path, *, force: bool) -> None:
-    there = read_manifest(target)
-    if there is not None and there.completed and not (force or new.completed):
-        raise StorageError(
-            f"{target} holds a complete {there.told}; this one is incomplete and does not replace "
-            "it, unless that is forced",
-            forcible=True,
-        )
-
-
 def _files(folder: Path) -> Iterator[str]:
     """Paths of all files in a folder, relative to it, with "/"."""
-    for entry in sorted(folder.iterdir()):
-        if is_folder(entry):
-            yield from (f"{entry.name}/{name}" for name in _files(entry))
-        else:
-            yield entry.name
+    for entry in sorted(folder.rglob("*")):
+        if not is_folder(entry):
+            yield entry.relative_to(folder).as_posix()

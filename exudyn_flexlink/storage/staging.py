@@ -40,13 +40,13 @@ def staged_folder(target: Path, *, force: bool = False, what: str = "") -> Itera
 
     """
     target = _resolved(target)
-    check_place(target, force=force)
+    _check_place(target, force=force)
     if what:
         check_kind(target, what)
     with _temporary(target) as staged:
         yield staged
         try:
-            check_place(target, force=force)  # hours may have passed
+            _check_place(target, force=force)  # hours may have passed
             put(staged, target, force=force)
         except (StorageError, OSError) as error:
             why = StorageError(cannot_write(target, error)) if isinstance(error, OSError) else error
@@ -89,7 +89,9 @@ def replace_file(
     if os.path.lexists(file):
         if not is_regular(file):
             raise StorageError(f"can't write {file}: it is {kind_of(file)}; give a new name")
-        if not force and not _holds(file, is_own):
+        with suppress(OSError):  # what can't be read is not known to be the program's
+            force = force or is_own(file.read_bytes())
+        if not force:
             raise StorageError(
                 f"can't write {file}: this program did not write what is in it; choose another "
                 "name, or force it",
@@ -104,13 +106,6 @@ def replace_file(
         if isinstance(error, OSError):
             raise StorageError(cannot_write(file, error)) from error
         raise
-
-
-def _holds(file: Path, is_own: Callable[[bytes], bool]) -> bool:
-    try:
-        return is_own(file.read_bytes())
-    except OSError:
-        return False
 
 
 def _resolved(target: Path) -> Path:
@@ -137,14 +132,11 @@ def _temporary(target: Path) -> Iterator[Path]:
     try:
         with TemporaryDirectory(prefix="flexlink-", ignore_cleanup_errors=True) as folder:
             yield Path(folder)
-    except (OSError, StorageError) as error:
-        cause = error.__cause__ if isinstance(error, StorageError) else error
-        if isinstance(cause, OSError):  # the temporary folder means nothing to the user
-            raise StorageError(cannot_write(target, cause)) from cause
-        raise
+    except OSError as error:
+        raise StorageError(cannot_write(target, error)) from error
 
 
-def check_place(target: Path, *, force: bool) -> None:
+def _check_place(target: Path, *, force: bool) -> None:
     """Look whether a result may be put into a folder, as far as can be told without it.
 
     Raises:
@@ -152,27 +144,23 @@ def check_place(target: Path, *, force: bool) -> None:
 
     """
     try:
-        if target.exists():
-            _check_there(target, force=force)
+        there = [entry.name for entry in target.iterdir()] if target.exists() else []
+        others = any(not name.startswith(PREFIX) for name in there)
+        if others and read_manifest(target) is None and not force:
+            raise StorageError(
+                f"{target} holds files that are no run of this program, or of an earlier version: "
+                f"no {MANIFEST} names them; choose another name, or force it: files with the names "
+                "of new ones are replaced then, and no others",
+                forcible=True,
+            )
+        check_replaceable(target, own_files(target), force=force)
+    except NotADirectoryError:
+        raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder") from None
     except PermissionError as error:
         raise StorageError(f"can't read {target}: {error.strerror or error}") from error
     except OSError as error:  # such as a name that is too long
         raise StorageError(cannot_write(target, error)) from error
     _try_to_write(target)
-
-
-def _check_there(target: Path, *, force: bool) -> None:
-    if not target.is_dir():
-        raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder")
-    others = any(not entry.name.startswith(PREFIX) for entry in target.iterdir())
-    if others and read_manifest(target) is None and not force:
-        raise StorageError(
-            f"{target} holds files that are no run of this program, or of an earlier version: no "
-            f"{MANIFEST} names them; choose another name, or force it: files with the names of "
-            "new ones are replaced then, and no others",
-            forcible=True,
-        )
-    check_replaceable(target, own_files(target), force=force)
 
 
 def _try_to_write(target: Path) -> None:

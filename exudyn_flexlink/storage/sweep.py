@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage.documents import read_document, write_csv
+from exudyn_flexlink.storage.documents import in_json, read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
-from exudyn_flexlink.storage.journal import JOURNAL, Journal, keep_out, rows_in, rows_kept
+from exudyn_flexlink.storage.journal import JOURNAL, Journal, locked, rows_in, rows_kept
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
-from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.writing import save
 from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
@@ -62,24 +61,21 @@ def open_journal(
 
     """
     folder = Path(folder)
-    _require_free(folder)
-    there = None if force else _earlier(folder, sweep, resume=resume)
-    if there is None:
-        with staged_folder(folder, force=force, what=KINDS[SWEEP]) as staged:
-            _write_plan(staged, sweep, completed=False)
-    try:
-        stream = (folder / JOURNAL).open("a+b", buffering=0)
-    except OSError as error:
-        raise StorageError(cannot_write(folder / JOURNAL, error)) from error
-    with stream:
-        keep_out(stream, folder)
-        _require_own(folder, sweep)
-        known = {} if there is None else rows_kept(stream, sweep)
-        if series:
-            known = {name: row for name, row in known.items() if _has_series(folder, row)}
-        if there is None:
-            stream.truncate(0)
-        yield Journal(stream, known)
+    file = folder / JOURNAL
+    with locked(folder):
+        if force or not _goes_on(folder, sweep, resume=resume):
+            with staged_folder(folder, force=force, what=KINDS[SWEEP]) as staged:
+                _write_plan(staged, sweep, completed=False)
+                file.unlink(missing_ok=True)
+        try:
+            stream = file.open("a+b", buffering=0)
+        except OSError as error:
+            raise StorageError(cannot_write(file, error)) from error
+        with stream:
+            known = rows_kept(stream, sweep)
+            if series:
+                known = {name: row for name, row in known.items() if _has_series(folder, row)}
+            yield Journal(stream, known)
 
 
 def load_sweep(folder: Path) -> SweepTable:
@@ -123,17 +119,14 @@ def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
     """Write ``sweep.json``, ``table.csv`` and, with pyarrow, ``table.parquet`` into a folder.
 
     Raises:
-        StorageError: the folder can't be written.
+        OSError: the folder can't be written.
 
     """
     columns = table.columns()
-    try:
-        _write_plan(folder, sweep, completed=table.whole)
-        write_csv(folder / f"{TABLE}.csv", columns)
-        if find_spec("pyarrow") is not None:
-            _write_parquet(columns, folder / f"{TABLE}.parquet")
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    _write_plan(folder, sweep, completed=table.whole)
+    write_csv(folder / f"{TABLE}.csv", columns)
+    if find_spec("pyarrow") is not None:
+        _write_parquet(columns, folder / f"{TABLE}.parquet")
 
 
 def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
@@ -141,13 +134,9 @@ def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
     pyarrow: Any = import_module("pyarrow")
     made = {}
     for name, values in columns.items():
-        kinds = {type(value) for value in values} - {type(None)}
-        if len(kinds) > 1 and kinds <= {int, float}:
-            made[name] = pyarrow.array(values, pyarrow.float64())
-        elif len(kinds) > 1:
-            made[name] = pyarrow.array([None if v is None else str(v) for v in values])
-        else:
-            made[name] = pyarrow.array(values)
+        kinds: set[Any] = {type(value) for value in values} - {type(None)}
+        kind = next(iter(kinds)) if len(kinds) == 1 else float if kinds <= {int, float} else str
+        made[name] = pyarrow.array([None if value is None else kind(value) for value in values])
     import_module("pyarrow.parquet").write_table(pyarrow.table(made), file)
 
 
@@ -158,8 +147,7 @@ def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
         OSError: the folder can't be written.
 
     """
-    text = json.dumps(_plan(sweep) | {"completed": completed}, ensure_ascii=False)
-    (folder / SWEEP).write_text(text + "\n", encoding="utf-8")
+    (folder / SWEEP).write_bytes(in_json(_plan(sweep) | {"completed": completed}))
 
 
 def _plan(sweep: Sweep) -> dict[str, Any]:
@@ -172,7 +160,7 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
         "observed": sweep.observed,
         "versions": versions(),
         "digest": sweep.digest,
-        "varied": [asdict(one) for one in sweep.varied],
+        "varied": sweep.varied,
         "scene": sweep.scene.to_data(),
         "points": [[point.id, point.values] for point in sweep.points],
     }
@@ -191,8 +179,8 @@ def _read_plan(folder: Path) -> dict[str, Any] | None:
         return None
 
 
-def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | None:
-    """Return the plan in a folder if this sweep goes on there; None if it begins there.
+def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
+    """Tell whether this sweep goes on in a folder, or begins there.
 
     Raises:
         StorageError: neither may be.
@@ -205,30 +193,27 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
             raise StorageError(
                 f"{folder} holds a {there.told}; choose another place, or remove that yourself"
             )
-        return None
+        return False
     if plan.get("digest") != sweep.digest:
         raise StorageError(
             f"{folder} holds another sweep, {_difference(plan, sweep)}; choose another place, or "
             "force it, which begins anew",
             forcible=True,
         )
-    if not resume:
-        count = 0
-        with suppress(OSError):
-            count = (folder / JOURNAL).read_bytes().count(b"\n")
-        if count == 0:  # interrupted before the first run had ended: nothing to lose
-            return plan
+    file = folder / JOURNAL
+    count = file.read_bytes().count(b"\n") if file.is_file() else 0
+    if count and not resume:  # without rows there is nothing to lose
         raise StorageError(
             f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
             "force it, which begins anew",
             forcible=True,
         )
-    return plan
+    return True
 
 
 def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
     """Say in what an earlier sweep differs: the first thing that does."""
-    now = plain(_plan(sweep))
+    now = json.loads(in_json(_plan(sweep)))
     words = {
         "title": "of another model",
         "engine": "by another engine",
@@ -239,29 +224,6 @@ def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
         "versions": "by other versions of the packages",
     }
     return next((w for key, w in words.items() if plan.get(key) != now[key]), "solved otherwise")
-
-
-def _require_free(folder: Path) -> None:
-    """Look, before anything is replaced, whether another process sweeps in a folder.
-
-    Raises:
-        StorageError: one does.
-
-    """
-    with suppress(OSError), (folder / JOURNAL).open("rb") as stream:
-        keep_out(stream, folder)
-
-
-def _require_own(folder: Path, sweep: Sweep) -> None:
-    """Look whether the plan in a folder that is locked is still the one this process wrote.
-
-    Raises:
-        StorageError: another process, begun at the same moment, has put its own there.
-
-    """
-    plan = _read_plan(folder)
-    if plan is None or plan.get("digest") != sweep.digest:
-        raise StorageError(f"another process began a sweep in {folder} at the same moment")
 
 
 def _has_series(folder: Path, row: Row) -> bool:

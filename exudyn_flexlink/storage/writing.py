@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from pydantic_core import to_json
+
+from exudyn_flexlink.loading import plain_data
 from exudyn_flexlink.observables import (
     ContactTotals,
     LeverResponse,
@@ -20,12 +22,10 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, named_fields, told_fields
+from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, names_in, told_fields
 from exudyn_flexlink.storage.documents import write_document
-from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY, StorageError, cannot_write
+from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY
 from exudyn_flexlink.storage.netcdf import write_netcdf
-from exudyn_flexlink.storage.plain import plain
-from exudyn_flexlink.storage.replacing import check_regular
 from exudyn_flexlink.storage.tables import UNITS, tables_of
 from exudyn_flexlink.sweeps import column_of
 
@@ -45,28 +45,17 @@ def save(result: Result, folder: Path) -> None:
     at all, and no file of the user is replaced.
 
     Raises:
-        StorageError: the folder can't be written, or a link or a device is in the way.
+        OSError: the folder can't be written.
+        StorageError: an array is too large for the file.
 
     """
-    folder = Path(folder)
     tables = tables_of(result)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        check_regular(folder, (ARRAYS, SUMMARY, *tables))
-        told = json.dumps(plain(_whole(result)), ensure_ascii=False, allow_nan=False)
-        write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result) | {RUN: told})
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    folder.mkdir(parents=True, exist_ok=True)
+    told = {name: getattr(result, name) for name in told_fields()}
+    told |= {"names": names_in(result), "scene": result.scene.to_data()}
+    run = to_json(told, fallback=plain_data).decode()
+    write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result) | {RUN: run})
     write_document(folder, SUMMARY, _summary(result), tables)
-
-
-def _whole(result: Result) -> dict[str, Any]:
-    """All of a run that is no array."""
-    return {
-        **{name: getattr(result, name) for name in told_fields()},
-        "names": {name: tuple(getattr(result, name)) for name in named_fields()},
-        "scene": result.scene.to_data(),
-    }
 
 
 def _summary(result: Result) -> dict[str, Any]:
@@ -101,10 +90,9 @@ def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
     """Fields of a strike by name and unit; without laps and angle where nothing turns."""
     absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
     names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
-    told: dict[str, Any] = plain(strike)
     return {
         column_of(names.get(key) or key, units.get(key, "")): value
-        for key, value in told.items()
+        for key, value in vars(strike).items()
         if key not in absent
     }
 

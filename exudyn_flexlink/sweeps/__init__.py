@@ -5,9 +5,9 @@ No engine here: whoever starts a sweep hands in what runs a scene, and who makes
 
 from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
 from exudyn_flexlink.sweeps.dimensions import column_of, label_of
-from exudyn_flexlink.sweeps.executors import CannotStartError, Executor, InThisProcess
+from exudyn_flexlink.sweeps.executors import CannotStartError, Executor, in_this_process
 from exudyn_flexlink.sweeps.plan import Sweep, Varied, planned, versions
-from exudyn_flexlink.sweeps.processes import LocalProcesses
+from exudyn_flexlink.sweeps.processes import local_processes
 from exudyn_flexlink.sweeps.rows import (
     DOUBTFUL,
     FAILED,

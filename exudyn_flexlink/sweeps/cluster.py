@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -18,42 +18,33 @@ SECONDS_TO_CONNECT = 20
 NEEDS = "this needs Dask: pip install 'exudyn-flexlink[cluster]'"
 
 
-@dataclass(frozen=True)
-class DaskCluster:
-    """Runs points on the workers of a scheduler, given its address such as ``tcp://host:8786``."""
+@contextmanager
+def dask_cluster(address: str, work: Work) -> Iterator[Pool]:
+    """Yield a pool of the workers of a scheduler at an address such as ``tcp://host:8786``.
 
-    address: str
+    What was not begun is cancelled with the pool. Dask gives the tasks of a worker that ends to
+    others, and gives them up after some times.
 
-    @contextmanager
-    def opened(self, work: Work) -> Iterator[Pool]:
-        """Yield a pool; what it had not begun is cancelled with it.
+    Raises:
+        CannotStartError: there is no such scheduler, no worker that fits, or no Dask.
 
-        Dask gives the tasks of a worker that ends to others, and gives them up after some times.
-
-        Raises:
-            CannotStartError: there is no such scheduler, no worker that fits, or no Dask.
-
-        """
+    """
+    try:
+        distributed = import_module("distributed")
+    except ImportError as error:
+        raise CannotStartError(NEEDS) from error
+    try:
+        client = distributed.Client(address, timeout=SECONDS_TO_CONNECT)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise CannotStartError(f"no scheduler answers at {address}: {error}") from error
+    with client:
+        _require_workers(client, address)
+        pool, needed = client.get_executor(pure=False), versions()
+        most = AHEAD * len(client.nthreads())
         try:
-            distributed = import_module("distributed")
-        except ImportError as error:
-            raise CannotStartError(NEEDS) from error
-        try:
-            client = distributed.Client(self.address, timeout=SECONDS_TO_CONNECT)
-        except (OSError, ValueError, TimeoutError) as error:
-            raise CannotStartError(f"no scheduler answers at {self.address}: {error}") from error
-        with client:
-            _require_workers(client, self.address)
-            pool, needed = client.get_executor(pure=False), versions()
-            most = AHEAD * len(client.nthreads())
-            try:
-                yield Pool(
-                    lambda point: pool.submit(_row, work, needed, point),
-                    most,
-                    distributed.KilledWorker,
-                )
-            finally:
-                pool.shutdown(wait=False)
+            yield Pool(partial(pool.submit, _row, work, needed), most, distributed.KilledWorker)
+        finally:
+            pool.shutdown(wait=False)
 
 
 def _row(work: Work, needed: Mapping[str, str], point: Point) -> Row:

@@ -16,12 +16,13 @@ from exudyn_flexlink.sweeps.values import (
     Range,
     Value,
     ValuesError,
+    in_si,
     range_of,
-    telling,
     value_of,
     values_of,
 )
 
+FEW = 20  # values of a path that are all checked before anything runs: in half a second
 MOST_POINTS = 1_000_000  # the plan of so many takes about a gigabyte
 Read = Callable[[Any], Any]
 
@@ -53,18 +54,14 @@ def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Des
     read = _read_all(values_of, varied, at, mistakes)
     if not read:
         return None
-    counts = [len(values.all) for values in read.values()]
-    if not _few(prod(counts), at, mistakes):
+    if not _few(prod(map(len, read.values())), at, mistakes):
         return None
-    # In the point that has this value and else the first of each path.
-    strides = [prod(counts[i + 1 :]) for i in range(len(counts))]
-    told = tuple(
-        Told(k * strides[i], i, _entry((*at, path), varied[path], k))
-        for i, (path, values) in enumerate(read.items())
-        for k in values.told
-    )
-    points = tuple(product(*(values.all for values in read.values())))
-    return Design(tuple(read), points, told)
+    paths = tuple(read)
+
+    def place(i: int, _: int, entry: int) -> KeyPath:
+        return _entry((*at, paths[i]), varied[paths[i]], entry)
+
+    return _design(paths, tuple(product(*read.values())), place)
 
 
 def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
@@ -92,11 +89,7 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
         mistakes.append(Mistake(at, "needs at least one point"))
     if len(mistakes) > before or not _few(len(found), at, mistakes):
         return None
-    columns = zip(*found, strict=True)
-    told = (
-        Told(k, i, (*at, k, paths[i])) for i, column in enumerate(columns) for k in telling(column)
-    )
-    return Design(paths, tuple(found), tuple(told))
+    return _design(paths, tuple(found), lambda i, k, _: (*at, k, paths[i]))
 
 
 def latin_hypercube(
@@ -140,13 +133,43 @@ def _within(
     points = tuple(
         tuple(kind.at(part) for kind, part in zip(kinds, row, strict=True)) for row in rows
     )
-    # Where the least and the greatest value of a path are allowed, those between are.
-    told = {
-        Told(pick(range(count), key=lambda k: rows[k][i]), i, (*at, path))
-        for i, path in enumerate(read)
-        for pick in (min, max)
-    }
-    return Design(tuple(read), points, tuple(sorted(told, key=lambda one: (one.path, one.point))))
+    paths = tuple(read)
+    return _design(paths, points, lambda i, *_: (*at, paths[i]))
+
+
+def _design(
+    paths: tuple[str, ...],
+    points: tuple[tuple[Value, ...], ...],
+    place: Callable[[int, int, int], KeyPath],
+) -> Design:
+    """Choose the values that are checked; `place` tells where one is given.
+
+    By the number of its path, of the first point that has it, and its own among those that differ.
+    """
+    columns = enumerate(zip(*points, strict=True))
+    told = (Told(k, i, place(i, k, n)) for i, column in columns for n, k in _checked(column))
+    return Design(paths, points, tuple(told))
+
+
+def _checked(column: Sequence[Value]) -> list[tuple[int, int]]:
+    """Return which of the values that differ are checked, and the first point of each.
+
+    Those of a few are all. Of many they are the least, the greatest and some between: what is wrong
+    with another one is told in its row.
+    """
+    first = {value: k for k, value in reversed(list(enumerate(column)))}
+    values = sorted(first, key=first.__getitem__)
+    ordered = list(enumerate(values))
+    if len(values) > FEW:
+        ordered.sort(key=lambda one: _order(one[1]))
+        ordered = [ordered[k] for k in np.linspace(0, len(values) - 1, FEW).astype(int)]
+    return sorted((n, first[value]) for n, value in ordered)
+
+
+def _order(value: Value) -> tuple[bool, Value]:
+    """What puts values into order: numbers, of whatever unit, and then texts."""
+    number = in_si(value)
+    return isinstance(number, str), number
 
 
 def _read_all(

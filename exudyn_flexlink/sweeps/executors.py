@@ -7,11 +7,15 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from typing import Protocol
 
 from exudyn_flexlink.sweeps.plan import Point
 from exudyn_flexlink.sweeps.rows import FAILED, Row
 from exudyn_flexlink.sweeps.work import Work
+
+ENDED = (
+    "the process that ran it ended, as often as it was tried: killed, perhaps for want of memory, "
+    "or a crash"
+)
 
 
 class CannotStartError(Exception):
@@ -30,31 +34,20 @@ class Pool:
     lost: type[Exception] = BrokenExecutor
 
 
-class Executor(Protocol):
-    """Opens a pool for a work; leaving the pool ends all runs.
-
-    Raises:
-        CannotStartError: it can't do the work.
-
-    """
-
-    def opened(self, work: Work) -> AbstractContextManager[Pool]: ...  # noqa: D102
+Executor = Callable[[Work], AbstractContextManager[Pool]]
+"""Opens a pool for a work, or raises CannotStartError; leaving the pool ends all runs."""
 
 
-@dataclass(frozen=True)
-class InThisProcess:
-    """Makes one run after another, here."""
+@contextmanager
+def in_this_process(work: Work) -> Iterator[Pool]:
+    """Yield a pool that makes a run here, as it is given it."""
 
-    @contextmanager
-    def opened(self, work: Work) -> Iterator[Pool]:
-        """Yield a pool that makes a run as it is given it."""
+    def submit(point: Point) -> Future[Row]:
+        made: Future[Row] = Future()
+        made.set_result(work.row(point))
+        return made
 
-        def submit(point: Point) -> Future[Row]:
-            made: Future[Row] = Future()
-            made.set_result(work.row(point))
-            return made
-
-        yield Pool(submit)
+    yield Pool(submit)
 
 
 def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
@@ -67,28 +60,22 @@ def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generato
         CannotStartError: the executor can't do the work.
 
     """
-    lost: list[Point] = []
-    again: list[Point] = []
-    yield from _tried(executor, work, points, lost)
-    yield from _tried(executor, work, lost, again, alone=True)
-    yield from map(_ended_row, again)
+    lost = yield from _tried(executor, work, points)
+    lost = yield from _tried(executor, work, lost, alone=True)
+    for point in lost:
+        yield Row(point.number, point.id, FAILED, ENDED, 0, 0.0)
 
 
 def _tried(
-    executor: Executor,
-    work: Work,
-    points: Sequence[Point],
-    lost: list[Point],
-    *,
-    alone: bool = False,
-) -> Generator[Row, None, None]:
-    """Try points, one at a time if `alone`; those whose process ended are added to `lost`.
+    executor: Executor, work: Work, points: Sequence[Point], *, alone: bool = False
+) -> Generator[Row, None, list[Point]]:
+    """Try points, one at a time if `alone`; returns those whose process ended.
 
     A pool that has lost a process gets no more points: what is left goes to a new one.
     """
-    waiting = deque(points)
+    waiting, lost = deque(points), []
     while waiting:
-        with executor.opened(work) as pool:
+        with executor(work) as pool:
             running: dict[Future[Row], Point] = {}
             most, whole = 1 if alone else pool.most, True
             while running or (waiting and whole):
@@ -111,12 +98,4 @@ def _tried(
                         raise CannotStartError(f"a process can't do the work: {error}") from error
                     else:
                         yield row
-
-
-def _ended_row(point: Point) -> Row:
-    """Return the row of a point whose process ended each time that it was tried."""
-    why = (
-        "the process that ran it ended, as often as it was tried: killed, perhaps for want of "
-        "memory, or a crash"
-    )
-    return Row(point.number, point.id, FAILED, why, 0, 0.0)
+    return lost

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process
 
 from threadpoolctl import threadpool_limits
@@ -24,48 +23,42 @@ from exudyn_flexlink.sweeps.work import Work
 MOST = 61  # processes of a pool, which can have no more on Windows
 
 
-@dataclass(frozen=True)
-class LocalProcesses:
-    """Runs points in `count` processes of this machine."""
-
-    count: int
-
-    @contextmanager
-    def opened(self, work: Work) -> Iterator[Pool]:
-        """Yield a pool, whose processes end with it.
-
-        Raises:
-            CannotStartError: the work can't be sent to other processes, or they can't begin.
-
-        """
-        try:
-            sent = pickle.dumps(work)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise CannotStartError(_not_sent(error)) from error
-        count = min(self.count, MOST)
-        context = get_context("spawn")  # a fork would share threads and locks of the engines
-        pool = ProcessPoolExecutor(count, context, _begin, (sent,))
-
-        def submit(point: Point) -> Future[Row]:
-            with _without_interrupts(), _without_absent_main():  # this may start a process
-                return pool.submit(_row, point)
-
-        try:
-            with _without_interrupts(), _without_absent_main():
-                first = pool.submit(int)
-            yield Pool(submit, count, BrokenProcessPool)
-            if isinstance(first.exception(), BrokenProcessPool):
-                raise CannotStartError(NOT_BEGUN)
-        finally:
-            for process in [*(pool._processes or {}).values()]:
-                process.terminate()  # what is under way is not wanted any more
-            pool.shutdown(cancel_futures=True)
-
-
 NOT_BEGUN = (
     "a process ended before it could begin. A script that sweeps must do so below "
     "\"if __name__ == '__main__':\", since each process reads it again; or give 'workers=1'"
 )
+
+
+@contextmanager
+def local_processes(count: int, work: Work) -> Iterator[Pool]:
+    """Yield a pool of `count` processes of this machine, which end with it.
+
+    Raises:
+        CannotStartError: the work can't be sent to other processes, or they can't begin.
+
+    """
+    try:
+        sent = pickle.dumps(work)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise CannotStartError(_not_sent(error)) from error
+    count = min(count, MOST)
+    context = get_context("spawn")  # a fork would share threads and locks of the engines
+    pool = ProcessPoolExecutor(count, context, _begin, (sent,))
+
+    def submit(point: Point) -> Future[Row]:
+        with _starting():
+            return pool.submit(_row, point)
+
+    try:
+        with _starting():
+            first = pool.submit(int)
+        yield Pool(submit, count, BrokenProcessPool)
+        if isinstance(first.exception(), BrokenProcessPool):
+            raise CannotStartError(NOT_BEGUN)
+    finally:
+        for process in [*(pool._processes or {}).values()]:
+            process.terminate()  # what is under way is not wanted any more
+        pool.shutdown(cancel_futures=True)
 
 
 def _not_sent(error: Exception) -> str:
@@ -76,31 +69,25 @@ def _not_sent(error: Exception) -> str:
 
 
 @contextmanager
-def _without_interrupts() -> Iterator[None]:
-    """Let a process that is started inside never see Ctrl-C, which ends the sweep as a whole."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+def _starting() -> Iterator[None]:
+    """Let a process that is started inside begin as it should.
 
-
-@contextmanager
-def _without_absent_main() -> Iterator[None]:
-    """Let a process that is started inside not read again what was no file, such as '<stdin>'."""
-    main = sys.modules["__main__"]
+    It never sees Ctrl-C, which ends the sweep as a whole, and does not read again what was no file,
+    such as '<stdin>'.
+    """
+    main, masks = sys.modules["__main__"], hasattr(signal, "pthread_sigmask")  # not on Windows
     file = getattr(main, "__file__", None)
-    if file is None or os.path.exists(file):
-        yield
-        return
-    del main.__file__
+    absent = file is not None and not os.path.exists(file)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    if absent:
+        del main.__file__
     try:
         yield
     finally:
-        main.__file__ = file
+        if absent:
+            main.__file__ = file
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 _sent: list[bytes] = []  # the work, in a process of the pool

@@ -9,13 +9,14 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import closing, suppress
 from dataclasses import replace
+from functools import partial
 from multiprocessing import current_process
 
 from exudyn_flexlink.loading import document_of_data
-from exudyn_flexlink.sweeps.cluster import DaskCluster
-from exudyn_flexlink.sweeps.executors import Executor, InThisProcess, rows_of
+from exudyn_flexlink.sweeps.cluster import dask_cluster
+from exudyn_flexlink.sweeps.executors import Executor, in_this_process, rows_of
 from exudyn_flexlink.sweeps.plan import Sweep
-from exudyn_flexlink.sweeps.processes import LocalProcesses
+from exudyn_flexlink.sweeps.processes import local_processes
 from exudyn_flexlink.sweeps.rows import Observe, Row, Simulate
 from exudyn_flexlink.sweeps.table import SweepTable, table_of
 from exudyn_flexlink.sweeps.work import Keep, Work
@@ -37,18 +38,15 @@ def executor_of(workers: int | None = None, scheduler: str | None = None) -> Exe
     if scheduler is not None:
         if workers is not None:
             raise ValueError("a scheduler has its own workers: give one of both")
-        return DaskCluster(scheduler)
-    count = _cores() if workers is None else workers
+        return partial(dask_cluster, scheduler)
+    cores = (
+        os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    )
+    count = len(cores) if workers is None else workers
     if count < 1:
         raise ValueError(f"needs at least one worker, got {count}")
-    return InThisProcess() if count == 1 or current_process().daemon else LocalProcesses(count)
-
-
-def _cores() -> int:
-    """How many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    here = count == 1 or current_process().daemon
+    return in_this_process if here else partial(local_processes, count)
 
 
 def work_of(sweep: Sweep, simulate: Simulate, observe: Observe, keep: Keep | None = None) -> Work:

@@ -6,7 +6,6 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from math import isfinite
 from typing import Any
 
@@ -17,7 +16,6 @@ from exudyn_flexlink.source import HintedError
 from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
 from exudyn_flexlink.yaml_reader import MINUS, read_yaml
 
-FEW = 50  # values that are all checked before anything runs: in about a second
 MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
 DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
 HINT = "start:stop:count such as '2:40:20' or '0:5 mm:11', or a list such as '1 mm, 2 mm, 5 mm'"
@@ -63,20 +61,12 @@ class Range:
         return f"{number_text(number)} {self.unit}" if self.unit else number
 
 
-@dataclass(frozen=True)
-class Values:
-    """Values of one path; of a range a few stand for all where they are checked, those `told`."""
-
-    all: tuple[Value, ...]
-    told: tuple[int, ...]
-
-
 def number_text(number: float) -> str:
     """Return a number as a model file has it; a whole one without a point, as counts need."""
     return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
 
 
-def values_of(given: Any) -> Values:
+def values_of(given: Any) -> tuple[Value, ...]:
     """Read the values of a path: a text as on the command line, or a sequence of values.
 
     Raises:
@@ -113,7 +103,7 @@ def range_of(given: Any) -> Range:
     return found
 
 
-def _listed(values: Sequence[Value]) -> Values:
+def _listed(values: Sequence[Value]) -> tuple[Value, ...]:
     if not values:
         raise ValuesError("needs at least one value")
     seen: set[Value] = set()
@@ -121,25 +111,10 @@ def _listed(values: Sequence[Value]) -> Values:
         if value in seen:
             raise ValuesError(f"{in_words(value)} is there twice", "", i)
         seen.add(value)
-    return Values(tuple(values), telling(values))
+    return tuple(values)
 
 
-def telling(values: Sequence[Value]) -> tuple[int, ...]:
-    """Return places of values that tell of all whether they can be.
-
-    Those of a few are all. Of many numbers they are the least, the greatest, and one that is not
-    whole; of texts each one that is not the same as another.
-    """
-    if len(values) <= FEW:
-        return tuple(range(len(values)))
-    numbers = [i for i, value in enumerate(values) if isinstance(value, float)]
-    broken = (i for i in numbers if not float(values[i]).is_integer())
-    texts = {value: i for i, value in reversed(list(enumerate(values))) if isinstance(value, str)}
-    ends = [pick(numbers, key=lambda i: float(values[i])) for pick in (min, max) if numbers]
-    return tuple(sorted({*ends, *islice(broken, 1), *texts.values()}))
-
-
-def _of_text(text: str) -> Values:
+def _of_text(text: str) -> tuple[Value, ...]:
     if ":" in text:
         parts = text.split(":")
         if len(parts) != 3:
@@ -150,9 +125,7 @@ def _of_text(text: str) -> Values:
                 f"expected a number of values, 2 to {MOST_VALUES}, after the second colon; "
                 f"got '{count}'"
             )
-        # Its ends tell of limits, the second value whether all have to be whole.
-        last = int(count) - 1
-        return Values(found.spread(int(count)), tuple(dict.fromkeys((0, 1, last))))
+        return found.spread(int(count))
     read = read_yaml(f"[{text}]")
     if read.problems or not isinstance(read.data, list):
         raise ValuesError(f"expected values, got '{text}'")
