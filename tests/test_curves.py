@@ -20,7 +20,6 @@ from exudyn_flexlink.curves import (
     LineSegment,
     Spline,
     ends_of_lap,
-    intersect_ray,
     next_piece,
     ray_crossings,
 )
@@ -174,7 +173,8 @@ def test_guide_turning_over_five_laps_meets_ellipse_and_egg_in_turn():
     u, radii = 0.0, []
     angles = np.arange(0, 5 * 2 * math.pi, math.pi / 60)
     for angle in angles:
-        following = intersect_ray(TRACK, C, (math.cos(angle), math.sin(angle)), u)
+        crossings = ray_crossings(TRACK, C, (math.cos(angle), math.sin(angle)))
+        following = u + min((crossings - u + 1e-9) % TRACK.period) - 1e-9
         assert u <= following < u + 0.2
         u = following
         radii.append(float(np.linalg.norm(TRACK.point(u) - C)))
@@ -308,7 +308,6 @@ nan = math.nan
         lambda: Spline(np.repeat(ring(6), 2, axis=0)),
         lambda: Spline(np.concatenate([ring(6), ring(6)[:1]]), closed=True),
         lambda: ray_crossings(ELLIPSE, (0, 0), (0, 0)),
-        lambda: intersect_ray(ELLIPSE, (1, 1), (1, 0), 0.0),
     ],
 )
 def test_degenerate_input_is_refused(build):
@@ -413,7 +412,6 @@ def test_a_line_from_inside_crosses_a_convex_curve_twice(angle, radius, heading)
         away = curve.point(u) - origin
         # next to a break the break itself is the answer, up to 1e-7 of a piece's range away
         np.testing.assert_allclose(away @ [-along[1], along[0]], 0, atol=2e-8)
-        assert intersect_ray(curve, origin, along, float(u[1])) == pytest.approx(u[1], abs=1e-8)
 
 
 @pytest.mark.parametrize("name", ["egg", "stadium", "track", "ring", "eight"])

@@ -9,7 +9,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable
 from math import cos, sin
-from typing import TypeVar
 
 from exudyn_flexlink.curves.base import Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment
@@ -18,7 +17,6 @@ from exudyn_flexlink.curves.spline import Spline, SplinePiece
 Place = tuple[float, float, float, float, float, float]
 Evaluator = Callable[[float], Place]
 """u -> x, y, dx/du, dy/du, d2x/du2, d2y/du2."""
-Function = TypeVar("Function")
 
 NEWTON_STEPS = 20
 
@@ -30,29 +28,12 @@ def evaluator(piece: Curve) -> Evaluator:
         TypeError: the curve is not a single smooth piece.
 
     """
-    return by_kind(piece, _arc, _line, _spline)
-
-
-def by_kind(
-    piece: Curve,
-    arc: Callable[[Arc], Function],
-    line: Callable[[LineSegment], Function],
-    spline: Callable[[Spline], Function],
-) -> Function:
-    """Return what one of three makes of a smooth piece, by its kind.
-
-    Raises:
-        TypeError: the curve is not a single smooth piece.
-
-    """
     if isinstance(piece, Arc):
-        return arc(piece)
+        return _arc(piece)
     if isinstance(piece, LineSegment):
-        return line(piece)
-    if isinstance(piece, SplinePiece):
-        return spline(piece.spline)
-    if isinstance(piece, Spline):
-        return spline(piece)
+        return _line(piece)
+    if isinstance(piece, (Spline, SplinePiece)):
+        return _spline(piece if isinstance(piece, Spline) else piece.spline)
     raise TypeError(f"not a smooth piece: {type(piece).__name__}")
 
 

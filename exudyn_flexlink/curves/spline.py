@@ -14,6 +14,7 @@ from exudyn_flexlink.curves.base import (
     Curve,
     CurveError,
     Knots,
+    Places,
     left,
 )
 
@@ -43,8 +44,9 @@ class SplinePiece(Curve):
         last = self.first + self.spline.period if whole else self.last
         self._range(self.first, last, self.spline.closed and whole)
 
-    def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        return self.spline._raw(self.spline.wrap(u), order)
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the whole spline."""
+        return self.spline.places(u)
 
     def grid(self) -> FloatArray:
         """Take the spline's grid within the stretch."""
@@ -119,8 +121,15 @@ class Spline(Curve):
     def _polynomial(self) -> Any:
         return self.__dict__["_cubic"]
 
-    def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        return np.asarray(self._polynomial(u, order), dtype=float)
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the cubics; an open spline goes on with its last ones."""
+        u = np.mod(u, self.period) if self.closed else u
+        knots, coefficients = self._polynomial.x, self._polynomial.c
+        index = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
+        w, spans = u - knots[index], coefficients[:, index]
+        c3, c2, c1, c0 = spans[..., 0] + 1j * spans[..., 1]
+        first = (3 * c3 * w + 2 * c2) * w + c1
+        return ((c3 * w + c2) * w + c1) * w + c0, first, 6 * c3 * w + 2 * c2
 
     def cubics(self) -> tuple[list[float], list[list[list[float]]]]:
         """Knots, and for every span the coefficients [x, y] of w^3, w^2, w, 1 (w from its knot)."""
