@@ -106,18 +106,6 @@ def test_curvature_turns_the_tangent_per_length(curve):
 
 
 @every_curve
-def test_scalars_and_arrays_agree(curve):
-    u = curve.start + curve.period * np.linspace(0, 0.999, 12).reshape(3, 4)
-    for method in (curve.point, curve.derivative, curve.second_derivative, curve.normal):
-        assert method(u).shape == (3, 4, 2)
-        np.testing.assert_array_equal(method(u)[1, 2], method(float(u[1, 2])))
-    assert curve.curvature(u).shape == (3, 4)
-    assert curve.curvature(float(u[0, 1])).shape == ()
-    index, local = curve.locate(float(u[2, 1]))
-    np.testing.assert_allclose(curve.pieces[index].point(local), curve.point(u[2, 1]))
-
-
-@every_curve
 def test_foot_of_a_point_beside_the_curve_is_below_it(curve):
     step = 1e-2 * curve.size
     fine = everywhere(curve, 5000)
@@ -288,28 +276,21 @@ nan = math.nan
 @pytest.mark.parametrize(
     "build",
     [
-        lambda: CircleArc((0, 0), 0),
-        lambda: CircleArc((0, 0), nan),
-        lambda: CircleArc((0, nan), 1),
-        lambda: CircleArc((0, 0), 1, 1, 1),
-        lambda: CircleArc((0, 0), 1, 0, nan),
-        lambda: CircleArc((0, 0), 1, 0, 7),
-        lambda: EllipseArc((0, 0), (-1, 1)),
-        lambda: EllipseArc((0, 0), (1, 0)),
-        lambda: EllipseArc((0, 0), (1, 1), math.inf),
-        lambda: LineSegment((1, 2), (1, 2)),
-        lambda: LineSegment((1, 2), (1, nan)),
+        *(lambda a=a: CircleArc(*a) for a in (
+            ((0, 0), 0), ((0, 0), nan), ((0, nan), 1), ((0, 0), 1, 1, 1), ((0, 0), 1, 0, nan),
+            ((0, 0), 1, 0, 7),
+        )),
+        *(lambda a=a: EllipseArc((0, 0), *a) for a in (((-1, 1),), ((1, 0),), ((1, 1), math.inf))),
+        *(lambda end=end: LineSegment((1, 2), end) for end in ((1, 2), (1, nan))),
         lambda: Joined(()),
-        lambda: Spline(ring(3)),
-        lambda: Spline(np.zeros((5, 3))),
-        lambda: Spline(np.zeros((5, 2))),
-        lambda: Spline(np.full((5, 2), nan)),
-        lambda: Spline(ring(20_001)),
-        lambda: Spline(np.repeat(ring(6), 2, axis=0)),
+        *(lambda points=points: Spline(points) for points in (
+            ring(3), np.zeros((5, 3)), np.zeros((5, 2)), np.full((5, 2), nan), ring(20_001),
+            np.repeat(ring(6), 2, axis=0),
+        )),
         lambda: Spline(np.concatenate([ring(6), ring(6)[:1]]), closed=True),
         lambda: ray_crossings(ELLIPSE, (0, 0), (0, 0)),
     ],
-)
+)  # fmt: skip
 def test_degenerate_input_is_refused(build):
     with pytest.raises(CurveError):
         build()
@@ -390,11 +371,6 @@ def test_nearest_walks_from_angles_on_to_lengths():
         for near in (float(STADIUM.breaks[2]) - 0.3, float(STADIUM.breaks[3]) + 0.3):
             foot = STADIUM.nearest(target, near=near + shift)
             assert foot - shift == pytest.approx(on_line, abs=1e-12)
-
-
-def test_nearest_counts_on_over_the_laps():
-    near = TRACK.nearest(TRACK.point(1.0) * 1.01, near=1.05 + 2 * TRACK.period)
-    assert near == pytest.approx(1.0 + 2 * TRACK.period, abs=0.02)
 
 
 @settings(max_examples=60, deadline=None)

@@ -210,7 +210,7 @@ PIECES = st.sampled_from([
 ])  # fmt: skip
 
 
-@settings(max_examples=800, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.one_of(st.text(max_size=60), st.lists(PIECES, max_size=14).map("".join)), st.floats())
 def test_any_text_is_an_expression_or_a_mistake(text, t):
     try:
