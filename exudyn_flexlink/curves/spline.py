@@ -102,7 +102,9 @@ class Spline(Curve):
         through = np.concatenate([points, points[:1]]) if self.closed else points
         chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
         knots = np.concatenate([[0.0], np.cumsum(chords)])
-        object.__setattr__(self, "_cubic", _fit(knots, through, self.closed))
+        cubic = _fit(knots, through, self.closed)
+        object.__setattr__(self, "_cubic", cubic)
+        object.__setattr__(self, "_complex", cubic.c[..., 0] + 1j * cubic.c[..., 1])
         self._range(0.0, float(knots[-1]), self.closed)
         self._refuse_cusps()
 
@@ -124,10 +126,9 @@ class Spline(Curve):
     def places(self, u: FloatArray) -> Places:
         """Evaluate the cubics; an open spline goes on with its last ones."""
         u = np.mod(u, self.period) if self.closed else u
-        knots, coefficients = self._polynomial.x, self._polynomial.c
+        knots = self._polynomial.x
         index = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
-        w, spans = u - knots[index], coefficients[:, index]
-        c3, c2, c1, c0 = spans[..., 0] + 1j * spans[..., 1]
+        w, (c3, c2, c1, c0) = u - knots[index], self.__dict__["_complex"][:, index]
         first = (3 * c3 * w + 2 * c2) * w + c1
         return ((c3 * w + c2) * w + c1) * w + c0, first, 6 * c3 * w + 2 * c2
 
