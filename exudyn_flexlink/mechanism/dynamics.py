@@ -163,6 +163,11 @@ def spring_force(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArr
     return np.asarray(-tension[..., None] * along)
 
 
+def length_of(spring: LinearSpring, q: FloatArray) -> float:
+    """Distance of its anchors, or how far its slide is out, m, at coordinates (parts, 3)."""
+    return float(_stretched(spring, q, q)[0]) + (spring.length or 0.0)
+
+
 def stored_energy(spring: LinearSpring, q: FloatArray) -> FloatArray:
     """Energy (...,) of the spring, J, at coordinates (..., parts, 3)."""
     stretched, _, _ = _stretched(spring, q, q)
