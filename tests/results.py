@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from exudyn_flexlink.curves import intersect_ray
+from exudyn_flexlink.curves import ray_crossings
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene, scene_of
@@ -103,7 +103,9 @@ def guide_distance(scene: Scene, theta: np.ndarray) -> np.ndarray:
     u, found = 0.0, []
     for angle in theta:
         along = np.array([np.cos(angle), np.sin(angle)])
-        u = intersect_ray(curve, CRANK, along, u)
+        crossings = ray_crossings(curve, CRANK, along)
+        crossings += curve.period * np.round((u - crossings) / curve.period)
+        u = crossings[np.argmin(np.abs(crossings - u))]
         found.append((curve.point(u) - CRANK) @ along)
     return np.array(found)
 

@@ -71,15 +71,6 @@ def test_beyond_an_open_end_the_piece_goes_on_from_there(name):
 
 
 @pytest.mark.parametrize("name", CURVES)
-def test_lengths_are_those_of_quadrature(name):
-    curve = CURVES[name]
-    u = np.linspace(curve.start, curve.end, 1001)
-    assert np.all(np.diff(curve.arc_length.to(u)) > 0)
-    steps = np.linalg.norm(np.diff(curve.point(u), axis=0), axis=1)
-    assert curve.arc_length.to(u)[1:] == pytest.approx(np.cumsum(steps), rel=1e-3)
-
-
-@pytest.mark.parametrize("name", CURVES)
 def test_lengths_are_the_same_one_by_one(name):
     curve = CURVES[name]
     search = Closest(curve)

@@ -10,7 +10,6 @@ from test_physics_tools import MODELS, angle, run, scene, speed, where
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
-from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.mechanism.prescribed import Antiderivative
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import Document, SceneError
@@ -298,15 +297,6 @@ def test_a_force_that_turns_with_its_body(settings, off):
     np.testing.assert_allclose(found, expected, atol=1e3 * off)
 
 
-def test_a_constant_force_at_the_centre_is_a_weight():
-    one = driven("{type: force, point: bob.centre, value: [0, -19.62 N]}")
-    other = run(HANGING)
-    assert abs(angle(one, "bob")[-1] - angle(other, "bob")[-1]) < 1e-10
-    np.testing.assert_allclose(
-        one.joint_forces["pivot"][-1], other.joint_forces["pivot"][-1], atol=1e-7
-    )
-
-
 CHAIN = """
 bodies:
   upper: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [1, 0]}}
@@ -386,8 +376,3 @@ def test_integrals_late_in_a_long_run():
         np.sin(100 * pi * 100.3) / (100 * pi), abs=1e-10
     )
     assert len(late._pieces) < 3 * 50 * 100  # three in each period
-
-
-def test_knots_of_drives_are_told():
-    text = f"{BOB}drives: {{m: {{type: torque, joint: pivot, value: 'where(t < 2, 1, 0)'}}}}\n"
-    assert build_mechanism(scene(text)).knots(3.0) == [2.0]

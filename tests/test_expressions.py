@@ -57,7 +57,9 @@ def test_values_and_slopes_are_those_of_complex_steps(text, t, a, w):
         found = parse_expression(written)
         state = [{"angle": a, "speed": w}[one.kind] for one in found.sensed]
         value = found.at(t, state)
-        slopes = found.slopes(t, state) if found.sensed else list(found.rates(np.array([t])))
+        slopes = (
+            found.slopes(t, state) if found.sensed else list(found.derivatives(np.array([t]), 1))
+        )
         expected = complex(by_python(text, t, (a, w)))
         step = 1e-30
         moved = {"angle": (a + 1j * step, w), "speed": (a, w + 1j * step)}
@@ -90,8 +92,10 @@ def test_second_derivatives_of_a_swing():
     times = np.array([0.0, 0.3, 7.1])
     for t in times:
         assert found.at(t) == pytest.approx(size * math.sin(w * t), abs=1e-15)
-    assert found.rates(times) == pytest.approx(size * w * np.cos(w * times), abs=1e-14)
-    assert found.second_rates(times) == pytest.approx(-size * w * w * np.sin(w * times), abs=1e-13)
+    assert found.derivatives(times, 1) == pytest.approx(size * w * np.cos(w * times), abs=1e-14)
+    assert found.derivatives(times, 2) == pytest.approx(
+        -size * w * w * np.sin(w * times), abs=1e-13
+    )
 
 
 @pytest.mark.parametrize(("text", "value"), [
@@ -188,7 +192,7 @@ def test_only_what_computes_looks_like_an_expression():
 def test_derivatives_do_not_explode():
     """Each derivative of a product of n factors shares its pieces: n squared pieces, not 2^n."""
     found = parse_expression("*".join(["sin(t)"] * 60))
-    assert found.second_rates(np.array([0.3])) == pytest.approx(
+    assert found.derivatives(np.array([0.3]), 2) == pytest.approx(
         60 * 59 * math.sin(0.3) ** 58 * math.cos(0.3) ** 2 - 60 * math.sin(0.3) ** 60
     )
     assert len(found._tape.operations) < 2000
@@ -206,7 +210,7 @@ PIECES = st.sampled_from([
 ])  # fmt: skip
 
 
-@settings(max_examples=800, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.one_of(st.text(max_size=60), st.lists(PIECES, max_size=14).map("".join)), st.floats())
 def test_any_text_is_an_expression_or_a_mistake(text, t):
     try:
@@ -217,7 +221,7 @@ def test_any_text_is_an_expression_or_a_mistake(text, t):
         assert math.isfinite(found.at(t, [0.5] * len(found.sensed)))
         assert all(map(math.isfinite, found.slopes(t, [0.5] * len(found.sensed))))
         if not found.sensed:
-            assert np.isfinite(found.second_rates(np.array([t]))).all()
+            assert np.isfinite(found.derivatives(np.array([t]), 2)).all()
     except NoValueError:
         return
 

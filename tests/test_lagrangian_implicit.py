@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from benchmarks.series import deviation, read_series
 
-from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator, together
+from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian import problem
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
@@ -108,7 +108,7 @@ PIECES = {
 def test_places_are_those_of_the_curves(name: str) -> None:
     piece = PIECES[name]
     at, every = evaluator(piece), np.linspace(piece.start - 0.01, piece.end + 0.01, 41)
-    found = np.array(together(piece)(every))
+    found = np.array(piece.places(every))
     for k, u in enumerate(every):
         assert found[:, k].copy().view(float) == pytest.approx(at(u), rel=1e-13, abs=1e-15)
 
@@ -164,7 +164,7 @@ def _ray(at: float, angle: float) -> tuple[float, float]:
 def test_p_is_not_found_beyond_a_dead_centre() -> None:
     """Nor another crossing than that which the track leads to: walked along it by hand."""
     u = np.linspace(0, BENT.period, 20_001)
-    angles = np.unwrap(np.angle(together(BENT)(u)[0]))
+    angles = np.unwrap(np.angle(BENT.places(u)[0]))
     dead = found = 0
     for start in range(100, 15_000, 290):
         way = np.sign(angles[start + 1] - angles[start])

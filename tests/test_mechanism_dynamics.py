@@ -52,14 +52,6 @@ gravity: [0, -9.81]
 """
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.7, -2.0])
-def test_a_pendulum(angle: float) -> None:
-    found = assembled(PENDULUM + f"gravity: [0, -9.81]\ninitial: {{angles: {{rod: {angle}}}}}\n")
-    assert found.degrees_of_freedom == 1
-    expected = -1.5 * GRAVITY / LENGTH * cos(angle)  # uniform rod: m g l/2 / (m l^2/3)
-    assert found.state.a[0, 2] == pytest.approx(expected, rel=1e-10, abs=1e-12)
-
-
 @pytest.mark.parametrize(("angle", "speed"), [(0.0, 0.0), (0.7, 3.0), (-2.0, -5.0)])
 def test_a_pendulum_whose_origin_is_neither_its_centre_nor_its_pivot(
     angle: float, speed: float

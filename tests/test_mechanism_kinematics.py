@@ -124,32 +124,6 @@ def test_residuals_of_many_instants_are_those_of_each(mechanism: Mechanism, seed
         assert values == pytest.approx(expected, abs=1e-14)
 
 
-def test_residuals_split_into_lengths_and_angles(mechanism: Mechanism) -> None:
-    q, _ = random_state(mechanism, 0)
-    counts = {
-        row.kind: (len(row.lengths), len(row.angles))
-        for row in rows_at(mechanism, q, feet(mechanism, q))
-    }
-    assert counts == {
-        "revolute": (2, 0),
-        "weld": (2, 1),
-        "slide": (1, 1),
-        "slot": (1, 0),
-        "drive": (0, 1),
-    }
-
-
-def test_a_slide_is_closed_on_the_axis_and_open_beside_it(mechanism: Mechanism) -> None:
-    q = np.zeros((len(mechanism.parts), 3))
-    q[0] = 0.1, 0.2, 0.7  # guide
-    c, s = np.cos(0.7), np.sin(0.7)
-    q[1] = 0.1 + 0.05 * c - 0.003 * s, 0.2 + 0.05 * s + 0.003 * c, 0.7 + 0.2
-    row = next(
-        row for row in constraint_rows(mechanism, q, feet(mechanism, q)) if row.kind == "slide"
-    )
-    assert row.residual == pytest.approx([0.003, 0.2], abs=1e-15)
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("part", [0, 4, GROUND])
 def test_velocities_of_anchors_are_derivatives(mechanism: Mechanism, seed: int, part: int) -> None:

@@ -89,14 +89,13 @@ class Truth:
         return place + LINK * w / np.hypot(*w)
 
 
-@pytest.mark.parametrize("count", [24, 240, 1000])
-@pytest.mark.parametrize("digits", [6, 12])
+@pytest.mark.parametrize(("count", "digits"), [(24, 6), (240, 12), (1000, 6)])
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_link_coasts_along_a_spline_within_its_tolerance(engine, digits, count):
     points = cam(count, digits)
     text = COASTING.format(points=points.tolist())
     truth = Truth(points, build_mechanism(scene(text, "accuracy.tolerance=1e-6")))
-    for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8):
+    for tolerance in (1e-3, 1e-5, 1e-7):
         result = simulate(scene(text, f"accuracy.tolerance={tolerance}"), engine, measure=False)
         assert result.outcome.completed, result.outcome
         exact = np.array([truth.place(float(t)) for t in result.time])

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import feet
 from exudyn_flexlink.curves.arc_length import ArcLength
 from exudyn_flexlink.raising import Sendable
@@ -42,6 +42,10 @@ class CurveError(Sendable, ValueError):
         self.message = message
         self.piece = piece
         self.hint = hint
+
+
+Places = tuple[ComplexArray, ComplexArray, ComplexArray]
+"""P (m), dP/du and d2P/du2, each as x + i y (...)."""
 
 
 class Knots(NamedTuple):
@@ -80,8 +84,12 @@ class Curve(ABC):
             object.__setattr__(self, name, value)
 
     @abstractmethod
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate at u (...) inside the range; a smooth piece goes on beyond its ends."""
+
     def _raw(self, u: FloatArray, order: int) -> FloatArray:
         """``order``-th derivative (0, 1, 2) at u inside the range, shape (..., 2)."""
+        return as_vectors(self.places(u)[order])
 
     @abstractmethod
     def grid(self) -> FloatArray:
@@ -126,8 +134,8 @@ class Curve(ABC):
 
     def derivatives(self, u: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """``P, dP/du, d2P/du2`` at once, each of shape (..., 2)."""
-        at = self.wrap(u)
-        return self._raw(at, 0), self._raw(at, 1), self._raw(at, 2)
+        point, first, second = self.places(self.wrap(u))
+        return as_vectors(point), as_vectors(first), as_vectors(second)
 
     def tangent(self, u: ArrayLike) -> FloatArray:
         """Return the unit vector along increasing u, shape (..., 2)."""
@@ -139,7 +147,8 @@ class Curve(ABC):
 
     def curvature(self, u: ArrayLike) -> FloatArray:
         """Signed curvature in 1/m, positive to the left, shape (...)."""
-        return curvature_of(self.derivative(u), self.second_derivative(u))
+        _, first, second = self.derivatives(u)
+        return np.asarray(cross(first, second) / np.linalg.norm(first, axis=-1) ** 3)
 
     def locate(self, u: float) -> tuple[int, float]:
         """Index of the piece at u, and that piece's own parameter there."""
@@ -231,19 +240,13 @@ class Composite(Curve):
         ends = start + np.cumsum([piece.period for piece in pieces])
         self._fill(closed, pieces, np.concatenate([[start], ends]))
 
-    def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        index = self._indices(u)
-        if u.ndim == 0:
-            return self._at(int(index), u, order)
-        result = np.empty((*u.shape, 2))
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate every piece where it counts."""
+        index, found = self._indices(u), np.empty((3, *np.shape(u)), dtype=np.complex128)
         for number in np.unique(index):
-            here = index == number
-            result[here] = self._at(int(number), u[here], order)
-        return result
-
-    def _at(self, index: int, u: FloatArray, order: int) -> FloatArray:
-        piece = self.pieces[index]
-        return piece._raw(np.asarray(piece.start + (u - self.breaks[index])), order)
+            here, piece = index == number, self.pieces[number]
+            found[:, here] = piece.places(piece.start + (u[here] - self.breaks[number]))
+        return found[0], found[1], found[2]
 
     def grid(self) -> FloatArray:
         """Grids of all pieces, one after another."""
@@ -252,6 +255,11 @@ class Composite(Curve):
             for piece, start in zip(self.pieces, self.breaks[:-1], strict=True)
         ]
         return np.concatenate([*parts, self.breaks[-1:]])
+
+
+def as_vectors(places: ComplexArray) -> FloatArray:
+    """Complex numbers (...) as vectors (..., 2)."""
+    return np.stack([np.real(places), np.imag(places)], axis=-1)
 
 
 def unit(vector: FloatArray) -> FloatArray:
@@ -267,11 +275,6 @@ def left(vector: FloatArray) -> FloatArray:
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Component along z of a x b, for (..., 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
-def curvature_of(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Signed curvature ``(x' y'' - y' x'')/|P'|^3`` of derivatives (..., 2)."""
-    return np.asarray(cross(first, second) / np.linalg.norm(first, axis=-1) ** 3)
 
 
 def end_tangent(piece: Curve, u: float) -> FloatArray:

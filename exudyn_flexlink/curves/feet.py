@@ -26,49 +26,53 @@ def candidates(curve: Curve, target: FloatArray) -> FloatArray:
     Only minima that can be the closest, given the spacing of the samples, and at most
     ``MOST_CANDIDATES`` of them (the centre of a circle has infinitely many).
     """
-    u, points = curve.samples
+    points = curve.samples[1]
     lows = _sampled_minima(curve, np.linalg.norm(points - target, axis=1), points)
-    found = [_refine(curve, target, u, int(i)) for i in lows]
-    feet = curve.wrap(np.array(found))
+    feet = curve.wrap(_settled(curve, target, *_around(curve, lows)))
     distances = np.linalg.norm(curve.point(feet) - target, axis=1)
     return np.asarray(feet[np.argsort(distances, kind="stable")])
 
 
 def closest(curve: Curve, targets: FloatArray) -> FloatArray:
     """Parameters (...) of the places next to `targets` (..., 2), in the parameter range."""
-    points = targets.reshape(-1, 2)
-    found = [_closest(curve, points[i : i + AT_ONCE]) for i in range(0, len(points), AT_ONCE)]
-    return np.concatenate([np.empty(0), *found]).reshape(targets.shape[:-1])
+    points, found = targets.reshape(-1, 2), [np.empty(0)]
+    for first in range(0, len(points), AT_ONCE):
+        some = points[first : first + AT_ONCE]
+        away = some[:, None] - curve.samples[1]
+        nearest = np.argmin(np.sum(away * away, axis=-1), axis=1)
+        found.append(curve.wrap(_settled(curve, some, *_around(curve, nearest))))
+    return np.concatenate(found).reshape(targets.shape[:-1])
 
 
-def _closest(curve: Curve, targets: FloatArray) -> FloatArray:
-    """Zero of g between the neighbours of the nearest sample: Newton, halves where it goes astray.
-
-    An end of an open curve where g has one sign only.
-    """
-    grid, points = curve.samples
-    away = targets[:, None] - points
-    i = np.argmin(np.sum(away * away, axis=-1), axis=1)
-    u, last = grid[i], len(grid) - 1
+def _around(curve: Curve, i: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Parameters of samples, and of those before and after each."""
+    grid, _ = curve.samples
+    last = len(grid) - 1
+    low, high = grid[np.maximum(i - 1, 0)], grid[np.minimum(i + 1, last)]
     if curve.closed:  # its last sample is the first one again
-        low = np.where(i > 0, grid[i - 1], grid[-2] - curve.period)
-        high = np.where(i < last, grid[np.minimum(i + 1, last)], grid[1] + curve.period)
-    else:
-        low, high = grid[np.maximum(i - 1, 0)], grid[np.minimum(i + 1, last)]
+        low = np.where(i > 0, low, grid[-2] - curve.period)
+        high = np.where(i < last, high, grid[1] + curve.period)
+    return grid[i], low, high
+
+
+def _settled(
+    curve: Curve, targets: FloatArray, u: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Zeros (n,) of g between two parameters, from `u`: Newton, halves where that goes astray.
+
+    An end where g has one sign only.
+    """
     for _ in range(ROUNDS):
-        place, first, second = curve.derivatives(u)
-        away = place - targets
-        g = np.sum(away * first, axis=-1)
-        growth = np.sum(first * first, axis=-1) + np.sum(away * second, axis=-1)
+        g, growth = _slope(curve, targets, u)
         low, high = np.where(g < 0, u, low), np.where(g < 0, high, u)
         with np.errstate(divide="ignore", invalid="ignore"):
             following = u - g / growth
         inside = (growth > 0) & (low <= following) & (following <= high)
         following = np.where(inside, following, 0.5 * (low + high))
         if np.all(abs(following - u) <= 1e-15 * np.maximum(abs(u), curve.period)):
-            return curve.wrap(following)
+            return following
         u = following
-    return curve.wrap(u)
+    return u
 
 
 def _sampled_minima(curve: Curve, distance: FloatArray, points: FloatArray) -> IndexArray:
@@ -84,44 +88,16 @@ def _sampled_minima(curve: Curve, distance: FloatArray, points: FloatArray) -> I
     return np.asarray(index[np.argsort(distance[index], kind="stable")][:MOST_CANDIDATES])
 
 
-def _refine(curve: Curve, target: FloatArray, u: FloatArray, i: int) -> float:
-    """Settle downhill of sample i, no further than its neighbours."""
-    here = float(u[i])
-    if _slope(curve, target, here)[0] < 0:
-        return _settle(curve, target, here, float(u[min(i + 1, len(u) - 1)]))
-    if i > 0:
-        return _settle(curve, target, float(u[i - 1]), here)
-    return _settle(curve, target, float(u[-2] - curve.period) if curve.closed else here, here)
-
-
-def _slope(curve: Curve, target: FloatArray, u: float) -> tuple[float, float]:
-    """``g`` and ``dg/du`` at u."""
-    away, first, second = curve.derivatives(u)
-    away = away - target
-    return float(away @ first), float(first @ first + away @ second)
-
-
-def _settle(curve: Curve, target: FloatArray, low: float, high: float) -> float:
-    """Zero of g between low and high, an end where g has one sign only."""
-    if _slope(curve, target, low)[0] >= 0:
-        return low
-    if _slope(curve, target, high)[0] <= 0:
-        return high
-    u = 0.5 * (low + high)
-    for _ in range(100):
-        g, growth = _slope(curve, target, u)
-        low, high = (u, high) if g < 0 else (low, u)
-        step = -g / growth if growth > 0 else np.inf
-        following = u + step if low <= u + step <= high else 0.5 * (low + high)
-        if abs(following - u) <= 1e-15 * max(abs(u), curve.period):
-            return following
-        u = following
-    return u
+def _slope(curve: Curve, targets: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """``g`` and ``dg/du`` (n,) at u (n,)."""
+    place, first, second = curve.derivatives(u)
+    away = place - targets
+    return np.sum(away * first, axis=-1), np.sum(first * first + away * second, axis=-1)
 
 
 def descend(curve: Curve, target: FloatArray, near: float) -> float:
     """Walk downhill from ``near`` until the distance grows again, and settle there."""
-    g, growth = _slope(curve, target, near)
+    g, growth = (float(one) for one in _slope(curve, target, np.float64(near)))
     if g == 0:
         return near
     down = -1 if g > 0 else 1
@@ -132,8 +108,11 @@ def descend(curve: Curve, target: FloatArray, near: float) -> float:
         there = here + down * min(step, _to_next_sample(curve, here, down))
         if not curve.closed:
             there = min(max(there, curve.start), curve.end)
-        if there == here or _slope(curve, target, there)[0] * down >= 0:
-            return _settle(curve, target, min(here, there), max(here, there))
+        if there == here:
+            return here
+        if _slope(curve, target, np.float64(there))[0] * down >= 0:
+            low, high = np.sort([here, there])
+            return float(_settled(curve, target, 0.5 * (low + high), low, high))
         here, step = there, 2 * step
     return here
 

@@ -1,4 +1,4 @@
-"""Curves joined from pieces, and a different curve in every lap."""
+"""Curves joined from pieces; a different curve in every lap, and which piece comes next."""
 
 from __future__ import annotations
 
@@ -102,6 +102,45 @@ class Laps(Composite):
         object.__setattr__(self, "meet", meet)
         self._lay(tuple(piece for lap in laps for piece in lap), 0.0, closed=True)
         object.__setattr__(self, "firsts", tuple(accumulate(map(len, laps), initial=0)))
+
+
+def next_lap(lap: int, way: int) -> int:
+    """Lap that a point comes into over the seam, forwards (`way` 1) or backwards (-1).
+
+    A lap of a closed curve goes from its seam once around. From where lap 1 begins they are 1, 2,
+    .. forwards and -1, -2, .. backwards, without a lap 0. Of `Laps` lap -k is on the same curve as
+    lap k: a point takes the curves in the same order whichever way it leaves that place.
+    """
+    return lap + way or way
+
+
+def next_piece(curve: Curve, piece: int, lap: int, way: int) -> tuple[int, int] | None:
+    """Piece and lap after the end of a piece (`way` 1) or before its start (-1).
+
+    None at an end of an open curve.
+    """
+    first, last = _pieces_of_lap(curve, lap)
+    if first <= piece + way <= last:
+        return piece + way, lap
+    if not curve.closed:
+        return None
+    lap = next_lap(lap, way)
+    first, last = _pieces_of_lap(curve, lap)
+    return (first if way > 0 else last), lap
+
+
+def ends_of_lap(curve: Curve, lap: int) -> tuple[float, float]:
+    """Parameters at which a lap begins and ends; those of the whole curve if it has no laps."""
+    first, last = _pieces_of_lap(curve, lap)
+    return float(curve.breaks[first]), float(curve.breaks[last + 1])
+
+
+def _pieces_of_lap(curve: Curve, lap: int) -> tuple[int, int]:
+    """First and last piece that a lap runs on; of the whole curve if it has no laps."""
+    if not isinstance(curve, Laps):
+        return 0, len(curve.pieces) - 1
+    number = (abs(lap) - 1) % len(curve.curves)
+    return curve.firsts[number], curve.firsts[number + 1] - 1
 
 
 def _check_closed(curve: Curve, index: int) -> None:

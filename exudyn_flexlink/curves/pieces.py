@@ -14,6 +14,7 @@ from exudyn_flexlink.curves.base import (
     ROUNDING,
     Curve,
     CurveError,
+    Places,
     as_point,
     cross,
 )
@@ -50,12 +51,12 @@ class Arc(Curve):
         first = turned * start_angle
         self._range(first, first + TURN if full else turned * end_angle, full)
 
-    def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        centre, a, b = self.conic
-        c, s = np.cos(u)[..., None], np.sin(u)[..., None]
-        if order == 0:
-            return np.asarray(centre + a * c + b * s)
-        return np.asarray(b * c - a * s) if order == 1 else np.asarray(-a * c - b * s)
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the whole ellipse."""
+        centre, a, b = (complex(*vector.tolist()) for vector in self.conic)
+        c, s = np.cos(u), np.sin(u)
+        arm = a * c + b * s
+        return centre + arm, b * c - a * s, -arm
 
     @property
     def conic(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -172,12 +173,11 @@ class LineSegment(Curve):
             raise CurveError(f"a line needs two different ends, got {self.a} twice")
         self._range(0.0, length, closed=False)
 
-    def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        a = np.array(self.a)
-        along = (np.array(self.b) - a) / self.end
-        if order == 0:
-            return np.asarray(a + along * u[..., None])
-        return np.asarray(np.ones(u.shape)[..., None] * (along if order == 1 else 0 * along))
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the whole line."""
+        start, end = complex(*self.a), complex(*self.b)
+        along, straight = (end - start) / self.end, np.zeros_like(u, dtype=np.complex128)
+        return start + along * u + straight, straight + along, straight
 
     def grid(self) -> FloatArray:
         """Start, three places between, end."""

@@ -8,10 +8,6 @@ from numpy.typing import ArrayLike
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves.base import OVERLAP, Curve, CurveError, as_point, cross
 
-# Newton from a start that meets h = |f f''|/f'^2 <= 1/2 finds the one root there (Kantorovich);
-# f'' is only known at the start, hence a tighter bound.
-SAFE_START = 0.05
-
 
 def ray_crossings(curve: Curve, origin: ArrayLike, direction: ArrayLike) -> FloatArray:
     """All u, ascending over one period, where the line through ``origin`` crosses the curve.
@@ -42,21 +38,6 @@ def ray_crossings(curve: Curve, origin: ArrayLike, direction: ArrayLike) -> Floa
     return _without_seam(curve, u[kept], misses[kept])
 
 
-def intersect_ray(curve: Curve, origin: ArrayLike, direction: ArrayLike, near_u: float) -> float:
-    """Find the u closest to ``near_u`` where the line through ``origin`` crosses the curve.
-
-    As in :func:`ray_crossings`, both ways along the line. On a closed curve u counts on over the
-    laps with ``near_u``. From a good ``near_u`` (time stepping) a few Newton steps suffice.
-
-    Raises:
-        CurveError: the line misses the curve, or the direction is zero or not finite.
-
-    """
-    start, along = _line(origin, direction)
-    u = _newton(curve, start, along, near_u)
-    return _closest(curve, start, along, near_u) if u is None else u
-
-
 def _on_piece(piece: Curve, u: FloatArray) -> FloatArray:
     """Parameters counted from the piece's start: those just outside a closed piece come round."""
     if piece.closed:
@@ -79,42 +60,3 @@ def _without_seam(curve: Curve, u: FloatArray, misses: FloatArray) -> FloatArray
     if len(u) > 1 and u[0] + curve.period - u[-1] <= OVERLAP * curve.period:
         u = u[:-1] if misses[0] <= misses[-1] else u[1:]
     return np.sort(np.where(u >= curve.end, curve.start, u))
-
-
-def _newton(curve: Curve, origin: FloatArray, along: FloatArray, near: float) -> float | None:
-    """Find the crossing next to ``near`` if it is certain to be the closest, else None."""
-    point, first, second = curve.derivatives(near)
-    f, slope = float(cross(along, point - origin)), float(cross(along, first))
-    if abs(f * float(cross(along, second))) > SAFE_START * slope**2 or slope == 0:
-        return None
-    reach = 2 * abs(f / slope)
-    if reach > 0.05 * curve.period / len(curve.pieces) or _break_within(curve, near, reach):
-        return None
-    u = near
-    for _ in range(8):
-        step = -f / slope
-        u += step
-        if abs(u - near) > reach or abs(step) <= 1e-13 * curve.period:
-            break
-        f = float(cross(along, curve.point(u) - origin))
-        slope = float(cross(along, curve.derivative(u)))
-    converged = abs(u - near) <= reach and abs(step) <= 1e-13 * curve.period
-    return u if converged else None
-
-
-def _break_within(curve: Curve, near: float, reach: float) -> bool:
-    wrapped = float(curve.wrap(near))
-    gap = np.abs(curve.breaks - wrapped)
-    return bool(np.any(gap <= reach)) and reach > 0
-
-
-def _closest(curve: Curve, origin: FloatArray, along: FloatArray, near: float) -> float:
-    u = ray_crossings(curve, origin, along)
-    if not len(u):
-        raise CurveError(
-            f"the line from ({origin[0]:.6g}, {origin[1]:.6g}) along "
-            f"({along[0]:.6g}, {along[1]:.6g}) misses the curve"
-        )
-    if curve.closed:
-        u = u + curve.period * np.round((near - u) / curve.period)
-    return float(u[np.argmin(np.abs(u - near))])

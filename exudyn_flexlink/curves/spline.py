@@ -14,6 +14,7 @@ from exudyn_flexlink.curves.base import (
     Curve,
     CurveError,
     Knots,
+    Places,
     left,
 )
 
@@ -43,8 +44,9 @@ class SplinePiece(Curve):
         last = self.first + self.spline.period if whole else self.last
         self._range(self.first, last, self.spline.closed and whole)
 
-    def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        return self.spline._raw(self.spline.wrap(u), order)
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the whole spline."""
+        return self.spline.places(u)
 
     def grid(self) -> FloatArray:
         """Take the spline's grid within the stretch."""
@@ -100,7 +102,9 @@ class Spline(Curve):
         through = np.concatenate([points, points[:1]]) if self.closed else points
         chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
         knots = np.concatenate([[0.0], np.cumsum(chords)])
-        object.__setattr__(self, "_cubic", _fit(knots, through, self.closed))
+        cubic = _fit(knots, through, self.closed)
+        object.__setattr__(self, "_cubic", cubic)
+        object.__setattr__(self, "_complex", cubic.c[..., 0] + 1j * cubic.c[..., 1])
         self._range(0.0, float(knots[-1]), self.closed)
         self._refuse_cusps()
 
@@ -119,8 +123,14 @@ class Spline(Curve):
     def _polynomial(self) -> Any:
         return self.__dict__["_cubic"]
 
-    def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        return np.asarray(self._polynomial(u, order), dtype=float)
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the cubics; an open spline goes on with its last ones."""
+        u = np.mod(u, self.period) if self.closed else u
+        knots = self._polynomial.x
+        index = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
+        w, (c3, c2, c1, c0) = u - knots[index], self.__dict__["_complex"][:, index]
+        first = (3 * c3 * w + 2 * c2) * w + c1
+        return ((c3 * w + c2) * w + c1) * w + c0, first, 6 * c3 * w + 2 * c2
 
     def cubics(self) -> tuple[list[float], list[list[list[float]]]]:
         """Knots, and for every span the coefficients [x, y] of w^3, w^2, w, 1 (w from its knot)."""

@@ -17,6 +17,8 @@ from exudyn_flexlink.expressions.tokens import Sensed
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.units import Powers
 
+ORDERS = "value", "derivative", "second derivative"
+
 
 class NoValueError(Sendable, ArithmeticError):
     """A formula, `text`, has no value at a time (s): a logarithm of a negative number, say.
@@ -103,23 +105,14 @@ class Expression:
         """
         return self._run_all(self._value, time, state)
 
-    def rates(self, time: FloatArray) -> FloatArray:
-        """First derivatives (n,) by time at instants (n,) s, of one that senses nothing.
+    def derivatives(self, time: FloatArray, order: int) -> FloatArray:
+        """Derivatives (n,) by time, up to the second, of one that senses nothing.
 
         Raises:
-            NoValueError: there is none at one of them.
+            NoValueError: there is none at one of the instants (n,) s.
 
         """
-        return self._run_all(self._rate, time, what="derivative")
-
-    def second_rates(self, time: FloatArray) -> FloatArray:
-        """Second derivatives (n,) by time at instants (n,) s, of one that senses nothing.
-
-        Raises:
-            NoValueError: there is none at one of them.
-
-        """
-        return self._run_all(self._second_rate, time, what="second derivative")
+        return self._run_all(self._by_time[order], time, what=ORDERS[order])
 
     def slopes(self, time: float, state: Sequence[float]) -> list[float]:
         """Derivatives by each of what is sensed.
@@ -165,13 +158,10 @@ class Expression:
         return Program(self._tape, [self._result], self._held)
 
     @cached_property
-    def _rate(self) -> Program:
-        return Program(self._tape, [self._tape.slope(self._result, TIME)])
-
-    @cached_property
-    def _second_rate(self) -> Program:
+    def _by_time(self) -> list[Program]:
         first = self._tape.slope(self._result, TIME)
-        return Program(self._tape, [self._tape.slope(first, TIME)])
+        second = self._tape.slope(first, TIME)
+        return [self._value, *(Program(self._tape, [one]) for one in (first, second))]
 
     @cached_property
     def _slopes(self) -> Program:

@@ -39,6 +39,8 @@ from exudyn_flexlink.mechanism.dynamics import (
     contact_mass,
     demanded_accelerations,
     mass_blocks,
+    spring_force,
+    wound_at_start,
 )
 from exudyn_flexlink.mechanism.input_checks import drive_mistakes, input_notes
 from exudyn_flexlink.mechanism.kinematics import (
@@ -102,6 +104,5 @@ from exudyn_flexlink.mechanism.schedule import (
     turn_goal,
     wanted_interval,
 )
-from exudyn_flexlink.mechanism.springs import spring_force, wound_at_start
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to

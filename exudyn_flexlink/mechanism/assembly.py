@@ -21,8 +21,8 @@ from exudyn_flexlink.mechanism.constraints import (
     along_slots,
     constraint_rows,
 )
-from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
-from exudyn_flexlink.mechanism.kinematics import anchor_position, length_along, turning
+from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at, length_of
+from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
@@ -113,20 +113,13 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
 
 def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:
     """Give a spring that is at rest as assembled its angle."""
-    if spring.rest_angle is not None:
-        return spring
     turned = float(turning(spring.first, spring.second, q))
-    return replace(spring, rest_angle=turned)
+    return spring if spring.rest_angle is not None else replace(spring, rest_angle=turned)
 
 
 def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
     """Give a spring that is at rest as assembled its length."""
-    if spring.length is not None:
-        return spring
-    if spring.slide is not None:
-        return replace(spring, length=float(length_along(spring.slide, q)))
-    between = anchor_position(spring.second, q) - anchor_position(spring.first, q)
-    return replace(spring, length=float(np.hypot(*between)))
+    return spring if spring.length is not None else replace(spring, length=length_of(spring, q))
 
 
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:

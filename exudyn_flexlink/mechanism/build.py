@@ -2,40 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from math import pi
+from typing import TypeVar
+
+from exudyn_flexlink import scene as specs
+from exudyn_flexlink.curves import Curve
+from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
+from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.bodies import Bodies
-from exudyn_flexlink.mechanism.build_drives import force_of, motor_of, torque_of
-from exudyn_flexlink.mechanism.build_forces import (
-    contact_of,
-    friction_of,
-    line_mistakes,
-    linear_spring_of,
-    penalty_of,
-    spring_of,
+from exudyn_flexlink.mechanism.contact_pairs import (
+    Channel,
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
 )
-from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact
-from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slot, Weld
-from exudyn_flexlink.mechanism.tracks import build_curves
-from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.scene import (
-    ContactLaw,
-    ForceDrive,
+from exudyn_flexlink.mechanism.model import (
     LinearSpring,
-    MotionDrive,
-    PrismaticJoint,
-    RevoluteJoint,
-    Scene,
-    SleeveJoint,
-    SlotJoint,
-    SpeedDrive,
-    TorqueDrive,
-    TorsionalSpring,
-    WeldJoint,
+    Mechanism,
+    Motor,
+    Pin,
+    Placed,
+    PointForce,
+    RotarySpring,
+    Sense,
+    Size,
+    Sliding,
+    Slot,
+    TorqueMotor,
+    Turning,
+    Weld,
 )
-from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
+from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.tracks import build_curves
+from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
+from exudyn_flexlink.once import once_for_each
+from exudyn_flexlink.scene import ContactLaw, ImpulseLaw, RevoluteJoint, SleeveJoint, Table, Value
+from exudyn_flexlink.source import Mistake, SceneError
+
+Spec = TypeVar("Spec")
 
 
 @once_for_each
-def build_mechanism(scene: Scene) -> Mechanism:
+def build_mechanism(scene: specs.Scene) -> Mechanism:
     """Turn a scene into rigid parts, joints, springs, drives and contacts.
 
     Once for each scene: both are frozen, and whoever looks at a result asks for it again.
@@ -46,66 +57,56 @@ def build_mechanism(scene: Scene) -> Mechanism:
     """
     bodies = Bodies(scene)
     curves, mistakes = build_curves(scene.curves)
-    mistakes += [*bodies.mistakes, *line_mistakes(bodies)]
+    mistakes += [*bodies.mistakes, *_line_mistakes(bodies)]
     if mistakes:
         raise SceneError(scene.document, mistakes)
-    joints = scene.joints.items()
-    springs, drives = scene.springs.items(), scene.drives.items()
-    welds = tuple(Weld(n, *bodies.ends(j), j.angle) for n, j in joints if isinstance(j, WeldJoint))
+    joints, springs, drives = scene.joints, scene.springs, scene.drives
+    pinned, sleeves = _of(joints, RevoluteJoint), _of(joints, SleeveJoint)
+    pins = [Pin(n, *bodies.ends(j)) for n, j in pinned.items() if j.clearance == 0]
+    sliding = {n for n, j in sleeves.items() if j.clearance == 0}
+    sliding |= set(_of(joints, specs.PrismaticJoint))
+    welds = tuple(
+        Weld(n, *bodies.ends(j), j.angle) for n, j in _of(joints, specs.WeldJoint).items()
+    )
+    torsional, linear = _of(springs, specs.TorsionalSpring), _of(springs, specs.LinearSpring)
     return Mechanism(
         parts=tuple(bodies.parts),
         points=bodies.points,
-        pins=(
-            *(
-                Pin(n, *bodies.ends(j))
-                for n, j in joints
-                if isinstance(j, RevoluteJoint) and j.clearance == 0
-            ),
-            *bodies.pins,
-        ),
+        pins=(*pins, *bodies.pins),
         welds=welds,
-        slides=(
-            *(
-                bodies.slide(n)
-                for n, j in joints
-                if isinstance(j, PrismaticJoint)
-                or (isinstance(j, SleeveJoint) and j.clearance == 0)
-            ),
-            *bodies.slides,
-        ),
+        slides=(*(bodies.slide(n) for n in joints if n in sliding), *bodies.slides),
         slots=tuple(
             Slot(n, bodies.anchor(j.point), curves[j.curve], bodies.carrier(j.curve))
-            for n, j in joints
-            if isinstance(j, SlotJoint)
+            for n, j in _of(joints, specs.SlotJoint).items()
         ),
         springs=(
-            *(spring_of(bodies, n, s, welds) for n, s in springs if isinstance(s, TorsionalSpring)),
+            *(_rotary_spring(bodies, n, s, welds) for n, s in torsional.items()),
             *bodies.springs,
         ),
         linear_springs=(
-            *(linear_spring_of(bodies, n, s) for n, s in springs if isinstance(s, LinearSpring)),
+            *(_linear_spring(bodies, n, s) for n, s in linear.items()),
             *bodies.linear_springs,
         ),
         speed_motors=tuple(
-            motor_of(bodies, n, d) for n, d in drives if isinstance(d, (SpeedDrive, MotionDrive))
+            _motor(bodies, n, d)
+            for n, d in drives.items()
+            if isinstance(d, (specs.SpeedDrive, specs.MotionDrive))
         ),
         torque_motors=tuple(
-            torque_of(bodies, n, d) for n, d in drives if isinstance(d, TorqueDrive)
+            TorqueMotor(n, *bodies.joint_parts(d.joint), _size(bodies, d.value, d.ramp))
+            for n, d in _of(drives, specs.TorqueDrive).items()
         ),
-        forces=tuple(force_of(bodies, n, d) for n, d in drives if isinstance(d, ForceDrive)),
-        contacts=tuple(contact_of(bodies, n, c, curves) for n, c in scene.contacts.items()),
-        bearings=tuple(
-            _bearing(bodies, n, j, j.acting)
-            for n, j in joints
-            if isinstance(j, RevoluteJoint) and j.acting is not None
-        ),
-        channels=tuple(
-            _channel(bodies, n, j, j.acting)
-            for n, j in joints
-            if isinstance(j, SleeveJoint) and j.acting is not None
-        ),
+        forces=tuple(_force(bodies, n, d) for n, d in _of(drives, specs.ForceDrive).items()),
+        contacts=tuple(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
+        bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
+        channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
         gravity=scene.gravity,
     )
+
+
+def _of(named: Mapping[str, object], kind: type[Spec]) -> dict[str, Spec]:
+    """Those of one kind, by their names, in order."""
+    return {name: one for name, one in named.items() if isinstance(one, kind)}
 
 
 def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: ContactLaw) -> CircleContact:
@@ -116,8 +117,8 @@ def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: ContactLaw) -
         *bodies.ends(joint),
         (radius, radius + joint.clearance),
         inside=True,
-        law=penalty_of(law),
-        friction=friction_of(law),
+        law=_penalty(law),
+        friction=_friction(law),
     )
 
 
@@ -133,6 +134,167 @@ def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> 
         joint.clearance,
         rods,
         lengths,
-        penalty_of(law),
-        friction_of(law),
+        _penalty(law),
+        _friction(law),
     )
+
+
+# --- springs and contacts ------------------------------------------------------------
+
+
+def _rotary_spring(
+    bodies: Bodies, name: str, spring: specs.TorsionalSpring, welds: Sequence[Weld]
+) -> RotarySpring:
+    """Return a spring and damper at a revolute joint.
+
+    A frequency, or a damping ratio, is that of the body at the joint with all that is welded to it.
+    """
+    first, second = bodies.joint_parts(spring.joint)
+    stiffness, damping = spring.stiffness or 0.0, spring.damping or 0.0
+    if spring.frequency is not None or spring.damping_ratio is not None:
+        inertia = inertia_with_welded(_moving_end(bodies, spring.joint), bodies.parts, welds)
+        if spring.frequency is not None:
+            stiffness = inertia * (2 * pi * spring.frequency) ** 2
+        if spring.damping_ratio is not None:
+            damping = 2 * spring.damping_ratio * (stiffness * inertia) ** 0.5
+    return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle)
+
+
+def _linear_spring(bodies: Bodies, name: str, spec: specs.LinearSpring) -> LinearSpring:
+    """Return a spring and damper between two points, or along a prismatic joint."""
+    stiffness, damping, length = spec.stiffness, spec.damping, spec.length
+    if spec.joint is None:
+        assert spec.points is not None  # the scene checks that there is one of both
+        first, second = (bodies.anchor(point, spec.at) for point in spec.points)
+        return LinearSpring(name, first, second, stiffness, damping, length)
+    slide = bodies.slide(spec.joint)
+    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide)
+
+
+def _contact(
+    bodies: Bodies, name: str, contact: specs.Contact, curves: Mapping[str, Curve]
+) -> Contact:
+    """Return a point and a face or a curve, or two circles, that may strike each other."""
+    law = contact.law
+    pressing = Impulse(law.restitution) if isinstance(law, ImpulseLaw) else _penalty(law)
+    laws = pressing, _friction(law)
+    if isinstance(contact, specs.CircleOnCircle):
+        first, second = contact.inner_and_outer
+        return CircleContact(
+            name,
+            bodies.anchor(first.at, first.place),
+            bodies.anchor(second.at, second.place),
+            (first.radius, second.radius),
+            second.inside,
+            *laws,
+        )
+    point, side = bodies.anchor(contact.point), 1.0 if contact.side == "left" else -1.0
+    if isinstance(contact, specs.PointOnCurve):
+        curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
+        return CurveContact(name, point, curve, carrier, side, contact.radius, *laws)
+    return FaceContact(name, point, *_ends(bodies, contact), side, *laws)
+
+
+def _penalty(law: ContactLaw) -> RestitutionPenalty:
+    """Return the pressing force of a penalty law."""
+    return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)
+
+
+def _friction(law: ContactLaw | ImpulseLaw) -> Friction | None:
+    """Return the friction of a law, None where it is smooth."""
+    if isinstance(law, ImpulseLaw) or law.friction == 0:
+        return None
+    return Friction(law.friction, law.slip_speed)
+
+
+def _line_mistakes(bodies: Bodies) -> Iterator[Mistake]:
+    """Refuse lines of contacts that are no straight faces: that bend, or have no length."""
+    for name, contact in bodies.scene.contacts.items():
+        if not isinstance(contact, specs.PointOnLine):
+            continue
+        path = ("contacts", name, "line")
+        start, end = _ends(bodies, contact)
+        if start.part != end.part:
+            own = range(bodies.first_part(contact.struck), min(start.part, end.part) + 1)
+            place = sum(bodies.parts[part].reach for part in own)
+            message = f"'{contact.struck}' gives way at {place:g} m, between the two points"
+            yield Mistake(path, message, "a face is straight: take both on one side of that place")
+        elif (start.x, start.y) == (end.x, end.y):
+            yield Mistake(path, "both points are at one place: a line needs a length")
+
+
+def _ends(bodies: Bodies, contact: specs.PointOnLine) -> tuple[Anchor, Anchor]:
+    start, end = (bodies.anchor(point) for point in contact.line)
+    return bodies.on_one_rod(start, end)
+
+
+def _moving_end(bodies: Bodies, joint: str) -> Anchor:
+    """Point by which a joint of the scene holds a body on the ground."""
+    found = bodies.scene.joints[joint]
+    assert isinstance(found, RevoluteJoint)
+    return next(anchor for anchor in bodies.ends(found) if anchor.part != GROUND)
+
+
+# --- drives ------------------------------------------------------------
+
+TimeFunction = Formula | Tabled
+
+
+def _motor(bodies: Bodies, name: str, drive: specs.SpeedDrive | specs.MotionDrive) -> Motor:
+    """Return a drive that prescribes how a joint turns or slides."""
+    slide, clock = None, bodies.scene.initial.clock
+    if isinstance(bodies.scene.joints[drive.joint], RevoluteJoint):
+        first, second = bodies.joint_parts(drive.joint)
+    else:
+        slide = bodies.slide(drive.joint)
+        first, second = slide.first.part, slide.second.part
+    if isinstance(drive, specs.SpeedDrive):
+        function = _ramp_or_function(drive.value, drive.ramp, clock)
+        return Motor(name, first, second, function, slide=slide)
+    motion = _function(_as_expression(drive.value), clock)
+    return Motor(name, first, second, SpeedOf(motion), motion.at(0.0), slide)
+
+
+def _force(bodies: Bodies, name: str, drive: specs.ForceDrive) -> PointForce:
+    """Return a force at a point."""
+    point = bodies.anchor(drive.point)
+    axes = GROUND
+    if drive.axes == specs.split_point(drive.point)[0]:
+        axes = point.part
+    elif drive.axes in bodies.scene.bodies:
+        axes = bodies.first_part(drive.axes)
+    x, y = (_size(bodies, value) for value in drive.value)
+    return PointForce(name, point, axes, (x, y))
+
+
+def _size(bodies: Bodies, value: Value, ramp: float = 0.0) -> Size:
+    sensed = value.sensed if isinstance(value, Expression) else ()
+    function = _ramp_or_function(value, ramp, bodies.scene.initial.clock)
+    return Size(function, tuple(_sense(bodies, one) for one in sensed))
+
+
+def _ramp_or_function(value: Value, ramp: float, clock: float) -> Ramp | TimeFunction:
+    """What a drive does in time; a run that goes on begins after its ramp."""
+    if isinstance(value, float):
+        return Ramp(value, 0.0 if clock > 0 else ramp)
+    return _function(value, clock)
+
+
+def _function(value: Expression | Table, clock: float) -> TimeFunction:
+    """Function of a drive whose t is `clock` (s) as the run begins."""
+    if isinstance(value, Expression):
+        return Formula(value, clock)
+    assert value.points is not None  # its file was read
+    return Tabled(value.points, value.rule, clock)
+
+
+def _as_expression(value: Value) -> Expression | Table:
+    return parse_expression(repr(value)) if isinstance(value, float) else value
+
+
+def _sense(bodies: Bodies, sensed: Sensed) -> Sense:
+    if sensed.axis:
+        return Placed(bodies.anchor(sensed.of), "xy".index(sensed.axis))
+    if not isinstance(bodies.scene.joints[sensed.of], RevoluteJoint):
+        return Sliding(bodies.slide(sensed.of), sensed.kind == "speed")
+    return Turning(*bodies.joint_parts(sensed.of), sensed.kind == "speed")

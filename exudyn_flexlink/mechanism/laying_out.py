@@ -11,7 +11,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import ends_of_lap, ray_crossings
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
-from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
+from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.spanning import within_body
 
@@ -91,41 +91,29 @@ def _attach_all(q: FloatArray, placed: set[int], pairs: Sequence[tuple[Anchor, A
 
 def known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
     """Angles of all parts that are given, passed on by slides and welds, and along a link."""
-    known = {**start.guesses, **start.angles}
-    _pass_on_all(mechanism, known)
-    for ends in mechanism.turned_by_drives:
-        for part in ends:
-            if part != GROUND:
-                known.setdefault(part, 0.0)
-    _pass_on_all(mechanism, known)
+    held: tuple[Weld | Slide, ...] = (*mechanism.welds, *mechanism.slides)
+    ties = [(joint.first.part, joint.second.part, joint.angle) for joint in held]
+    motors = (motor for motor in mechanism.speed_motors if not motor.slide)
+    ties += [(one.first, one.second, one.start) for one in motors if one.start is not None]
+    ties += [(*pair, 0.0) for chain in mechanism.bodies.values() for pair in pairwise(chain)]
+    known = {**start.guesses, **start.angles, GROUND: 0.0}
+    _pass_on(ties, known)
+    known = {**{part: 0.0 for ends in mechanism.turned_by_drives for part in ends}, **known}
+    _pass_on(ties, known)
+    del known[GROUND]
     return known
 
 
-def _pass_on_all(mechanism: Mechanism, known: dict[int, float]) -> None:
-    for _ in mechanism.parts:
+def _pass_on(ties: Sequence[tuple[int, int, float]], known: dict[int, float]) -> None:
+    """Give parts their angles from those of others; a tie has two, and the angle from the first."""
+    before = 0
+    while len(known) > before:
         before = len(known)
-        for weld in mechanism.welds:
-            _pass_on(known, weld.first.part, weld.second.part, weld.angle)
-        for slide in mechanism.slides:
-            _pass_on(known, slide.first.part, slide.second.part, slide.angle)
-        for motor in mechanism.speed_motors:
-            if motor.start is not None and not motor.slide:
-                _pass_on(known, motor.first, motor.second, motor.start)
-        for chain in mechanism.bodies.values():
-            for first, second in (*pairwise(chain), *pairwise(chain[::-1])):
-                _pass_on(known, first, second, 0.0)
-        if len(known) == before:
-            return
-
-
-def _pass_on(known: dict[int, float], first: int, second: int, angle: float) -> None:
-    """Give one of two parts its angle if that of the other is known."""
-    of_first = 0.0 if first == GROUND else known.get(first)
-    of_second = 0.0 if second == GROUND else known.get(second)
-    if of_first is None and of_second is not None:
-        known[first] = of_second - angle
-    elif of_second is None and of_first is not None:
-        known[second] = of_first + angle
+        for first, second, angle in ties:
+            if first in known:
+                known.setdefault(second, known[first] + angle)
+            elif second in known:
+                known[first] = known[second] - angle
 
 
 def _attach(q: FloatArray, placed: set[int], first: Anchor, second: Anchor) -> bool:

@@ -45,19 +45,27 @@ class Applied(Protocol):
 
 
 class Prescribed(Applied, Protocol):
-    """A speed (rad/s or m/s) of time alone."""
+    """A function of time alone, such as a speed (rad/s or m/s)."""
+
+    def of_order(self, time: FloatArray, order: int) -> FloatArray:
+        """Time derivatives (n,) of this order at instants (n,) s; -1: the integrals from 0 on."""
+        raise NotImplementedError
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        return self.of_order(time, 0)
 
     def rates(self, time: FloatArray) -> FloatArray:
         """Time derivatives (n,) of the value at instants (n,) s."""
-        raise NotImplementedError
-
-    def integral(self, time: float) -> float:
-        """Integral of the value from 0 to `time` (s)."""
-        return float(self.integrals(np.array([time]))[0])
+        return self.of_order(time, 1)
 
     def integrals(self, time: FloatArray) -> FloatArray:
-        """As `integral`, to instants (n,) s."""
-        raise NotImplementedError
+        """Integrals (n,) of the value from 0 to instants (n,) s."""
+        return self.of_order(time, -1)
+
+    def integral(self, time: float) -> float:
+        """As `integrals`, to one instant."""
+        return float(self.integrals(np.array([time]))[0])
 
 
 @dataclass(frozen=True)
@@ -71,31 +79,17 @@ class Ramp(Prescribed):
     value: float
     duration: float = 0.0
 
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
-        """Values (n,) at instants (n,) s."""
-        if self.duration == 0:
-            return np.full(len(time), self.value)
-        x = self._parts(time)
-        return self.value * x**3 * (10 - 15 * x + 6 * x * x)
-
-    def rates(self, time: FloatArray) -> FloatArray:
-        """Time derivatives (n,) of the value at instants (n,) s."""
-        if self.duration == 0:
-            return np.zeros(len(time))
-        x = self._parts(time)
-        return self.value * 30 * x * x * (1 - x) ** 2 / self.duration
-
-    def integrals(self, time: FloatArray) -> FloatArray:
-        """Integrals (n,) of the value from 0 to instants (n,) s."""
-        if self.duration == 0:
-            return self.value * time
-        x = self._parts(time)
+    def of_order(self, time: FloatArray, order: int) -> FloatArray:
+        """Up to order 1."""
+        if self.duration == 0:  # the last is of order -1
+            return (np.full(len(time), self.value), np.zeros(len(time)), self.value * time)[order]
+        x = np.clip(time / self.duration, 0.0, 1.0)
+        if order == 1:
+            return self.value * 30 * x * x * (1 - x) ** 2 / self.duration
+        if order == 0:
+            return self.value * x**3 * (10 - 15 * x + 6 * x * x)
         rising = self.duration * x**4 * (2.5 - 3 * x + x * x)
         return np.asarray(self.value * (rising + np.maximum(time - self.duration, 0.0)))
-
-    def _parts(self, time: FloatArray) -> FloatArray:
-        """How much of the ramp is over (n,), 0 to 1, at instants (n,) s."""
-        return np.clip(time / self.duration, 0.0, 1.0)
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which derivatives jump: where the ramp ends."""
@@ -116,23 +110,15 @@ class SpeedOf(Prescribed):
     """The speed of a motion: its integral is known without integrating."""
 
     def __init__(self, motion: Formula | Tabled) -> None:
-        self.motion = motion
-        self._start = motion.at(0.0)
+        self.motion, self._start = motion, motion.at(0.0)
 
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
-        """Values (n,) at instants (n,) s."""
-        return self.motion.rates(time)
-
-    def rates(self, time: FloatArray) -> FloatArray:
-        """Time derivatives (n,) of the value."""
-        return self.motion.second_rates(time)
-
-    def integrals(self, time: FloatArray) -> FloatArray:
-        """Integrals (n,) of the value from 0 to instants (n,) s."""
-        return self.motion.values(time) - self._start
+    def of_order(self, time: FloatArray, order: int) -> FloatArray:
+        """Of the motion one order more."""
+        found = self.motion.of_order(time, order + 1)
+        return found - self._start if order < 0 else found
 
     def knots(self, end: float) -> list[float]:
-        """Instants before `end` (s) at which a derivative jumps."""
+        """Those of the motion."""
         return self.motion.knots(end)
 
 
@@ -151,17 +137,11 @@ class Formula(Prescribed):
         """Values (n,) at instants (n,) s and values sensed."""
         return self.expression.values(time + self.clock, sensed)
 
-    def rates(self, time: FloatArray) -> FloatArray:
-        """First time derivatives (n,) at instants (n,) s."""
-        return self.expression.rates(time + self.clock)
-
-    def second_rates(self, time: FloatArray) -> FloatArray:
-        """Second time derivatives (n,) at instants (n,) s."""
-        return self.expression.second_rates(time + self.clock)
-
-    def integrals(self, time: FloatArray) -> FloatArray:
-        """Integrals (n,) of the value from 0 to instants (n,) s."""
-        return self._integral(time + self.clock) - self._before
+    def of_order(self, time: FloatArray, order: int) -> FloatArray:
+        """Up to order 2, of one that senses nothing."""
+        if order < 0:
+            return self._integral(time + self.clock) - self._before
+        return self.expression.derivatives(time + self.clock, order)
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
         """Derivatives by the values sensed."""
@@ -206,21 +186,11 @@ class Tabled(Prescribed):
         self._integrals = self._values.antiderivative()
         self._before = float(self._integrals(0.0))
 
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
-        """Values (n,) at instants (n,) s."""
-        return np.asarray(self._values(time))
-
-    def rates(self, time: FloatArray) -> FloatArray:
-        """First time derivatives (n,) at instants (n,) s."""
-        return np.asarray(self._values(time, 1))
-
-    def second_rates(self, time: FloatArray) -> FloatArray:
-        """Second time derivatives (n,) at instants (n,) s."""
-        return np.asarray(self._values(time, 2))
-
-    def integrals(self, time: FloatArray) -> FloatArray:
-        """Integrals (n,) of the value from 0 to instants (n,) s."""
-        return np.asarray(self._integrals(time)) - self._before
+    def of_order(self, time: FloatArray, order: int) -> FloatArray:
+        """Of the polynomials between rows."""
+        if order < 0:
+            return np.asarray(self._integrals(time)) - self._before
+        return np.asarray(self._values(time, order))
 
     def knots(self, end: float) -> list[float]:
         """Instants of rows before `end` (s): a derivative jumps at each."""

@@ -10,13 +10,13 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.assembly import Assembly
-from exudyn_flexlink.mechanism.build_drives import steady_drive
 from exudyn_flexlink.mechanism.contact_pairs import pairs
 from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene
+from exudyn_flexlink.mechanism.prescribed import Ramp
+from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene, SpeedDrive
 from exudyn_flexlink.source import Mistake
 
 FEWEST = 2000  # of a run, however short: enough for any figure
@@ -63,6 +63,18 @@ def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
     if run.duration is not None:
         return run.duration
     return min(_turns_made(scene, mechanism), run.at_most or inf)
+
+
+def steady_drive(scene: Scene, mechanism: Mechanism) -> Ramp | None:
+    """What brings the joint whose turns end a run to one speed: they end at a time known before.
+
+    None if nothing does: any other drive may never make them.
+    """
+    for motor in mechanism.speed_motors:
+        drive = scene.drives[motor.name]
+        if isinstance(drive, SpeedDrive) and drive.joint == scene.run.of:
+            return motor.speed if isinstance(motor.speed, Ramp) else None
+    return None
 
 
 def cut_off(scene: Scene, mechanism: Mechanism) -> float:

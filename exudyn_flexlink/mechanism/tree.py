@@ -299,26 +299,20 @@ def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
 def hanging_on(
     mechanism: Mechanism, layout: TreeLayout, name: str
 ) -> tuple[list[int], float] | None:
-    """Parts that a joint holds, and 1 if its second point is on them, -1 if its first is.
+    """Parts on that side of a joint which the ground is not on; 1 if its second point is there.
 
-    None if it is no joint of the tree, and no weld.
+    -1 if its first point is; None if it is no joint of the tree, and no weld.
     """
-    if name in layout.joints:
-        link, sign = layout.joints[name]
-        return [part for part, own in layout.frames.items() if link in layout.path(own.link)], sign
-    weld = next((weld for weld in mechanism.welds if weld.name == name), None)
-    return None if weld is None else _on_weld(mechanism, layout, weld)
-
-
-def _on_weld(mechanism: Mechanism, layout: TreeLayout, weld: Weld) -> tuple[list[int], float]:
-    """As `hanging_on`: what is on that side of a weld which the ground is not on."""
-    others: list[Pin | Slide | Weld] = [other for other in mechanism.welds if other is not weld]
-    pins_and_slides: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
-    others += [joint for joint in pins_and_slides if joint.name in layout.joints]
-    far = _reached(weld.second.part, others)
-    if GROUND not in far:
-        return sorted(far), 1.0
-    return sorted(_reached(weld.first.part, others)), -1.0
+    movable: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
+    joints = [*mechanism.welds, *(joint for joint in movable if joint.name in layout.joints)]
+    held = next((joint for joint in joints if joint.name == name), None)
+    if held is None:
+        return None
+    others = [joint for joint in joints if joint is not held]
+    beyond = _reached(held.second.part, others)
+    if GROUND not in beyond:
+        return sorted(beyond), 1.0
+    return sorted(_reached(held.first.part, others)), -1.0
 
 
 def _reached(part: int, joints: Sequence[Pin | Slide | Weld]) -> set[int]:

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.curves.together import Places
+from exudyn_flexlink.curves import Places
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.curves.together import Places
+from exudyn_flexlink.curves import Places
 from exudyn_flexlink.engines.lagrangian.contacts import Contacts, Pushed
 from exudyn_flexlink.engines.lagrangian.equations import Frame, frame_of, mass_and_force
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row

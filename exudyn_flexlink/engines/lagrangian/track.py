@@ -9,14 +9,13 @@ Without play P is where the axis from the guide's pivot C, along e, crosses the 
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.curves import together
-from exudyn_flexlink.curves.together import Places, TogetherEvaluator
+from exudyn_flexlink.curves import Places
 from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
 
 NEWTON_STEPS = 30
@@ -38,13 +37,9 @@ class TrackPoint(TrackFollower):
     _from: tuple[Any, ...] = ()  # piece and u, and `_ways` from there
 
     @property
-    def at(self) -> TogetherEvaluator:
+    def at(self) -> Callable[[FloatArray], Places]:
         """Places and two derivatives (m,) at parameters (m,) of the present piece."""
-        return self._evaluators[self.piece]
-
-    @cached_property
-    def _evaluators(self) -> list[TogetherEvaluator]:
-        return [together(piece) for piece in self.curve.pieces]
+        return self.curve.pieces[self.piece].places
 
     def crossed(self, centre: complex, axes: ComplexArray) -> tuple[FloatArray, Places]:
         """Where axes (m,) from `centre` cross the present piece: u, and gamma and by the angle.

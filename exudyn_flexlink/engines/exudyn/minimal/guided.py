@@ -12,10 +12,11 @@ zero). Differentiated by the angle, with ``sigma = e x gamma_u``:
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Callable
 from math import cos, hypot, inf, sin
 
-from exudyn_flexlink.curves import Evaluator, Knots, TogetherEvaluator, evaluator, together
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.curves import Evaluator, Knots, Places, evaluator
 from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.mechanism.tree import GuidedSlot
@@ -40,13 +41,9 @@ class TrackPoint(TrackFollower):
         return self._at[self.piece]
 
     @property
-    def together(self) -> TogetherEvaluator:
+    def together(self) -> Callable[[FloatArray], Places]:
         """As `at`, at many parameters at once."""
-        return self._all_together[self.piece]
-
-    @cached_property
-    def _all_together(self) -> list[TogetherEvaluator]:
-        return [together(piece) for piece in self.curve.pieces]
+        return self.curve.pieces[self.piece].places
 
     @property
     def knots(self) -> Knots:
