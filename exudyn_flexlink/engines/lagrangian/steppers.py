@@ -26,7 +26,6 @@ LEAST_SINE = 1e-9  # of the angle between guide and track
 class ImplicitProblem(Problem, HybridProblem):
     """The problem as `integrate.stepper` and `integrate.radau` ask for it."""
 
-    differences = None  # many coordinates, and forces that leap
     _moves: ComplexArray
 
     # --- equations ----------------------------------------------------------------------------
