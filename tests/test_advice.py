@@ -78,12 +78,12 @@ def test_a_state_that_is_no_number_ends_a_run() -> None:
 
     class Lost:
         over = False
-        state = np.array([np.nan])
+        q = v = np.array([np.nan])
 
         def begin(self):
             """Nothing is to be taken up."""
 
-        def longest(self, t, y):
+        def longest(self):
             return 1.0
 
     lost = Lost()

@@ -17,7 +17,6 @@ from exudyn_flexlink.engines.lagrangian.run import prepare, solve
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import radau
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
@@ -32,25 +31,6 @@ FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
 
 # --- the method itself --------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("stages", [3, 5])
-def test_the_stages_collocate_and_the_eigenvectors_are_those_of_the_inverse(stages: int) -> None:
-    method = radau(stages)
-    for power in range(stages):
-        exact = method.nodes ** (power + 1) / (power + 1)
-        assert method.matrix @ method.nodes**power == pytest.approx(exact, abs=1e-13)
-    for power in range(2 * stages - 1):
-        assert method.matrix[-1] @ method.nodes**power == pytest.approx(1 / (power + 1), abs=1e-13)
-    rebuilt = method.real * np.outer(method.column, method.row)
-    for i, value in enumerate(method.pairs):
-        rebuilt = rebuilt + 2 * (value * np.outer(method.columns[:, i], method.rows[i])).real
-    assert rebuilt == pytest.approx(method.inverse, abs=1e-11 * np.abs(method.inverse).max())
-
-
-def test_three_stages_are_radau5() -> None:
-    root = 6**0.5
-    assert radau(3).nodes == pytest.approx([(4 - root) / 10, (4 + root) / 10, 1], abs=1e-15)
 
 
 def lever_alone(steps: int, damping_ratio: float) -> tuple[float, float]:

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING
-from exudyn_flexlink.integrate.collocation import WEIGHTS, A, C
+from exudyn_flexlink.integrate.collocation import EIGENVALUES, FROM, TO, WEIGHTS, A, C
 from exudyn_flexlink.integrate.contact_share import ContactShare
 from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau
@@ -19,8 +18,6 @@ TIMES = ErrorTimes(SHORTEST_SWING, 0.25 * SHORTEST_SWING)
 
 class Oscillator:
     """``m q'' = -k q - d q'`` for several independent masses."""
-
-    differences = None
 
     def __init__(self, mass, stiffness, damping):
         self.mass, self.stiffness, self.damping = map(np.diag, (mass, stiffness, damping))
@@ -77,36 +74,6 @@ class LetGo(Pressed):
         return at
 
 
-class Coupled(Oscillator):
-    """Two masses, whose matrices are full and not symmetric; of these `jacobians` tell half."""
-
-    differences = np.array([1e-4, 2e-4])
-
-    def __init__(self):
-        self.mass = np.array([[2.0, 0.3], [0.1, 1.0]])
-        self.stiffness = np.array([[5.0, 2.0], [-1.0, 3.0]])
-        self.damping = np.array([[0.2, 0.7], [0.0, 0.4]])
-
-    def jacobians(self, at):
-        return self.stiffness / 2, self.damping / 2
-
-
-class Whirling(Oscillator):
-    """A coordinate whose mass changes, that nothing drives: ``m(q) q'^2`` is constant."""
-
-    differences = np.array([1e-5])
-
-    def __init__(self):
-        pass
-
-    def evaluate(self, t, q, v):
-        mass, slope = 1 + 0.5 * np.cos(q[0]), -0.5 * np.sin(q[0])
-        return Evaluation(np.array([[mass]]), np.array([-0.5 * slope * v[0] ** 2]))
-
-    def jacobians(self, at):
-        return np.zeros((2, 1, 1))
-
-
 def advance(problem, q, v, h, count):
     """State after `count` steps, and the steps."""
     radau = Radau(problem, TIMES, np.zeros((len(q), len(q))))
@@ -134,6 +101,8 @@ def test_the_method_is_radau_iia():
         np.testing.assert_allclose(A @ C**degree, C ** (degree + 1) / (degree + 1), atol=1e-13)
     for degree in range(9):
         assert WEIGHTS @ C**degree == pytest.approx(1 / (degree + 1), abs=1e-13)
+    inverse = ((FROM * EIGENVALUES) @ TO).real
+    np.testing.assert_allclose(inverse @ A, np.eye(5), atol=1e-12)
 
 
 def test_order_nine_on_a_damped_oscillation():
@@ -252,42 +221,3 @@ def test_a_step_far_longer_than_the_last_is_not_guessed_from_it():
     assert step is not None
     assert radau.iterations - began == 2
     assert step.finish.q[0] == pytest.approx(exact(1e-9 + h, 3.0, 0.2), abs=1e-11)
-
-
-def test_with_few_coordinates_newtons_method_is_exact_where_forces_are_linear():
-    """The second round finds nothing left but rounding, though `jacobians` tell only half."""
-    problem, h = Coupled(), 0.2
-    q, v = np.array([1.0, -0.5]), np.array([0.3, 0.2])
-    radau = Radau(problem, TIMES, np.zeros((2, 2)))
-    inverse = np.linalg.inv(problem.mass)
-    rates = np.block([
-        [np.zeros((2, 2)), np.eye(2)],
-        [-inverse @ problem.stiffness, -inverse @ problem.damping],
-    ])  # fmt: skip
-    state, rounds = State(q, v, problem.evaluate(0.0, q, v).accelerations), []
-    for t in (0.0, h, 2 * h):
-        began = radau.iterations
-        state = radau.step(t, h, problem.evaluate(t, *state[:2]), state, 1e-9).finish
-        rounds.append(radau.iterations - began)
-    assert rounds[0] > 2  # by the simplified method, which tells that it is slow
-    assert rounds[1:] == [2, 2]
-    exactly = expm(3 * h * rates) @ [*q, *v]
-    np.testing.assert_allclose([*state.q, *state.v], exactly, atol=1e-10)
-
-
-def test_with_few_coordinates_a_mass_that_changes_costs_no_rounds():
-    """Steps of some tenths of a radian; the energy stays, to the error of the method."""
-    problem, h = Whirling(), 0.3
-    rounds = {}
-    for differences in (None, Whirling.differences):
-        problem.differences = differences
-        radau = Radau(problem, TIMES, np.zeros((1, 1)))
-        state = State(np.zeros(1), np.ones(1), np.zeros(1))
-        for k in range(40):
-            at = problem.evaluate(k * h, state.q, state.v)
-            state = radau.step(k * h, h, at, state, 1e-6).finish
-        rounds[differences is None] = radau.iterations / 40
-        energy = problem.evaluate(0.0, *state[:2]).mass[0, 0] * state.v[0] ** 2
-        assert energy == pytest.approx(1.5, abs=1e-7)
-    assert rounds[False] < 2.1
-    assert rounds[True] > 4

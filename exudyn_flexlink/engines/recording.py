@@ -17,8 +17,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.integrate.collocation import NODES as POWERS
-from exudyn_flexlink.integrate.collocation import STAGES, WEIGHTS
+from exudyn_flexlink.integrate.collocation import POWERS, STAGES, WEIGHTS
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals

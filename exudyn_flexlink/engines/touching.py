@@ -25,7 +25,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.integrate.collocation import NODES, STAGES
+from exudyn_flexlink.integrate.collocation import POWERS, STAGES
 from exudyn_flexlink.integrate.events import GAP_ROUNDING
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.laws import Impulse
@@ -33,7 +33,7 @@ from exudyn_flexlink.mechanism import TOUCHING, Contact
 
 OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 # Where the largest force in a step is looked for, on the polynomial through its nodes.
-TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ NODES
+TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ POWERS
 
 
 class Side(Enum):

@@ -15,7 +15,7 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.integrate.collocation import (
     FROM,
-    NODES,
+    POWERS,
     REAL,
     STAGES,
     TO,
@@ -30,7 +30,7 @@ CLOSE = 1e-3  # of the change: what may be left of the gaps' equations
 SHORTEST_PART = 1e-3  # of Newton's way
 LOOKS, LOOK_WEIGHTS = np.polynomial.legendre.leggauss(12)  # a finer rule than that of the stages
 LOOKS, LOOK_WEIGHTS = (1 + LOOKS) / 2, LOOK_WEIGHTS / 2
-TO_LOOKS = np.vander(LOOKS, STAGES + 1, increasing=True) @ NODES
+TO_LOOKS = np.vander(LOOKS, STAGES + 1, increasing=True) @ POWERS
 STEADY = 0.5  # if a contact keeps this share of its largest damping, the stages resolve the step
 
 

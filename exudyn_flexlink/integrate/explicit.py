@@ -7,9 +7,8 @@ those of one step, of every number of the state.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import inf
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -18,9 +17,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
-
-Dense = Callable[[float], FloatArray]
-"""State by the time (s), within a step."""
 
 # Tolerances of one step, per metre that the run may be off. By `scripts/tolerance.py --integrator
 # dop853`, from 1e-3 to 1e-8 m, the run is off by less than 1e-4 of that: a judge has to be far
@@ -32,28 +28,47 @@ LEAST = 3e-14  # of each: what is less is rounding
 # m, rad, or per second: a number so large is known to no metre and to no turn. A state that grows
 # on fails where steps get too short, or where it overflows, whichever rounding lets come first.
 BEYOND = 1.0 / np.finfo(float).eps
+STILL = np.zeros(2)
 
 
-class FirstOrderProblem(Protocol):
-    """``y' = rate(t, y)``, which changes at events."""
+class DenseStep(NamedTuple):
+    """A step from `t` over `h`, both s, or its part up to an event, by the dense output."""
+
+    t: float
+    h: float
+    free: int  # coordinates
+    dense: Any
+
+    def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates and speeds (m, n) at times (m,) within the step."""
+        y = np.array([self.dense(t) for t in time.tolist()])
+        return y[:, : self.free], y[:, self.free : 2 * self.free]
+
+
+class SmoothProblem(Protocol):
+    """``q'' = a(t, q, q')``, which changes at events."""
 
     @property
-    def state(self) -> FloatArray:
-        """Where it is."""
+    def q(self) -> FloatArray:
+        """Coordinates (n,) now."""
+
+    @property
+    def v(self) -> FloatArray:
+        """Speeds (n,) now."""
 
     def begin(self) -> None:
-        """Take up the state at time 0."""
+        """Record the state at time 0."""
 
-    def rate(self, t: float, y: FloatArray) -> FloatArray:
-        """dy/dt; not a number where there is none."""
+    def accelerate(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Accelerations (n,); ValueError or ArithmeticError where there are none."""
 
-    def longest(self, t: float, y: FloatArray) -> float:
+    def longest(self) -> float:
         """Limit of the next step, s."""
 
-    def first_event(self, begin: float, end: float, dense: Dense) -> Event | None:
-        """Locate what happens first in a step between two instants."""
+    def first_event(self, step: DenseStep) -> Event | None:
+        """Locate what happens first within a step."""
 
-    def accept(self, end: float, dense: Dense, event: Event | None) -> None:
+    def accept(self, step: DenseStep) -> None:
         """Go to the end of a step, where something may happen, and record it."""
 
 
@@ -62,7 +77,7 @@ class ExplicitStepper:
 
     iterations = 0
 
-    def __init__(self, problem: FirstOrderProblem, tolerance: float, limits: float = 1.0) -> None:
+    def __init__(self, problem: SmoothProblem, tolerance: float, limits: float = 1.0) -> None:
         """Other limits of steps than that by their error are `limits` times as long."""
         self.problem, self._limits = problem, limits
         self.relative = max(LEAST, RELATIVE * tolerance)
@@ -93,27 +108,41 @@ class ExplicitStepper:
         if solver.status == "failed":
             raise NoConvergenceError(str(complaint))
         _require_bounds(solver.y)
-        dense = _Lazy(solver)
-        event = self.problem.first_event(solver.t_old, solver.t, dense)
-        end = float(solver.t if event is None else event.time)
-        done = end - self.time
-        self.time = end
-        self.steps, self.largest = self.steps + 1, max(self.largest, done)
-        if done > instant(end, EVENT_TIME):
-            self.smallest = min(self.smallest, done)
-        self.problem.accept(end, dense, event)
-        _require_bounds(self.problem.state)
-        solver.max_step = self._limits * self.problem.longest(solver.t, solver.y)
+        step = DenseStep(self.time, solver.t - self.time, len(self.problem.q), _Lazy(solver))
+        event = self.problem.first_event(step)
+        self.time = float(solver.t)
+        if event is not None:
+            step, self.time = step._replace(h=event.time - step.t), event.time
+        self.steps, self.largest = self.steps + 1, max(self.largest, step.h)
+        if step.h > instant(self.time, EVENT_TIME):
+            self.smallest = min(self.smallest, step.h)
+        self.problem.accept(step)
+        _require_bounds(self._state)
+        solver.max_step = self._limits * self.problem.longest()
         return event
+
+    @property
+    def _state(self) -> FloatArray:
+        """Coordinates and speeds; without any, two numbers that stand still."""
+        return np.concatenate([self.problem.q, self.problem.v]) if len(self.problem.q) else STILL
+
+    def _rate(self, t: float, y: FloatArray) -> FloatArray:
+        """dy/dt; not a number in a trial step too far."""
+        count = len(self.problem.q)
+        v = y[count : 2 * count]
+        try:
+            a = self.problem.accelerate(t, y[:count], v)
+        except (ValueError, ArithmeticError):
+            return np.full_like(y, np.nan)
+        return np.concatenate([v, a]) if count else STILL
 
     def _solver_to(self, stop: float) -> Any:
         if self._solver is not None and self._solver.t_bound == stop:
             return self._solver
-        y = self.problem.state
+        y = self._state
         _require_bounds(y)
         return DOP853(
-            self.problem.rate, self.time, y, stop,
-            self._limits * self.problem.longest(self.time, y),
+            self._rate, self.time, y, stop, self._limits * self.problem.longest(),
             rtol=self.relative, atol=self.absolute,
         )  # fmt: skip
 

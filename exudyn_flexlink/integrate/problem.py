@@ -65,15 +65,7 @@ class Equations(Protocol):
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrices and forces at a step's stages (n,) s, of coordinates and speeds (n, ...).
 
-        The step is tried only. States beside a stage may follow.
-        """
-
-    @property
-    def differences(self) -> FloatArray | None:
-        """Changes (n,) of coordinates over which derivatives are taken at a stage.
-
-        Of those of speeds the step's length makes the same. None where `jacobians` have to do: with
-        many coordinates, or forces that leap.
+        The step is tried only.
         """
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:

@@ -25,12 +25,11 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.integrate import full_newton
 from exudyn_flexlink.integrate.collocation import (
     EIGENVALUES,
     ERROR,
     FROM,
-    NODES,
+    POWERS,
     REAL,
     STAGES,
     TO,
@@ -46,7 +45,6 @@ SYSTEMS = EIGENVALUES[:, None, None]
 MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
-FEWEST_ROUNDS = 2  # that tell how fast the iteration converges
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 # Share of the slow position error that counts: iteration errors have either sign and average out.
 LASTING = 0.03
@@ -79,7 +77,7 @@ class Step(NamedTuple):
         """Coordinates and speeds (instants, n) at times within the step."""
         part = ((time - self.t) / self.h)[:, None]
         powers = part**DEGREES
-        speeds = NODES @ self.speeds
+        speeds = POWERS @ self.speeds
         q = self.start.q + self.h * ((part * powers / (DEGREES + 1)) @ speeds)
         return q, powers @ speeds
 
@@ -87,7 +85,7 @@ class Step(NamedTuple):
         """Return the same with its end moved a little, to `end` (s), along its polynomial."""
         h = end - self.t
         begins = np.concatenate([[0.0], C]) * (h / self.h)
-        speeds = begins[:, None] ** DEGREES @ (NODES @ self.speeds)
+        speeds = begins[:, None] ** DEGREES @ (POWERS @ self.speeds)
         q, v = self.at(np.array([end]))
         return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
 
@@ -115,7 +113,6 @@ class Radau:
         self.equations, self.error_times = equations, error_times
         self.position_per_speed_error = position_per_speed_error
         self.iterations = 0
-        self._turns_far = False  # simplified Newton's method needed many rounds for a step
         # Begin, length and speeds of the last step solved.
         self._last: tuple[float, float, FloatArray] | None = None
 
@@ -132,18 +129,16 @@ class Radau:
         iteration counts.
         """
         times = t + C * h
-        guess, before = self._guess(t, h, state.v), self.iterations
+        guess = self._guess(t, h, state.v)
+        residual = self._residual(times, h, state, guess)
+        if residual is None:
+            return None
         # A round of the iteration costs more than new matrices, with which it needs fewer.
         try:
-            first = self._first_round(times, h, state, guess)
-            if first is None:
-                return None
-            residual, whole = first
-            matrices = self._factorised(h, start, self._stages.pick(MIDDLE), whole)
+            matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
             w = self._solve(times, state, matrices, allowed, (guess, residual))
         except np.linalg.LinAlgError:  # a guess far off, or a contact so stiff that all else rounds
             return None
-        self._turns_far |= self.iterations - before > FEWEST_ROUNDS
         if w is None:
             return None
         speeds, accelerations = state.v + w, (B @ w) / h
@@ -158,18 +153,14 @@ class Radau:
         end = State(state.q + moved[-1], speeds[-1], accelerations[-1])
         return Step(t, h, state, end, start, self._stages, known, accelerations, error)
 
-    def _factorised(
-        self, h: float, start: Evaluation, middle: Evaluation, whole: FloatArray | None
-    ) -> _Matrices:
+    def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
         """Matrices of the step's middle, nearest to all stages; contacts at its start."""
         stiffness, damping = self.equations.jacobians(middle)
-        # With one system for all stages the error is all that is left to find.
-        roots = SYSTEMS if whole is None else SYSTEMS[:1]
-        systems = middle.mass * (roots / h) + damping + stiffness * (h / roots)
+        systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
         found = self.equations.contacts_at(start)
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
-        return _Matrices(h, inverses, stiffness, contacts, whole)
+        return _Matrices(h, inverses, stiffness, contacts)
 
     def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
         """Increments of the stages' speeds, from the polynomial of the last step solved.
@@ -181,7 +172,7 @@ class Radau:
             return np.zeros((STAGES, len(v)))
         begin, before, speeds = self._last
         ahead = ((t - begin + C * h) / before)[:, None] ** DEGREES
-        return np.asarray(ahead @ (NODES @ speeds) - v)
+        return np.asarray(ahead @ (POWERS @ speeds) - v)
 
     def _solve(
         self,
@@ -223,40 +214,18 @@ class Radau:
             residual = found
         return None
 
-    def _first_round(
-        self, times: FloatArray, h: float, state: State, w: FloatArray
-    ) -> tuple[FloatArray, FloatArray | None] | None:
-        """Residual of a guess, and the inverse of the system of all stages if it is asked for."""
-        shifts = self.equations.differences if self._turns_far else None
-        if shifts is not None:
-            places, speeds, accelerations = _moved(h, state, w)
-            near = full_newton.with_neighbours(h, (times, places, speeds), shifts)
-            found = self._evaluated(*near)
-            if found is not None:  # joints may allow a stage, but not what lies beside it
-                self.iterations += 1
-                self._stages = found.pick(slice(STAGES))
-                residual = _left(self._stages, accelerations)
-                return residual, full_newton.inverse(h, found, accelerations, residual, shifts)
-        alone = self._residual(times, h, state, w)
-        return None if alone is None else (alone, None)
-
     def _residual(
         self, times: FloatArray, h: float, state: State, w: FloatArray
     ) -> FloatArray | None:
         """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
         self.iterations += 1
-        places, speeds, accelerations = _moved(h, state, w)
-        found = self._evaluated(times, places, speeds)
-        if found is None:
-            return None
-        self._stages = found
-        return _left(found, accelerations)
-
-    def _evaluated(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation | None:
+        speeds, accelerations = state.v + w, (B @ w) / h
         try:
-            return self.equations.evaluate_stages(t, q, v)
+            found = self.equations.evaluate_stages(times, state.q + h * (A @ speeds), speeds)
         except (ValueError, ArithmeticError):
             return None
+        self._stages = found
+        return np.asarray(found.force - (found.mass @ accelerations[:, :, None])[:, :, 0])
 
     def _errors(
         self,
@@ -285,25 +254,11 @@ class _Matrices(NamedTuple):
     """Inverses of the iteration's systems for steps of length h, and the stiffness behind them."""
 
     h: float
-    inverses: ComplexArray  # (systems, n, n), that of the real one first; with `whole` it alone
+    inverses: ComplexArray  # (systems, n, n), that of the real one first
     stiffness: FloatArray
     contacts: ContactShare | None
-    whole: FloatArray | None  # inverse (stages n, stages n) of one system for all stages, if asked
 
     def change(self, residual: FloatArray) -> FloatArray:
         """Change (stages, n) of the stages' speeds, without contacts."""
-        if self.whole is not None:
-            return np.asarray((self.whole @ residual.ravel()).reshape(residual.shape))
         turned = self.inverses @ (TO @ residual)[:, :, None]
         return np.asarray((FROM @ turned[:, :, 0]).real)
-
-
-def _moved(h: float, state: State, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Coordinates, speeds and accelerations at the stages (stages, n), by increments of speeds."""
-    speeds = state.v + w
-    return state.q + h * (A @ speeds), speeds, (B @ w) / h
-
-
-def _left(stages: Evaluation, accelerations: FloatArray) -> FloatArray:
-    """``f - M A`` at the stages."""
-    return np.asarray(stages.force - (stages.mass @ accelerations[:, :, None])[:, :, 0])

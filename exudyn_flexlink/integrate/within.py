@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.integrate.collocation import NODES
+from exudyn_flexlink.integrate.collocation import POWERS
 from exudyn_flexlink.integrate.radau import DEGREES, Step
 
 
@@ -45,5 +45,5 @@ class Within(NamedTuple):
 
     def _summed(self, powers: FloatArray, nodes: FloatArray) -> FloatArray:
         """Polynomials by weights (n, 1 + stages) of their coefficients."""
-        coefficients = (NODES @ nodes)[self.which]
+        coefficients = (POWERS @ nodes)[self.which]
         return np.asarray((powers[:, None] @ coefficients)[:, 0])

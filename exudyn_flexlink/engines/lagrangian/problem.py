@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.lagrangian.equations import Frame
 from exudyn_flexlink.engines.lagrangian.impacts import Impacts
@@ -25,7 +26,12 @@ from exudyn_flexlink.engines.pair_events import (
     late_by,
 )
 from exudyn_flexlink.engines.touching import Change, Moment, Side
+from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event, fall, zero
+from exudyn_flexlink.integrate.problem import Evaluation, State
+from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.slow_motions import slow_motions
+from exudyn_flexlink.integrate.stepper import HybridProblem
 from exudyn_flexlink.integrate.turning import chebyshev_sum
 from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
 
@@ -54,7 +60,7 @@ class TurnsMade(NamedTuple):
     """The turns that end the run are made."""
 
 
-class Problem:
+class Problem(HybridProblem):
     """A model with its events; `q` and `v` are the free coordinates and speeds now."""
 
     def __init__(
@@ -63,15 +69,15 @@ class Problem:
         recorder: Recorder,
         goal: TurnGoal | None,
         halves: list[float],
-        ends: tuple[float, float],
+        end: float,
     ) -> None:
-        """`halves` (s) are half periods of contacts, `ends` that of the run and of slow motions."""
+        """`halves` (s) are half periods of contacts, `end` that of the run."""
         self.system, self.recorder, self.goal = system, recorder, goal
         self.reached, self.stop_reason, self.stop_advice = False, "", ""
-        self._halves, (self._end, self._least) = np.array(halves), ends
+        self._halves, self._end = np.array(halves), end
         q, v = system.model.start
         self.q, self.v = q[system.model.first :], v[system.model.first :]
-        self.time, self.trouble = 0.0, ""  # what keeps P from being found in a trial step
+        self.time = 0.0
         contacts = system.contacts
         self.touches = system.touches
         self.impacts = Impacts(self)
@@ -112,7 +118,7 @@ class Problem:
         row = turning_row(self.system.model.layout, self.goal.first, self.goal.second)
         return float(self.goal.turned - abs(float(row @ q) - self.goal.start))
 
-    def limit(self) -> float:
+    def longest(self, at: Evaluation | None = None) -> float:  # noqa: ARG002
         """Limit of the next step, s: the guide turns a little, and a point comes to rest."""
         speed, gain = map(abs, self._guide_speed())
         faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
@@ -146,7 +152,7 @@ class Problem:
         """Motion (1,) where it is."""
         return self.system.motion(np.array([self.time]), self.q[None], self.v[None])
 
-    def first_within(self, step: Path) -> Event | None:
+    def first_event(self, step: Path) -> Event | None:
         """What happens first within a step."""
         motion, path = self._nodes(step)
         found = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
@@ -257,7 +263,34 @@ class Problem:
 
     # --- from step to step --------------------------------------------------------------------
 
-    def go_on(self, step: Path) -> None:
+    def begin(self, at: Evaluation | None = None) -> None:  # noqa: ARG002
+        """Record the state at time 0."""
+        self.recorder.begin(self.begin_motion())
+
+    def restart(self, time: float) -> tuple[Evaluation, State]:
+        """Take up the present state."""
+        at = self.system.evaluate(time, self.q, self.v)
+        self.system.jacobians(at)
+        return at, State(self.q, self.v, at.accelerations)
+
+    def accelerate(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Accelerations (n,) of the free coordinates, with what holds rigid contacts closed."""
+        at = self.system.motion(np.array([t]), q[None], v[None])
+        return self.system.accelerations(at)[0][0, self.system.model.first :]
+
+    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+        """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
+        first = self.system.model.first
+        stiffness = self.system.model.numbers.stiffness[first:, first:]
+        return slow_motions(at.mass, stiffness, self._end, SHORTEST_SWING)
+
+    def slipped(self, step: Step) -> float:
+        """How far (m) P, which follows the guide's angle, ended from where its speed takes it."""
+        begin, stages = step.begin.kept.frame, step.stages.kept.frame
+        moved = step.h * (WEIGHTS @ stages.going[:, 0])
+        return float(abs(stages.points[-1, 0] - begin.points[0] - moved))
+
+    def accept(self, step: Path) -> None:
         """Go to the end of a step, and record it."""
         motion, path = self._nodes(step)
         seen = path.pick(-1)

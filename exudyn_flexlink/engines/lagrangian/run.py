@@ -16,7 +16,7 @@ from time import perf_counter
 import numpy as np
 import scipy
 
-from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting, keeping
+from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
@@ -24,15 +24,14 @@ from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.forces import Forces
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
+from exudyn_flexlink.engines.lagrangian.problem import Problem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
-from exudyn_flexlink.engines.lagrangian.steppers import ExplicitProblem, ImplicitProblem
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.pair_events import NODES
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.problem import NoConvergenceError
-from exudyn_flexlink.integrate.radau import ErrorTimes
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import Impulse
@@ -56,7 +55,6 @@ from exudyn_flexlink.result import (
 from exudyn_flexlink.scene import Scene
 
 WITHOUT_TOLERANCE = 1e-7  # m: where the scene gives a step, of which the Lagrangian has no use
-FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
 TIGHTEN = "tighten the tolerance, since more energy is missing than there is; then "
 ADVICE = (
     "look at the mechanism there: the guide's axis may touch the track (a dead centre), or a "
@@ -72,7 +70,7 @@ class Prepared:
     model: Model
     system: System
     recorder: Recorder
-    problem: ImplicitProblem | ExplicitProblem
+    problem: Problem
     stepper: ImplicitStepper | ExplicitStepper
     solution: Solution
     asked: Asked  # whether the user asked to stop
@@ -122,19 +120,13 @@ def prepare(
     for channel in mechanism.channels:
         halves += [half_period(assembly, channel)] * len(pairs(channel))
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
-    tau = coasting(mechanism, end)
-    given = system, recorder, turn_goal(scene, assembly), halves
-    ends = end, max(SHORTEST_SWING, keeping(mechanism, end))
-    problem: ImplicitProblem | ExplicitProblem
+    problem = Problem(system, recorder, turn_goal(scene, assembly), halves, end)
     stepper: ImplicitStepper | ExplicitStepper
     if explicit(scene, mechanism):
-        problem = ExplicitProblem(*given, ends)
         stepper = ExplicitStepper(problem, tolerance, limits)
     else:
-        problem = ImplicitProblem(*given, (end, SHORTEST_SWING))
-        times = ErrorTimes(tau, tau - (1 - FREE) * SHORTEST_SWING)
         control = ErrorControl(tolerance, limits=limits)
-        stepper = ImplicitStepper(problem, problem, control, times, end)
+        stepper = ImplicitStepper(system, problem, control, error_times(mechanism, end), end)
     asked = Asked()
     solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress, asked.is_set)
     return Prepared(
@@ -161,8 +153,7 @@ def solve(prepared: Prepared) -> str:
         except DeadCentreError as error:
             complaint = str(error)
         except NoConvergenceError as error:
-            at_centre = problem.trouble or prepared.system.dead_centre
-            complaint = at_centre or f"no step is short enough ({error})"
+            complaint = prepared.system.dead_centre or f"no step is short enough ({error})"
     if problem.time < prepared.solution.end * (1 - 1e-9):
         recorder.keep_last()
     recorder.flush()

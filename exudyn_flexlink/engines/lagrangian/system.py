@@ -7,15 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Places
 from exudyn_flexlink.engines.lagrangian.contacts import Contacts, Pushed
-from exudyn_flexlink.engines.lagrangian.equations import Frame, frame_of, mass_and_force
+from exudyn_flexlink.engines.lagrangian.equations import Frame, frame_of, mass_and_force, moved_by
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
+from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.engines.touching import Touches
+from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.result import Event
 
+LEAST_SINE = 1e-9  # of the angle between guide and track
 BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a held contact (Baumgarte 1972)
 
 
@@ -79,6 +82,7 @@ class System:
         self._centre = complex(*layout.guide.at)
         self._angle = float(model.start[0][0])
         self._timed: Timed | None = None
+        self._moves: ComplexArray  # how far coordinates move points, for `size`
         self._motors = [
             (ramp, turning_row(layout, motor.first, motor.second)) for motor, ramp in layout.torques
         ]
@@ -95,8 +99,11 @@ class System:
 
     @property
     def dead_centre(self) -> str:
-        """Says so where the guide's angle as good as does not tell where P is."""
-        return "" if self.model.layout.play else self.track.touched_by_axis(self._centre)
+        """Says so where the guide's angle does not tell where P is, or as good as not."""
+        track = self.track
+        return (
+            "" if self.model.layout.play else track.trouble or track.touched_by_axis(self._centre)
+        )
 
     def forget(self) -> None:
         """P goes on from another place, or on another piece."""
@@ -190,3 +197,74 @@ class System:
             rows = self.contacts.push(at.frame, self.held).rows[:, :, 0]
             torque = torque - (rows * held).sum(axis=1)
         return np.asarray(torque)
+
+    # --- as `integrate.radau` asks for it -----------------------------------------------------
+
+    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrix and force at one instant (s)."""
+        return self.evaluate_stages(np.array([t]), q[None], v[None]).pick(0)
+
+    def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Likewise at several, of free coordinates."""
+        at = self.motion(t, q, v)
+        first, faces = self.model.first, self.contacts.faces
+        force, mass = at.force[:, first:], at.mass[:, first:, first:]
+        if first:
+            force = force - at.mass[:, first:, 0] * at.alpha[:, None]
+        touching = np.zeros((len(t), 0, 2))
+        if at.pushed is not None:
+            own = at.pushed.which < faces
+            touching = np.stack([at.pushed.gap[:, own], at.pushed.gap_rate[:, own]], axis=2)
+        return Evaluation(mass, force, at, touching)
+
+    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Springs and dampers, walls and friction."""
+        kept: Motion = at.kept.pick(None)
+        first, numbers = self.model.first, self.model.numbers
+        self._moves = moved_by(numbers, kept.frame)[:, first:].T.copy()
+        stiffness, damping = numbers.stiffness, numbers.damping
+        if kept.pushed is not None:
+            more = self.contacts.slopes_of(kept.pushed)
+            stiffness, damping = stiffness + more[0], damping + more[1]
+        return stiffness[first:, first:], damping[first:, first:]
+
+    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+        """Gradients (c, n) of the gaps of levers' contacts that press, and their forces."""
+        pushed, first = at.kept.pushed, self.model.first
+        if pushed is None or not (pushed.which < self.contacts.faces).any():
+            return None
+        own = pushed.which < self.contacts.faces
+        laws = [self.contacts.all[k].law for k in pushed.which[own].tolist()]
+        return pushed.rows[own][:, first:], press_by(laws)
+
+    def size(self, change: FloatArray) -> float:
+        """How far (m) changes (..., n) of the coordinates move anything, at most."""
+        return float(np.abs(change @ self._moves).max(initial=0.0))
+
+    def knots(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Of the track's present piece: where its third derivative jumps, and by how much."""
+        values, jumps = self.track.present.knots
+        return [(values, jumps)]
+
+    def places(self, at: Evaluation) -> list[float]:
+        """P's place on it."""
+        return [float(at.kept.place)]
+
+    def moved_by_point(self, k: int, at: Evaluation) -> float:  # noqa: ARG002
+        """How much (m/s^2) things accelerate if the track pushes P aside by 1 m/s^2.
+
+        Pushed aside, P slides along the guide by 1 / sine of the angle between the two, unless
+        there is play between them.
+        """
+        if not len(at.force):
+            return 0.0
+        model, frame, place = self.model, at.kept.frame, np.array([float(at.kept.place)])
+        along = self.track.at(place)[1][0]
+        along /= abs(along)
+        pushed = 1j * along
+        if not model.layout.play:
+            axis = frame.axes[0]
+            pushed = axis / max(abs((axis.conjugate() * along).imag), LEAST_SINE)
+        by = frame.by[model.numbers.centres, model.first :]
+        pulled = ((by.conj() * pushed).real * model.numbers.masses[:, None]).sum(axis=0)
+        return self.size(np.asarray(np.linalg.solve(at.mass, pulled)))

@@ -46,9 +46,6 @@ from exudyn_flexlink.mechanism import Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 
-SHIFT = 1e-5  # of the largest part: changes of places that derivatives are taken from
-FEW = 3  # coordinates: each of more would cost more in states beside a stage than it spares
-
 States = Callable[[FloatArray, FloatArray, FloatArray], TreeState]
 """All coordinates by instants, independent coordinates and their speeds."""
 
@@ -86,7 +83,6 @@ class MinimalModel:
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
-        self._reach = max(part.reach for part in mechanism.parts)
         self._part_points = PartPoints(layout, self.kinematics, mechanism.parts)
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
@@ -288,18 +284,6 @@ class MinimalModel:
         """How far (m) changes (..., independent) move any point, at most."""
         moved = (change @ self._moves).view(complex)
         return float(np.abs(moved).max(initial=0.0))
-
-    def shifts(self) -> FloatArray:
-        """Changes (n,) of the coordinates that move something by `SHIFT`, or hardly anything."""
-        moves = np.abs(self._moves.view(complex)).max(1, initial=0.0)
-        return np.asarray(SHIFT * self._reach / np.maximum(moves, SHIFT))
-
-    @property
-    def differences(self) -> FloatArray | None:
-        """As `shifts`, where coordinates are few and all is smooth; see `integrate.problem`."""
-        if not 0 < len(self._moves) <= FEW or self.loads.stiff or self.touches.pressing:
-            return None
-        return None if self.coordinates.on_dead_centre(at_stop=False)[0] else self.shifts()
 
     def look(self, x: FloatArray, transform: Transform) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""

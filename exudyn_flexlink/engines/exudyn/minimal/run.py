@@ -9,7 +9,7 @@ from threading import Event as Asked
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.coasting import SHORTEST_SWING, coasting
+from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import of_turns
@@ -32,7 +32,6 @@ from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import NoConvergenceError
-from exudyn_flexlink.integrate.radau import ErrorTimes
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
@@ -50,7 +49,6 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake, SceneError
 
 NEAR = 1e-6  # of the run: where it ends, and where an expression was found to have no value
-FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
 
 
 def prepare(
@@ -80,10 +78,8 @@ def prepare(
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     goal = _goal(scene, assembly, layout)
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
-    tau = coasting(mechanism, end)
-    error_times = ErrorTimes(tau, tau - (1 - FREE) * SHORTEST_SWING)
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
-    stepper = ImplicitStepper(model, problem, control, error_times, end)
+    stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
     leap(0.0, min(knots, default=inf))
     solution = Solution(stepper, problem, [*knots, end], progress, asked.is_set, leap)
