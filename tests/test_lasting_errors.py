@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink import load_scene
-from exudyn_flexlink.engines.exudyn.minimal.lasting import Flight
 from exudyn_flexlink.engines.exudyn.minimal.run import MinimalRun, prepare
 from exudyn_flexlink.integrate.control import MOST_GROWTH
 from exudyn_flexlink.integrate.events import Event
@@ -26,17 +25,6 @@ def run() -> MinimalRun:
     prepared = prepare(scene, assemble_scene(scene), None)
     prepared.stepper.begin()
     return prepared
-
-
-def test_a_flight_lasts_from_the_last_touch_to_the_next() -> None:
-    """0.2 s to the first touch, 0.1 s free, then two touches of which the first goes on."""
-    flight = Flight()
-    assert flight.longest(0.15) == pytest.approx(0.15)
-    for time, touching in ((0.2, True), (0.3, False), (0.4, True), (0.9, True)):
-        flight.turn(time, touching)
-    assert flight.longest(1.5) == pytest.approx(0.2)
-    flight.turn(1.5, touching=False)
-    assert flight.longest(2.0) == pytest.approx(0.5)
 
 
 def test_a_pair_that_has_touched_lets_its_gap_swing(run: MinimalRun) -> None:

@@ -9,7 +9,7 @@ from test_physics_tools import run
 from exudyn_flexlink import Result, load_scene, simulate
 from exudyn_flexlink.engines.exudyn.minimal import recording
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.closure_solver import ClosureSolver, StepStages
+from exudyn_flexlink.engines.exudyn.minimal.closures import ClosureSolver, StepStages
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.integrate.collocation import C

@@ -15,8 +15,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions.ranges import NOTHING, Addend, Bounds
 
-ORDER = 8  # n above, near the order of the method that makes the steps
-REMAINDER = 2 * 4.0**-ORDER / factorial(ORDER)
+ORDERS = 2, 4, 8  # n above: higher ones cost more, the last is near the order of the steps' method
 PARTS = 64  # of the time that are looked at first
 MOST_PARTS = 100_000  # looked at together: where more are needed, it is told
 HALVINGS = 40  # of the time: then rounding is near
@@ -84,19 +83,22 @@ def resolved(
     (parts, 2) of the parts that would be too many.
     """
     low, high = edges[:-1], edges[1:]
-    found, curved = [edges], term.derivative(ORDER)
+    found = [edges]
     for _ in range(HALVINGS):
         near = CLOCK * np.spacing(np.abs(high))
         low, high = low[wide := high - low > 4 * near], high[wide]
         within, width = Bounds(low + near[wide], high - near[wide]), high - low
         sensed = state(within)
         least, most = term.ranges(within, sensed)
-        with np.errstate(all="ignore"):
-            bend = np.abs(
-                np.array(np.broadcast_arrays(*curved.ranges(within, sensed), low)[:2])
-            ).max(0)
-            rest = np.fmin(most - least, REMAINDER * width**ORDER * bend)
-            hidden = np.broadcast_to(cost(low) * width * rest, low.shape)
+        rest = np.broadcast_to(most - least, low.shape)
+        for order in ORDERS:
+            with np.errstate(all="ignore"):
+                bends = np.broadcast_arrays(*term.derivative(order).ranges(within, sensed), low)[:2]
+                tail = 2 * (width / 4) ** order / factorial(order)
+                rest = np.fmin(rest, tail * np.abs(bends).max(0))
+                hidden = np.broadcast_to(cost(low) * width * rest, low.shape)
+            if hidden.sum() <= allowed / 2:
+                break
         by_size = np.argsort(hidden)
         summed = np.cumsum(hidden[by_size])
         plain = np.count_nonzero(summed <= allowed / 2)

@@ -17,9 +17,9 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.kinks import KinkWatch
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
+from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.integrate.collocation import C

@@ -25,12 +25,11 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact
+from exudyn_flexlink.engines.exudyn.minimal.contacts import Gaps, RigidContact, mobility
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, mobility
 from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.complementarity import complementary

@@ -18,6 +18,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     PenaltyContact,
+    RigidContacts,
     contact_of,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
@@ -33,7 +34,6 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
-from exudyn_flexlink.engines.exudyn.minimal.rigid import RigidContacts
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
@@ -28,19 +29,19 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     WallChange,
 )
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
-from exudyn_flexlink.engines.exudyn.minimal.kinks import KinkPassed
-from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
+from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Overlooked
 from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
+CAUGHT = FREELY / PART * SHORTEST_SWING  # s, 1/omega: errors last as in a flight of that time
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 
@@ -77,7 +78,7 @@ class MinimalProblem:
         x, v = self.model.start
         gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
         self.model.touches.start(np.array(gaps))
-        self._lasting = LastingErrors(self.model, self.end)
+        self._lasting: FloatArray | None = None
         self._overlooked = Overlooked(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = EventFinder(self.model, self.goal, x, v)
@@ -115,8 +116,20 @@ class MinimalProblem:
         return at, State(q, v, at.accelerations)
 
     def position_per_speed_error(self, at: Evaluation) -> FloatArray:
-        """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
-        return self._lasting.at(at)
+        """Matrix (n, n), s, from errors of speeds to those of places: see `slow_motions`.
+
+        What flies between the walls of a sleeve keeps such errors until the next touch, not until
+        the run ends. What a touch makes of them no step foresees: a second run tells it. So each
+        pair of link and guide that has touched counts as a soft spring across its gap.
+        """
+        walls, state = self.model.walls, at.kept.state
+        caught = bool(walls.touched.any())
+        if self._lasting is None or state.transform.chosen is None or caught:
+            stiffness = self.model.springs(at)[0]
+            if caught:
+                stiffness = stiffness + walls.catching(state, at.mass, CAUGHT)
+            self._lasting = slow_motions(at.mass, stiffness, self.end, SHORTEST_SWING)
+        return self._lasting
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
@@ -287,7 +300,6 @@ class MinimalProblem:
             if what is Change.CLOSES:
                 longest = min(longest, IN_CONTACT * self.half_periods[number])
         self.model.walls.choose(self.model.touches.pressed[before:])
-        self._lasting.touch(time)
         return longest
 
     def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:

@@ -1,0 +1,184 @@
+"""Torques and forces by formulas of the state: where they bend, and whether a step saw them whole.
+
+They bend where max, min and abs compare equal. Within a step a formula is held on one side of each
+kink, and so goes on smoothly beyond it: the step's error is that of smooth equations. What is
+compared is an event function. The step is made again to end at its zero, and from there the formula
+is held on the other side.
+
+A step knows them at its stages alone, and so does the estimate of its error: a pulse between two
+of them is in neither. So each term of a formula that senses the state is looked at over the whole
+step, by bounds: see `expressions.resolved`. Kinks and pulses of time alone are found before the
+run: see `mechanism.pulses`.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.loads import LoadSize, Now
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, resolved
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.events import EVENT_TIME, Event, first_fall
+from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.turning import StepPolynomial, chebyshev_sum
+
+DEGREE = 8  # of the polynomials by which they are followed within a step
+# Of a step, where they are looked at.
+PARTS = (1 - np.cos(np.linspace(0.0, np.pi, DEGREE + 1))) / 2
+THROUGH = np.linalg.inv(chebyshev.chebvander(2 * PARTS - 1, DEGREE)).T
+POWERS = np.arange(DEGREE + 1)
+BETWEEN = np.maximum(POWERS - POWERS[:, None], 0)
+FACTORIALS = np.array([float(factorial(power)) for power in POWERS])
+COEFFICIENTS = np.linalg.inv(
+    PARTS[:, None] ** POWERS
+)  # coefficients of the polynomial through these
+
+
+def _along(model: MinimalModel, step: Step) -> Now:
+    """Where the links are within a step, on its polynomial."""
+    t = step.t + step.h * PARTS
+    state = model.states(t, *step.at(t))
+    return model.loads.now(model.window.all_inside(t), state.x, state.v)
+
+
+class KinkPassed(NamedTuple):
+    """A torque or force passes its kink of this number, at which its switch has this rate (1/s)."""
+
+    load: LoadSize
+    kink: int
+    rate: float
+
+
+class KinkWatch:
+    """Looks at steps; knows the largest value of each switch so far, beside which others round."""
+
+    def __init__(self, model: MinimalModel) -> None:
+        self._model = model
+        self._largest: dict[LoadSize, FloatArray] = {}
+
+    def take_sides(self, time: float, q: FloatArray, v: FloatArray) -> None:
+        """Hold formulas on the sides that the present state tells: times or speeds may jump."""
+        for load in self._model.loads.bent:
+            load.sides = []
+            switches = load.switches(self._now(time, self._model.state(time, q, v)))
+            load.sides = (switches[:, 0] < 0).astype(float).tolist()
+
+    def cross(self, passed: KinkPassed) -> None:
+        """Hold a formula on the other side of a kink."""
+        passed.load.sides[passed.kink] = 1.0 - passed.load.sides[passed.kink]
+
+    def first(self, step: Step) -> Event | None:
+        """Passage of a kink that comes first within a step; None if there is none."""
+        if not self._model.loads.bent:
+            return None
+        now, found = _along(self._model, step), []
+        for load in self._model.loads.bent:
+            values = load.switches(now)
+            largest = np.maximum(self._largest.get(load, 0.0), np.abs(values).max(axis=1))
+            self._largest[load] = largest
+            ways = np.where(load.sides, -1.0, 1.0) / np.maximum(largest, np.finfo(float).tiny)
+            for k, falling in enumerate(ways[:, None] * values @ THROUGH):
+                if falling[0] > np.abs(falling[1:]).sum():  # it surely stays above zero
+                    continue
+                slopes = StepPolynomial.derivative(falling[None])[0].tolist()
+                value = partial(chebyshev_sum, falling.tolist())
+                part = first_fall(value, partial(chebyshev_sum, slopes), (0.0, 1.0))
+                if part is not None:
+                    rate = chebyshev_sum(slopes, part) / (ways[k] * step.h)
+                    passed = KinkPassed(load, k, rate)
+                    found.append(Event(step.t + part * step.h, passed, bends=True))
+        return min(found, key=lambda event: event.time, default=None)
+
+    def late(self, passed: KinkPassed, end: TreeState, time: float) -> float:
+        """How long (s) before a step's end at this time the kink was; negative: after.
+
+        0 where it is there.
+        """
+        value = float(passed.load.switches(self._now(time, end))[passed.kink, 0])
+        near = abs(value) <= abs(passed.rate) * instant(time, EVENT_TIME)
+        return 0.0 if near or passed.rate == 0 else value / passed.rate
+
+    def _now(self, time: float, at: TreeState) -> Now:
+        inside = self._model.window.inside(time)
+        return self._model.loads.now(np.array([inside]), at.x[None], at.v[None])
+
+
+SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
+
+
+class _Along(NamedTuple):
+    """What formulas sense along a step: derivatives (powers, sensed) at its begin `t` (s)."""
+
+    t: float
+    rates: FloatArray
+
+    def bounds(self, within: Bounds) -> dict[int, Bounds]:
+        """Bounds of it and of its time derivatives, over parts of the step."""
+        middle, radius = (within.high + within.low) / 2 - self.t, (within.high - within.low) / 2
+        values = _taylor(middle) @ self.rates
+        off = (_taylor(radius) - np.eye(DEGREE + 1)) @ np.abs(values)
+        low, high = (values - off).transpose(1, 2, 0), (values + off).transpose(1, 2, 0)
+        return {
+            k + RATES * j: Bounds(low[j, k], high[j, k])
+            for j, k in np.ndindex(low.shape[0], low.shape[1])
+        }
+
+
+def _taylor(ahead: FloatArray) -> FloatArray:
+    """Derivatives of a polynomial from those a time (n,) s before: matrices (n, powers, powers)."""
+    return np.triu(ahead[:, None, None] ** BETWEEN / FACTORIALS[BETWEEN])
+
+
+class Overlooked:
+    """Looks at the steps of a model."""
+
+    def __init__(self, model: MinimalModel, end: float) -> None:
+        """`end` (s) is that of the run."""
+        self._model, self._end = model, end
+        self._senses = any(size.senses for size in model.loads.by_formula)
+
+    def part(self, step: Step, allowed: float) -> float:
+        """Part of a step after which a formula is not what its stages tell; 1 if nowhere.
+
+        `allowed` is how far (m) that may have moved anything by the end of the run.
+        """
+        earliest = 1.0
+        if not self._senses or not len(step.start.q):
+            return earliest
+        try:
+            within = self._model.loads.formulas(_along(self._model, step))
+        except (ValueError, ArithmeticError):  # no place within: the step itself was good
+            return earliest
+        for on_way in within:
+            moved = self._moved(step.begin, on_way.unit[0])
+            if moved == 0 or not on_way.sensed:
+                continue
+            clock = on_way.formula.clock
+            rates = (FACTORIALS / step.h**POWERS)[:, None] * (
+                COEFFICIENTS @ np.array(on_way.sensed).T
+            )
+            ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
+            along = _Along(clock + step.t, rates)
+            by_area = allowed / (moved * (self._end - step.t))
+            terms = on_way.formula.expression.addends
+            for addend in (term for term in terms if not term.of_time):
+                edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, along.bounds)
+                short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
+                inner = np.union1d(edges[short], edges[short + 1]) - ends[0]
+                inner = inner[(inner > SHORTEST * self._end) & (inner < step.h)]
+                earliest = min(earliest, *(inner[:1] / step.h), 1.0)
+        return earliest
+
+    def _moved(self, begin: Evaluation, unit: FloatArray) -> float:
+        """How much (m/s^2) anything accelerates by a unit of a torque or force."""
+        push = begin.kept.state.transform.reduced_rows(unit)
+        return self._model.size(np.linalg.solve(begin.mass, push))
