@@ -104,11 +104,9 @@ class TurnSeeker:
     """Collects where quantities (c,) turn, step by step: between two instants kept they do not."""
 
     def __init__(self, count: int) -> None:
-        self._kept: list[Turns] = []
-        # Where the last step ended, with values and slopes there, and slopes at the node before.
-        self._time = 0.0
-        self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
-        self._all = np.arange(count)
+        # Of each quantity instants and values, the last of which is where the last step ended.
+        self._kept: list[list[FloatArray]] = [[] for _ in range(count)]
+        self._way = np.zeros(count)  # 1 if it rose last, -1 if it fell
 
     def take(
         self,
@@ -126,62 +124,27 @@ class TurnSeeker:
         time, length = steps
         still = np.maximum(ROUNDING * np.abs(values).max(axis=(0, 1)), rounding)
         slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
-        if self._last is None:
-            self._keep(self._all, np.full(len(self._all), time[0]), values[0, 0])
-            self._last = values[0, 0], slopes[0, 0], np.zeros(len(self._all))
-        self._keep(*polynomial.turns(time, length, values, slopes))
-        self._rests(time[:, None] + polynomial.nodes * length[:, None], values, slopes)
-        self._between(time, self._last, (values, slopes), still)
-        self._time = float(time[-1] + length[-1])
-        self._last = values[-1, -1], slopes[-1, -1], slopes[-1, -2]
+        which, at, turned = polynomial.turns(time, length, values, slopes)
+        nodes = (time[:, None] + polynomial.nodes * length[:, None]).ravel()
+        for k, kept in enumerate(self._kept):
+            inside = which == k
+            own = np.stack([np.append(nodes, at[inside]),
+                            np.append(values[:, :, k], turned[inside])])  # fmt: skip
+            own = own[:, np.argsort(own[0], kind="stable")]
+            if kept:
+                own = np.concatenate([kept.pop(), own], axis=1)
+            else:
+                kept.append(own[:, :1])
+            moved = np.diff(own[1])
+            goes = np.flatnonzero(np.abs(moved) > still[k])
+            ways = np.append(self._way[k], np.sign(moved[goes]))
+            kept += [own[:, goes[ways[:-1] * ways[1:] < 0]], own[:, -1:]]
+            self._way[k] = ways[-1] or self._way[k]
 
     def found(self, which: int) -> tuple[FloatArray, FloatArray]:
         """Instants (k,) s, in order, and values (k,), from the first to the last that was taken."""
-        kept = list(self._kept)
-        if self._last is not None:
-            kept.append((self._all, np.full(len(self._all), self._time), self._last[0]))
-        times = np.concatenate([np.zeros(0), *(time[of == which] for of, time, _ in kept)])
-        values = np.concatenate([np.zeros(0), *(value[of == which] for of, _, value in kept)])
-        order = np.argsort(times, kind="stable")
-        return times[order], values[order]
-
-    def _keep(self, which: IndexArray, time: FloatArray, value: FloatArray) -> None:
-        if len(which):
-            self._kept.append((which, time, value))
-
-    def _rests(self, time: FloatArray, values: FloatArray, slopes: FloatArray) -> None:
-        """Keep nodes inside steps, at `time` (m, n) s, at which what moves beside them stands."""
-        moves = slopes != 0
-        rest = ~moves[:, 1:-1] & (moves[:, :-2] | moves[:, 2:])
-        step, node, which = np.nonzero(rest)
-        self._keep(which, time[step, node + 1], values[step, node + 1, which])
-
-    def _between(
-        self,
-        time: FloatArray,
-        last: tuple[FloatArray, FloatArray, FloatArray],
-        steps: tuple[FloatArray, FloatArray],
-        still: FloatArray,
-    ) -> None:
-        """Keep both sides of where a step ends and the next begins, if a value or a rate jumps.
-
-        Once, where what has moved stands on both sides: it may turn right there.
-        """
-        values, slopes = steps
-        before, rising, risen = (
-            np.concatenate([end[None], own])
-            for end, own in zip(
-                last, (values[:-1, -1], slopes[:-1, -1], slopes[:-1, -2]), strict=True
-            )
-        )
-        after, then = values[:, 0], slopes[:, 0]
-        turned = (rising * then <= 0) & ((rising != 0) | (then != 0))
-        jumps = turned | (np.abs(after - before) > still)
-        rests = (risen != 0) & (rising == 0) & (then == 0)
-        step, which = np.nonzero(jumps)
-        self._keep(which, time[step], before[step, which])
-        step, which = np.nonzero(jumps | rests)
-        self._keep(which, time[step], after[step, which])
+        time, value = np.concatenate([np.zeros((2, 0)), *self._kept[which]], axis=1)
+        return time, value
 
 
 def _rows(nodes: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
