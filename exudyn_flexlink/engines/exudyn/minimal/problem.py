@@ -41,7 +41,6 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
-CAUGHT = FREELY / PART * SHORTEST_SWING  # s, 1/omega: errors last as in a flight of that time
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 
@@ -79,6 +78,8 @@ class MinimalProblem:
         gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
         self.model.touches.start(np.array(gaps))
         self._lasting: FloatArray | None = None
+        self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
+        self._free_since: float | None = 0.0
         self._overlooked = Overlooked(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = EventFinder(self.model, self.goal, x, v)
@@ -120,16 +121,23 @@ class MinimalProblem:
 
         What flies between the walls of a sleeve keeps such errors until the next touch, not until
         the run ends. What a touch makes of them no step foresees: a second run tells it. So each
-        pair of link and guide that has touched counts as a soft spring across its gap.
+        pair of link and guide that has touched counts as a spring across its gap, so soft that
+        errors last as in the longest flight so far.
         """
         walls, state = self.model.walls, at.kept.state
         caught = bool(walls.touched.any())
         if self._lasting is None or state.transform.chosen is None or caught:
             stiffness = self.model.springs(at)[0]
             if caught:
-                stiffness = stiffness + walls.catching(state, at.mass, CAUGHT)
+                flight = max(self._longest_flight(float(at.kept.t)), SHORTEST_SWING)
+                stiffness = stiffness + walls.catching(state, at.mass, FREELY / PART * flight)
             self._lasting = slow_motions(at.mass, stiffness, self.end, SHORTEST_SWING)
         return self._lasting
+
+    def _longest_flight(self, time: float) -> float:
+        return (
+            self._flight if self._free_since is None else max(self._flight, time - self._free_since)
+        )
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
@@ -300,6 +308,8 @@ class MinimalProblem:
             if what is Change.CLOSES:
                 longest = min(longest, IN_CONTACT * self.half_periods[number])
         self.model.walls.choose(self.model.touches.pressed[before:])
+        self._flight = self._longest_flight(time)
+        self._free_since = None if self.model.walls.touching.any() else time
         return longest
 
     def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
