@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import approach, pair_sides, pairs
@@ -17,49 +16,6 @@ MODELS = Path(__file__).parents[1] / "models"
 
 def assembled(*settings, model="clearance.yaml"):
     return assemble_scene(load_scene(MODELS / model, settings))
-
-
-def test_pairs_are_numbered_as_documented():
-    channel = assembled().mechanism.channels[0]
-    names = [contact.name for contact in pairs(channel)]
-    assert len(names) == len(set(names)) == 2 * 11 + 4 * 10 == len(pair_sides(channel))
-    assert names[0] == "sleeve: node 1 on upper wall"
-    assert names[2 * 10 + 1] == "sleeve: node 11 on lower wall"
-    assert names[22 + 4 * 9 + 3] == "sleeve: rod 10 on lower corner of the end"
-    assert pair_sides(channel)[:3] == (1, -1, 1)
-    held = assembled(model="supported.yaml").mechanism.channels[0]
-    assert len(pairs(held)) == 11 + 20
-    assert set(pair_sides(held)) == {0}
-
-
-def test_a_link_on_the_axis_is_a_clearance_away_from_everything():
-    assembly = assembled()
-    state = assembly.state
-    for contact in pairs(assembly.mechanism.channels[0]):
-        at = approach(contact, state.q, state.v)
-        assert at.gap == pytest.approx(5e-3, abs=1e-15)
-        assert at.gap_rate == pytest.approx(0, abs=1e-12)  # at rest relative to the guide
-
-
-def test_gaps_of_a_tilted_link():
-    """Rod 1 from (40, 1) mm turned by 0.05 rad in the guide: node 2 is higher by l sin 0.05."""
-    assembly = assembled()
-    q = assembly.state.q.copy()
-    channel = assembly.mechanism.channels[0]
-    start, angle = np.array([0.04, 1e-3]), 0.05
-    for i, part in enumerate(channel.rods):
-        along = np.array([np.cos(angle), np.sin(angle)])
-        q[part] = [*(start + 0.007 * i * along), angle]
-    touch = {c.name: approach(c, q, np.zeros_like(q)) for c in pairs(channel)}
-    upper = touch["sleeve: node 3 on upper wall"]
-    assert upper.gap == pytest.approx(5e-3 - 1e-3 - 0.014 * np.sin(angle), abs=1e-15)
-    assert upper.place == pytest.approx(0.02 + 0.014 * np.cos(angle), abs=1e-15)
-    corner = touch["sleeve: rod 10 on upper corner of the end"]
-    # The corner (0.11, 0.005) from the line through P: across it, n = (-sin, cos).
-    across = -np.sin(angle) * 0.07 + np.cos(angle) * 4e-3
-    assert corner.gap == pytest.approx(across, abs=1e-15)
-    lower = touch["sleeve: rod 10 on lower corner of the end"]
-    assert lower.gap == pytest.approx(np.sin(angle) * 0.07 + np.cos(angle) * 6e-3, abs=1e-15)
 
 
 @pytest.mark.parametrize("model", ["clearance.yaml", "supported.yaml"])
@@ -90,58 +46,6 @@ def test_the_start_is_that_without_clearance():
     one, other = assembled().state, assembled(model="no_clearance.yaml").state
     assert one.q == pytest.approx(other.q, abs=1e-15)
     assert one.v == pytest.approx(other.v, abs=1e-12)
-
-
-STIFF = "joints.sleeve.law={stiffness: 1.0e5, restitution: 0.5, friction: 0.3, slip_speed: 0.5}"
-
-
-@pytest.mark.parametrize("model", ["clearance.yaml", "supported.yaml"])
-@pytest.mark.parametrize("seed", range(4))
-def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
-    """Forces by `mechanism.approach` and the law; generalised forces by differences of gaps."""
-    run = prepare(load_scene(MODELS / model, [STIFF, "bodies.link.rods=3"]))
-    model, random = run.model, np.random.default_rng(seed)
-    q, v = (start.copy() for start in model.start)
-    wild = 0.4 if model == "clearance.yaml" else 0.1
-    q[1:] += random.uniform(-wild, wild, len(q) - 1)
-    v[:] = random.uniform(-3, 3, len(q))
-    channel = model.mechanism.channels[0]
-
-    def frame_of(q, v):
-        """By free coordinates: a drive keeps the guide's angle."""
-        return run.system.frame(np.zeros(1), q[None, model.first :], v[None, model.first :])[0]
-
-    def touches(q, v):
-        poses, rates = model.poses(frame_of(q, v))
-        return [approach(contact, poses[0], rates[0]) for contact in pairs(channel)]
-
-    v[0] = model.start[1][0]
-    contacts, frame = run.system.contacts, frame_of(q, v)
-    walls = np.arange(contacts.faces, len(contacts.all))
-    expected, pressing, power = np.zeros(len(q)), [], 0.0
-    pushed = contacts.push(frame, walls)
-    h = 1e-6
-    for k, at in enumerate(touches(q, v)):
-        press = channel.law.force(-at.gap, -at.gap_rate)  # wherever it is along the face
-        rub = channel.friction.force(press, at.slip)
-        if press == 0:
-            continue
-        pressing.append(k)
-        assert pushed.press[0, k] == pytest.approx(float(press), rel=1e-9, abs=1e-9)
-        assert pushed.rub[0, k] == pytest.approx(float(rub), rel=1e-9, abs=1e-9)
-        power -= float(press) * at.gap_rate + float(rub) * at.slip
-        for j in range(model.first, len(q)):
-            step = np.zeros(len(q))
-            step[j] = h
-            ahead, behind = touches(q + step, v)[k], touches(q - step, v)[k]
-            expected[j] += float(press) * (ahead.gap - behind.gap) / (2 * h)
-            expected[j] += float(rub) * (ahead.place - behind.place) / (2 * h)
-    assert pressing
-    acting = contacts.push(frame, walls[pressing])
-    free, found = slice(model.first, None), acting.force[0]
-    assert acting.power.sum() == pytest.approx(power, rel=1e-9)
-    allowed = 1e-6 * max(1.0, np.abs(expected).max())
-    assert found[free] == pytest.approx(expected[free], rel=1e-6, abs=allowed)
 
 
 def test_nodes_are_where_the_rods_are():

@@ -70,17 +70,6 @@ def test_the_lagrangian_keeps_its_tolerance_through_the_touches(name, tolerance)
     assert found.largest < tolerance
 
 
-def test_the_lagrangian_at_1e_6_m_through_all_touches():
-    """By steps that follow the error: 12,000 are made where none may be longer than a touch."""
-    settings = ("accuracy.tolerance=1e-6", "run={duration: 0.42, sample: 1 ms}")
-    result = run("lagrangian", *settings)
-    series = read_series(HERE / "data" / "clearance_n10_paper.csv")
-    found = deviation(result, series.time, series.position, series.lever_angle)
-    assert found.largest < 1.2e-6  # as well as it is known
-    assert result.checks.steps < 1500
-    assert result.settings["tolerance"] == 1e-6
-
-
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_s_at_some_instants(engine):
     """Numbers of an independent integration, known to 1e-8 m."""

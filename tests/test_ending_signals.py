@@ -83,7 +83,7 @@ def test_a_run_that_is_asked_to_end_keeps_what_was_computed(
 
 
 @posix
-@pytest.mark.parametrize(("name", "code"), REQUESTS)
+@pytest.mark.parametrize(("name", "code"), [*REQUESTS, ("SIGINT", 130)])
 def test_asked_to_end_while_results_are_saved(name, code, monkeypatch, capsys):
     monkeypatch.setattr(
         engines, "simulate", lambda scene, *_, **__: rigid_link(scene=scene, samples=99)
@@ -98,6 +98,7 @@ def test_asked_to_end_while_results_are_saved(name, code, monkeypatch, capsys):
     assert main(["simulate", NO_CLEARANCE, "--quiet", "--out=o"]) == code
     assert capsys.readouterr().err.endswith("interrupted: the run is whole, in o/\n")
     assert load(Path("o")).outcome.completed
+    assert not list(Path("o").glob("*.png"))
     assert names() == ["o"]
 
 

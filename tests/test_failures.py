@@ -68,22 +68,6 @@ def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
     monkeypatch.setattr(engines, "measured", measured)
 
 
-def test_ctrl_c_while_results_are_saved_keeps_them(monkeypatch, capsys):
-    engine_that(monkeypatch, lambda _: True)
-    whole = storage.save
-
-    def save(result, folder):
-        press()
-        whole(result, folder)
-
-    monkeypatch.setattr(storage, "save", save)
-    assert main(["simulate", NO_CLEARANCE, "--quiet", "--out=o"]) == 130
-    assert capsys.readouterr().err == "interrupted: the run is whole, in o/\n"
-    assert load(Path("o")).outcome.completed
-    assert not list(Path("o").glob("*.png"))
-    assert files(".") == ["o"]
-
-
 def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
     engine_that(monkeypatch, lambda _: True)
 

@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,6 @@ from exudyn_flexlink import source
 from exudyn_flexlink.chain import Beam, discretise
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import sample_bytes
 from exudyn_flexlink.report import check_text
@@ -210,22 +209,6 @@ def test_elastic_bounces_without_end_stop_with_the_contact() -> None:
     assert "restitution" in result.outcome.advice
     assert len(result.time) > 100
     assert len(result.events) < 3000
-
-
-def bounced(restitution: float, speeds: Iterable[float]) -> str:
-    bounces = Bounces("strike", restitution)
-    told = [bounces.endless(0.001 * i, speed) for i, speed in enumerate(speeds)]
-    return next((text for text in told if text), "")
-
-
-def test_bounces_end_where_restitution_ends_them_or_they_stay_high() -> None:
-    sunk = [1.0, *[1e-4] * 1500]
-    assert bounced(1.0, sunk)
-    assert bounced(0.9999999, sunk)
-    assert not bounced(0.999, sunk)
-    assert not bounced(0.0, sunk)
-    assert not bounced(1.0, [1.0] * 5000)
-    assert not bounced(1.0, [1.0, *[1e-4] * 900] * 5)
 
 
 def test_a_run_that_gets_nowhere_is_a_result_of_its_start() -> None:

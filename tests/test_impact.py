@@ -88,13 +88,6 @@ def test_bouncing_ball_hits_and_comes_to_rest_when_it_must():
     assert [*ball.q, *ball.v] == pytest.approx([0, 0], abs=1e-9)
 
 
-def test_ball_without_loss_keeps_bouncing():
-    ball = Ball(restitution=1.0)
-    bounced(ball)
-    first = np.sqrt(2 / 9.81)
-    assert ball.hits == pytest.approx(first * np.arange(1, 2 * len(ball.hits), 2), abs=1e-8)
-
-
 def test_jump_of_a_coupled_system():
     random = np.random.default_rng(3)
     mass = random.uniform(size=(4, 4))

@@ -1,8 +1,8 @@
 """Clearance in the hand-written equations against laws of nature and against `mechanism.contacts`.
 
-The series of an independent integration are met in test_clearance, the kernel's forces one by one
-in test_channels; here are the reactions that follow from them, what is recorded, pieces of the
-track, and guides that rest or turn freely.
+The series of an independent integration are met in test_clearance, gaps and their gradients in
+test_lagrangian_equations; here are the reactions that follow from them, what is recorded, pieces of
+the track, and guides that rest or turn freely.
 """
 
 from functools import cache

@@ -1,4 +1,4 @@
-"""The implicit method: order on closed forms, tolerance, events, and places on the track."""
+"""The implicit method in the Lagrangian: tolerance, events, and places on the track."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from exudyn_flexlink.engines.lagrangian.run import prepare, solve
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.loading import load_scene
@@ -29,46 +28,6 @@ MODELS = HERE.parent / "models"
 EXPLICIT = ("solver.integrator=dop853", "accuracy.tolerance=1e-8")
 FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
-
-# --- the method itself --------------------------------------------------------------------------
-
-
-def lever_alone(steps: int, damping_ratio: float) -> tuple[float, float]:
-    """Error and size of a lever's angle (rad) after 40 ms of free vibration, in equal steps.
-
-    It starts with 5 rad/s, has 40 Hz and stands alone: a linear oscillator.
-    """
-    settings = (
-        "contacts={}",
-        "initial.speeds.lever=5",
-        f"springs.lever_return.damping_ratio={damping_ratio}",
-        "run={duration: 0.04, sample: 0.04}",
-    )
-    run = prepare(load_scene(MODELS / "rigid.yaml", settings))
-    assert isinstance(run.stepper, ImplicitStepper)
-    run.stepper.control = ErrorControl(1e30, 0.04 / steps)
-    run.stepper.h = 0.04 / steps
-    assert solve(run) == ""
-    assert run.stepper.steps == steps
-    found = run.problem.all_q[-1]
-    omega, t = 2 * np.pi * 40, 0.04
-    root = np.sqrt(complex(damping_ratio**2 - 1))
-    fast, slow = omega * (-damping_ratio - root), omega * (-damping_ratio + root)
-    exact = 5 * ((np.exp(slow * t) - np.exp(fast * t)) / (slow - fast)).real
-    return abs(found - exact), abs(exact)
-
-
-def test_order_nine_on_a_damped_oscillator() -> None:
-    coarse, fine = lever_alone(10, 0.1)[0], lever_alone(20, 0.1)[0]
-    assert coarse < 1e-8
-    assert np.log2(coarse / fine) == pytest.approx(9, abs=0.6)
-
-
-def test_what_is_damped_within_a_thousandth_of_a_step_does_no_harm() -> None:
-    """Damping ratio 2000: one root at 1e6 1/s, steps of 4 ms; an explicit one would need 3 us."""
-    error, size = lever_alone(10, 2000.0)
-    assert error < 2e-5 * size
-
 
 # --- places on the track ------------------------------------------------------------------------
 
@@ -272,21 +231,17 @@ def test_a_ramp_and_a_torque_are_met() -> None:
 
 
 @pytest.mark.parametrize(
-    "setting",
-    ["solver.integrator=dop853",
-     "contacts.strike.law={type: impulse, restitution: 0.5}",
-     "accuracy={step: 1e-4}"],
+    ("stepper", "setting"),
+    [(ExplicitStepper, "solver.integrator=dop853"),
+     (ExplicitStepper, "contacts.strike.law={type: impulse, restitution: 0.5}"),
+     (ExplicitStepper, "accuracy={step: 1e-4}"),
+     (ImplicitStepper, "solver.integrator=radau")],
 )  # fmt: skip
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml", "supported.yaml"])
 def test_steps_and_impulses_are_for_the_explicit_method_and_who_asks_for_it(
-    model: str, setting: str
+    model: str, setting: str, stepper: type
 ) -> None:
-    assert isinstance(prepare(load_scene(MODELS / model, [setting])).stepper, ExplicitStepper)
-
-
-@pytest.mark.parametrize("model", ["clearance.yaml", "clearance_friction.yaml", "supported.yaml"])
-def test_walls_are_for_the_implicit_method(model: str) -> None:
-    assert isinstance(prepare(load_scene(MODELS / model)).stepper, ImplicitStepper)
+    assert isinstance(prepare(load_scene(MODELS / model, [setting])).stepper, stepper)
 
 
 @pytest.mark.parametrize("integrator", ["radau", "dop853"])

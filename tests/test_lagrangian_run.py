@@ -74,14 +74,6 @@ def test_checks_of_a_whole_run():
     assert kinds.count("contact begins") == 3
 
 
-def test_tolerances_are_the_users():
-    loose = run("smooth_n10_beam", "accuracy.tolerance=1e-2")
-    assert loose.settings == {"integrator": "DOP853", "tolerance": 1e-2}
-    assert loose.checks.steps < run("smooth_n10_beam").checks.steps
-    away = np.abs(loose.poses - run("smooth_n10_beam").poses).max()
-    assert 1e-12 < away < 1e-3
-
-
 def test_forces_and_energies_are_those_of_the_exudyn_engine():
     settings = ("run.turns=0.3", "run.sample=1 ms", "gravity=[1, -9.81]", "bodies.link.rods=3")
     scene = load_scene(MODELS / "smooth.yaml", [*settings, "accuracy.tolerance=1e-6"])
@@ -171,12 +163,6 @@ def test_turns_of_a_free_guide_end_the_run():
     assert f"'at_most' was reached when joint 'crank' had made {made:.3g} turns of 1" in (
         short.outcome.reason
     )
-
-
-def test_progress_is_told():
-    told = []
-    simulate(from_text(FLYWHEEL), "lagrangian", told.append)
-    assert all(0 <= part <= 1 for part in told)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exudyn_flexlink.engines.touching import BECOMES, Change, Moment, Side, Touches
+from exudyn_flexlink.engines.touching import Change, Moment, Side, Touches
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 
@@ -54,30 +54,6 @@ def test_what_happens_leads_where_the_table_says(way):
         assert not touches.pressed[1 - k]
 
 
-def test_nothing_else_may_happen():
-    for side in Side:
-        for change in Change:
-            if (side, change) in BECOMES:
-                continue
-            touches = two(SOFT)
-            touches._set(FACE, side)
-            with pytest.raises(KeyError):
-                touches.change(FACE, change, Moment(0.0, 0.0, 0.0, (0.0, 0.0)))
-
-
-def test_a_touch_is_one_interval_with_what_it_took():
-    touches = two(SOFT)
-    touches.change(FACE, Change.CLOSES, Moment(1.0, 0.3, -2.0, (5.0, 0.5)))
-    (lasting,) = told(touches, FACE, 0.25, (6.0, 0.75))
-    assert lasting == Interval(1.0, place=0.3, end_place=0.25, approach_speed=2.0, impulse=1.0,
-                               energy_lost=0.25)  # fmt: skip
-    touches.change(FACE, Change.SLIDES_OFF, Moment(1.5, 0.0, 0.5, (8.0, 1.0)))
-    (ended,) = told(touches, FACE)
-    assert ended == Interval(1.0, 1.5, 0.3, 0.0, 2.0, 0.5, impulse=3.0, energy_lost=0.5,
-                             slides_off=True)  # fmt: skip
-    assert touches.ever == {FACE}
-
-
 def test_a_bounce_is_an_impact_and_what_is_held_tells_its_largest_force():
     """On the polynomial through the nodes of a step, between which it may be largest."""
     touches = two(RIGID)
@@ -92,22 +68,3 @@ def test_a_bounce_is_an_impact_and_what_is_held_tells_its_largest_force():
     assert first == impact
     assert held.peak_force == pytest.approx(1.0, abs=1e-3)
     assert held.impulse == 1.0
-
-
-def test_a_look_without_a_contact_leaves_it_as_it_was():
-    touches = two(RIGID)
-    touches.change(FACE, Change.CLOSES, Moment(0.0, 0.1, 0.0, (0.0, 0.0)))
-    with touches.without([FACE]):
-        assert not touches.pressed.any()
-    assert touches.pressed.tolist() == [True, False]
-    assert touches.sides == [Side.PRESSED, Side.APART]
-
-
-def test_a_point_beside_its_face_is_behind_it_by_its_gap():
-    touches = two(SOFT)
-    touches.start(np.array([-1e-6]))
-    assert touches.sides == [Side.BEHIND, Side.APART]
-    touches.beside(FACE, 1e-6)
-    assert touches.sides[FACE] is Side.APART
-    touches.beside(FACE, -1e-6)
-    assert touches.sides[FACE] is Side.BEHIND

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.comparison import compare
@@ -14,20 +13,6 @@ from exudyn_flexlink.integrate.collocation import C
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"
-
-
-@pytest.mark.parametrize(("tolerance", "until"), [(1e-4, 0.42), (1e-6, 0.3)])
-def test_the_papers_clearance_keeps_its_tolerance(tolerance: float, until: float) -> None:
-    """The series is known to 6.3e-10 m up to 0.3 s, to 1.2e-6 m up to 0.42 s."""
-    settings = [f"accuracy.tolerance={tolerance}", f"run={{duration: {until}, sample: 1 ms}}"]
-    result = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
-    assert result.settings["formulation"] == "minimal"
-    series = read_series(HERE / "data" / "clearance_n10_paper.csv")
-    known = series.time <= until
-    assert series.lever_angle is not None
-    found = deviation(result, series.time[known], series.position[known], series.lever_angle[known])
-    assert found.largest < tolerance
-    assert len(result.sleeves["sleeve"].touches.end) > 5
 
 
 def test_walls_that_lose_nothing_keep_the_energy() -> None:
