@@ -14,19 +14,6 @@ TWO_ROUNDS = 17 / 18
 ORDER = STAGES + 1  # of the estimated error
 
 
-def growth(ratio: float, safety: float, h: float, last: tuple[float, float]) -> float:
-    """By how much the next step may be longer (Hairer and Wanner, eq. IV.8.25).
-
-    `ratio` is the error of a step of length h (s) over that allowed; `last` are length and ratio of
-    the step before, whose trend goes on; length 0 where there is none.
-    """
-    before, then = last
-    grow = safety * ratio ** (-1.0 / ORDER)
-    if before > 0.0:
-        grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / ORDER))
-    return float(max(LEAST_GROWTH, min(MOST_GROWTH, grow)))
-
-
 @dataclass
 class ErrorControl:
     """The same error (m) for every step, by the `tolerance` of the run; or `fixed` steps (s).
@@ -52,6 +39,10 @@ class ErrorControl:
         """Tell whether a step of this error (m) is good enough."""
         return error <= self.allowed
 
+    def near(self, distance: float) -> bool:
+        """Tell whether a distance (m) is nothing beside what the whole run may be off by."""
+        return not distance > self.tolerance
+
     def forget(self) -> None:
         """The equations have changed: the last step tells nothing."""
         self._before = None
@@ -61,6 +52,13 @@ class ErrorControl:
         self._before = (h, max(error / self.allowed, 1e-2))
 
     def factor(self, h: float, error: float) -> float:
-        """By how much the next step may be longer."""
+        """By how much the next step may be longer, or this one is to be shorter.
+
+        Hairer and Wanner, eq. IV.8.25: the trend from the step before goes on.
+        """
         ratio = max(error / self.allowed, 1e-12)
-        return growth(ratio, TWO_ROUNDS * SAFETY, h, self._before or (0.0, 0.0))
+        grow = TWO_ROUNDS * SAFETY * ratio ** (-1.0 / ORDER)
+        if self._before is not None:
+            before, then = self._before
+            grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / ORDER))
+        return float(max(LEAST_GROWTH, min(MOST_GROWTH, grow)))

@@ -182,7 +182,7 @@ class ImplicitStepper:
             self.rounded.append(step.t)
         if self.control.fixed is not None:
             slip = self.problem.slipped(step)
-            if slip > self.control.tolerance:
+            if not self.control.near(slip):
                 self.slips.append((step.t, step.h, slip))
 
     # --- one step -----------------------------------------------------------------------------
@@ -256,7 +256,7 @@ class ImplicitStepper:
 
     def _slips(self, step: Step) -> bool:
         """Tell that a dependent coordinate did not go where its speed would have taken it."""
-        return self.problem.slipped(step) > self.control.tolerance
+        return not self.control.near(self.problem.slipped(step))
 
     # --- up to an event -----------------------------------------------------------------------
 

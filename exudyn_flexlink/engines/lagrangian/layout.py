@@ -6,6 +6,7 @@ pinned to the ground. Whatever else a scene has is refused by name.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from exudyn_flexlink.engines import NotRepresentableError
@@ -100,47 +101,42 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
         NotRepresentableError: the scene has something else, or lacks one of them.
 
     """
-    for bearing in mechanism.bearings:
-        raise NotRepresentableError(
-            ("joints", bearing.name, "clearance"),
-            "the Lagrangian engine has no journals in bearings",
-        )
+    for path, lacks in _lacking(scene, mechanism):
+        raise NotRepresentableError(path, f"the Lagrangian engine has {lacks}")
     pivots = {name: _pivot(mechanism, name) for name in _joints(scene, RevoluteJoint)}
-    for name in _joints(scene, WeldJoint):
-        raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
-    for name in _joints(scene, PrismaticJoint):
-        raise NotRepresentableError(("joints", name), "the Lagrangian engine has no such joints")
-    for name, body in scene.bodies.items():
-        if isinstance(body, FlexibleBody) and body.stretch:
-            message = "the Lagrangian engine's rods do not stretch"
-            raise NotRepresentableError(("bodies", name, "stretch"), message)
-    for spring in mechanism.linear_springs:
-        message = "the Lagrangian engine has torsional springs alone"
-        raise NotRepresentableError(("springs", spring.name), message)
     sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
     slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
+    needs = ("joints", slot), "the Lagrangian engine needs"
     if mechanism.slots[0].carrier != GROUND:
-        raise NotRepresentableError(
-            ("joints", slot), "the Lagrangian engine needs a track that stands still"
-        )
+        raise NotRepresentableError(needs[0], f"{needs[1]} a track that stands still")
     joint = scene.joints[sleeve]
     assert isinstance(joint, SleeveJoint)
     rods = mechanism.bodies[joint.link]
     if mechanism.slots[0].anchor != Anchor(rods[0], 0.0, 0.0):
-        raise NotRepresentableError(
-            ("joints", slot), f"the Lagrangian engine needs '{joint.link}.start' in the slot"
-        )
+        raise NotRepresentableError(needs[0], f"{needs[1]} '{joint.link}.start' in the slot")
     guide = _guide(mechanism, joint.guide, sleeve, pivots)
     levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
-    for force in mechanism.forces:
-        raise NotRepresentableError(
-            ("drives", force.name), "the Lagrangian engine has no forces at points"
-        )
     motor = _motor(scene, mechanism, guide)
     ramp = None if motor is None else _ramp(motor.name, motor.speed)
     torques = tuple((own, _ramp(own.name, own.size.value)) for own in mechanism.torque_motors)
     faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
     return Layout(guide, rods, levers, motor, ramp, torques, mechanism.has_play, faces)
+
+
+def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Parts of a scene that no mechanism of this engine has, and what it lacks for them."""
+    for bearing in mechanism.bearings:
+        yield ("joints", bearing.name, "clearance"), "no journals in bearings"
+    for kind, lacks in ((WeldJoint, "no welds"), (PrismaticJoint, "no such joints")):
+        for name in _joints(scene, kind):
+            yield ("joints", name), lacks
+    for name, body in scene.bodies.items():
+        if isinstance(body, FlexibleBody) and body.stretch:
+            yield ("bodies", name, "stretch"), "rods that do not stretch"
+    for spring in mechanism.linear_springs:
+        yield ("springs", spring.name), "torsional springs alone"
+    for force in mechanism.forces:
+        yield ("drives", force.name), "no forces at points"
 
 
 def _joints(scene: Scene, kind: type) -> list[str]:
@@ -150,9 +146,8 @@ def _joints(scene: Scene, kind: type) -> list[str]:
 def _only(scene: Scene, kind: type, word: str, meaning: str) -> str:
     names = _joints(scene, kind)
     if not names:
-        raise NotRepresentableError(
-            ("joints",), f"the Lagrangian engine needs a {word} joint: {meaning}"
-        )
+        message = f"the Lagrangian engine needs a {word} joint: {meaning}"
+        raise NotRepresentableError(("joints",), message)
     for name in names[1:]:
         raise NotRepresentableError(("joints", name), f"a second {word}: the engine knows one")
     return names[0]
@@ -165,13 +160,10 @@ def _pivot(mechanism: Mechanism, name: str) -> Pivot:
     if joint.second.part == GROUND:
         ground, moving = moving, ground
     if ground.part != GROUND:
-        raise NotRepresentableError(
-            ("joints", name),
-            "joins two moving bodies: the Lagrangian engine has pins to the ground",
-        )
-    return Pivot(
-        name, moving.part, (ground.x, ground.y), (moving.x, moving.y), moving is joint.second
-    )
+        message = "joins two moving bodies: the Lagrangian engine has pins to the ground"
+        raise NotRepresentableError(("joints", name), message)
+    second = moving is joint.second
+    return Pivot(name, moving.part, (ground.x, ground.y), (moving.x, moving.y), second)
 
 
 def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot]) -> Pivot:
@@ -180,14 +172,12 @@ def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot
         raise NotRepresentableError(("bodies", body), "a guide must be rigid: rod or rigid")
     found = [pivot for pivot in pivots.values() if pivot.part == parts[0]]
     if not found:
-        raise NotRepresentableError(
-            ("bodies", body), "a guide must turn about a point on the ground"
-        )
+        message = "a guide must turn about a point on the ground"
+        raise NotRepresentableError(("bodies", body), message)
     guide = found[0]
     if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].first.y) > ON_AXIS:
-        raise NotRepresentableError(
-            ("joints", guide.joint), f"must lie on the axis of the sleeve '{sleeve}'"
-        )
+        message = f"must lie on the axis of the sleeve '{sleeve}'"
+        raise NotRepresentableError(("joints", guide.joint), message)
     return guide
 
 
@@ -206,46 +196,35 @@ def _levers(
     for index, part in enumerate(mechanism.parts):
         several = len(mechanism.bodies[part.body]) > 1
         if index not in taken and (several or index not in used):
-            raise NotRepresentableError(
-                ("bodies", part.body), "neither guide nor link nor a rigid body on a pin"
-            )
+            message = "neither guide nor link nor a rigid body on a pin"
+            raise NotRepresentableError(("bodies", part.body), message)
     return tuple(levers)
 
 
 def _ramp(drive: str, value: Applied) -> Ramp:
     if not isinstance(value, Ramp):
-        raise NotRepresentableError(
-            ("drives", drive, "value"), "the Lagrangian engine has numbers, with a ramp, alone"
-        )
+        message = "the Lagrangian engine has numbers, with a ramp, alone"
+        raise NotRepresentableError(("drives", drive, "value"), message)
     return value
 
 
 def _motor(scene: Scene, mechanism: Mechanism, guide: Pivot) -> Motor | None:
     """Motor that prescribes the guide's speed."""
-    found = None
-    for motor in mechanism.speed_motors:
+    for k, motor in enumerate(mechanism.speed_motors):
         drive = scene.drives[motor.name]
-        own = isinstance(drive, SpeedDrive) and drive.joint == guide.joint
-        if not own or found is not None:
-            raise NotRepresentableError(
-                ("drives", motor.name), "only the speed of the guide can be prescribed, once"
-            )
-        found = motor
-    return found
+        if k > 0 or not (isinstance(drive, SpeedDrive) and drive.joint == guide.joint):
+            message = "only the speed of the guide can be prescribed, once"
+            raise NotRepresentableError(("drives", motor.name), message)
+    return next(iter(mechanism.speed_motors), None)
 
 
 def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) -> FaceContact:
     """Read a contact as a point of the link and a face of a lever."""
+    own = ("contacts", contact.name)
     if not isinstance(contact, FaceContact):
-        raise NotRepresentableError(
-            ("contacts", contact.name), "the Lagrangian engine has points on lines alone"
-        )
+        raise NotRepresentableError(own, "the Lagrangian engine has points on lines alone")
     if contact.point.part not in rods or contact.point.y != 0.0:
-        raise NotRepresentableError(
-            ("contacts", contact.name, "point"), "must be a point of the link"
-        )
+        raise NotRepresentableError((*own, "point"), "must be a point of the link")
     if contact.start.part not in [lever.part for lever in levers]:
-        raise NotRepresentableError(
-            ("contacts", contact.name, "line"), "must be on a body pinned to the ground"
-        )
+        raise NotRepresentableError((*own, "line"), "must be on a body pinned to the ground")
     return contact

@@ -25,7 +25,7 @@ from exudyn_flexlink.engines.pair_events import (
     first_of,
     late_by,
 )
-from exudyn_flexlink.engines.touching import Change, Moment, Side
+from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event, fall, zero
 from exudyn_flexlink.integrate.problem import Evaluation, State
@@ -39,7 +39,6 @@ IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 AT_REST = 0.1  # of the speed at which a force changes from loading to unloading
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
 SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
-ON_FACE = 1e9  # m: a face so long has no ends
 LAST = len(NODES) - 1
 AT_NODES = slice(len(NODES))
 
@@ -120,7 +119,7 @@ class Problem(HybridProblem):
 
     def longest(self, at: Evaluation | None = None) -> float:  # noqa: ARG002
         """Limit of the next step, s: the guide turns a little, and a point comes to rest."""
-        speed, gain = map(abs, self._guide_speed())
+        speed, gain = map(abs, self.system.guide_speed(self.time, self.v))
         faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
         limits = [2 * TURN / faster if faster > 0 else inf]
         contacts = self.system.contacts
@@ -130,13 +129,6 @@ class Problem(HybridProblem):
             if lossy > 0 and abs(rate) >= transition and rate * bend < 0:
                 limits.append(-rate / bend)
         return min(limits)
-
-    def _guide_speed(self) -> tuple[float, float]:
-        """Speed of the guide, rad/s, and of a driven one its rate, rad/s^2."""
-        ramp, now = self.system.model.layout.ramp, np.array([self.time])
-        if ramp is None:
-            return float(self.v[0]), 0.0
-        return float(ramp.values(now)[0]), float(ramp.rates(now)[0])
 
     # --- within a step ------------------------------------------------------------------------
 
@@ -187,14 +179,14 @@ class Problem(HybridProblem):
         contacts = self.system.contacts
         if not contacts.all:
             return []
-        path, pressing = self._from_sides(path), self.touches.pressed
+        path, pressing = self.system.from_sides(path), self.touches.pressed
         found = self._turns(step, path)
         restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
             if len(walls):
                 return [Event(step.t, OfContact(int(walls[0])), bends=True)]
-            path, lengths = self._without_ends(path)
+            path, lengths = self.system.without_ends(path)
             first = first_of(restless, path, lengths, pressing, step.h)
             if first is not None:
                 bends = first[1] >= contacts.faces
@@ -203,30 +195,6 @@ class Problem(HybridProblem):
             lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
             found += [Event(time, OfContact(k)) for time, k in lifted]
         return found
-
-    def _from_sides(self, path: Seen) -> Seen:
-        """Contacts seen from where they are: behind a face its gap is that to its back.
-
-        What is held closed is as if behind a face that never opens.
-        """
-        contacts, faces = self.system.contacts, self.system.contacts.faces
-        closed = contacts.held | (self.touches.rigid & self.touches.pressed)
-        if closed.any():
-            path = path.closed(closed)
-        behind = [k for k in range(faces) if self.touches.sides[k] is Side.BEHIND]
-        if behind:
-            way = np.ones(len(closed))
-            way[behind] = -1.0
-            path = path._replace(gap=way * path.gap, gap_rate=way * path.gap_rate)
-        return path
-
-    def _without_ends(self, path: Seen) -> tuple[Seen, FloatArray]:
-        """Levers' contacts that do not press, as if their faces had no ends; and all lengths."""
-        free = ~self.touches.pressed
-        free[self.system.contacts.faces :] = False
-        place, slip = np.where(free, ON_FACE / 2, path.place), np.where(free, 0.0, path.slip)
-        lengths = np.where(free, ON_FACE, self.system.contacts.length)
-        return path._replace(place=place, slip=slip), lengths
 
     def _turns(self, step: Path, path: Seen) -> list[Event]:
         """Where the force of a lever's contact leaps, as its point turns."""
@@ -246,7 +214,7 @@ class Problem(HybridProblem):
     def _changed(self, time: float, there: int | None = None) -> BoolArray:
         """Walls' pairs that now (s) begin or cease to press, or did so unseen, (c,)."""
         contacts = self.system.contacts
-        seen = self._from_sides(self.seen)
+        seen = self.system.from_sides(self.seen)
         found = changed(seen, contacts.length, self.touches.pressed, time, there)
         found[: contacts.faces] = False
         return found
@@ -258,7 +226,7 @@ class Problem(HybridProblem):
         k, contacts = event.what.contact, self.system.contacts
         if k < contacts.faces and self.touches.rigid[k] and self.touches.pressed[k]:
             return 0.0
-        path, lengths = self._without_ends(self._from_sides(self._nodes(step)[1]))
+        path, lengths = self.system.without_ends(self.system.from_sides(self._nodes(step)[1]))
         return late_by(path.pick(-1), lengths, k, step.t + step.h)
 
     # --- from step to step --------------------------------------------------------------------

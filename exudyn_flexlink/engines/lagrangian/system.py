@@ -13,11 +13,13 @@ from exudyn_flexlink.engines.lagrangian.contacts import Contacts, Pushed
 from exudyn_flexlink.engines.lagrangian.equations import Frame, frame_of, mass_and_force, moved_by
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
+from exudyn_flexlink.engines.pair_events import Seen
 from exudyn_flexlink.engines.pressing import press_by
-from exudyn_flexlink.engines.touching import Touches
+from exudyn_flexlink.engines.touching import Side, Touches
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.result import Event
 
+ON_FACE = 1e9  # m: a face so long has no ends
 LEAST_SINE = 1e-9  # of the angle between guide and track
 BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a held contact (Baumgarte 1972)
 
@@ -197,6 +199,39 @@ class System:
             rows = self.contacts.push(at.frame, self.held).rows[:, :, 0]
             torque = torque - (rows * held).sum(axis=1)
         return np.asarray(torque)
+
+    # --- contacts, as events see them ----------------------------------------------------------
+
+    def from_sides(self, path: Seen) -> Seen:
+        """Contacts seen from where they are: behind a face its gap is that to its back.
+
+        What is held closed is as if behind a face that never opens.
+        """
+        contacts, faces = self.contacts, self.contacts.faces
+        closed = contacts.held | (self.touches.rigid & self.touches.pressed)
+        if closed.any():
+            path = path.closed(closed)
+        behind = [k for k in range(faces) if self.touches.sides[k] is Side.BEHIND]
+        if behind:
+            way = np.ones(len(closed))
+            way[behind] = -1.0
+            path = path._replace(gap=way * path.gap, gap_rate=way * path.gap_rate)
+        return path
+
+    def without_ends(self, path: Seen) -> tuple[Seen, FloatArray]:
+        """Levers' contacts that do not press, as if their faces had no ends; and all lengths."""
+        free = ~self.touches.pressed
+        free[self.contacts.faces :] = False
+        place, slip = np.where(free, ON_FACE / 2, path.place), np.where(free, 0.0, path.slip)
+        lengths = np.where(free, ON_FACE, self.contacts.length)
+        return path._replace(place=place, slip=slip), lengths
+
+    def guide_speed(self, time: float, v: FloatArray) -> tuple[float, float]:
+        """Speed of the guide, rad/s, and of a driven one its rate, rad/s^2, at a time (s)."""
+        ramp, now = self.model.layout.ramp, np.array([time])
+        if ramp is None:
+            return float(v[0]), 0.0
+        return float(ramp.values(now)[0]), float(ramp.rates(now)[0])
 
     # --- as `integrate.radau` asks for it -----------------------------------------------------
 
