@@ -15,6 +15,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 
+PRODUCTS = 20  # each leaves less than a tenth of the error of a frequency
+BESIDE = 4  # vectors more than twice the frequencies that are asked for
 Layout = Literal["equal", "half_ends"]
 StiffnessRule = Literal["paper", "beam"]
 
@@ -68,10 +70,17 @@ class Chain:
         It has as many as hinges.
         """
         # By the hinges' angles, scaled to unit stiffness, the lowest frequencies are the largest
-        # eigenvalues of the mass matrix.
-        roots = np.sqrt([hinge.stiffness for hinge in self.hinges])
-        mass = self._mass_of_bent(np.diag(1 / roots)) / roots[:, None]
-        return np.asarray(1 / np.sqrt(np.linalg.eigvalsh(mass)[::-1][:count]))
+        # eigenvalues of the mass matrix: a block of twice as many vectors holds them after a few
+        # products, since those of a bending chain fall off with the fourth power of their number.
+        roots = np.sqrt([hinge.stiffness for hinge in self.hinges])[:, None]
+        size = min(len(self.hinges), 2 * count + BESIDE)
+        block = np.random.default_rng(0).standard_normal((len(self.hinges), size))
+        for _ in range(PRODUCTS):
+            block = np.linalg.qr(block)[0]
+            moved = self._mass_of_bent(block / roots) / roots
+            values, mixed = np.linalg.eigh(block.T @ moved)
+            block = moved @ mixed
+        return np.asarray(1 / np.sqrt(values[::-1][:count]))
 
     def _mass_of_bent(self, bends: FloatArray) -> FloatArray:
         """Mass matrix of the straight, clamped chain by hinge angles, times (hinges, columns).

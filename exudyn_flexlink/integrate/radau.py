@@ -45,7 +45,7 @@ SYSTEMS = EIGENVALUES[:, None, None]
 MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
-NEWTON = 1e-3  # of the error allowed: what the iteration may leave
+NEWTON = 1e-4  # of the error allowed: what the iteration may leave, alike in both runs that measure
 # Share of the slow position error that counts: iteration errors have either sign and average out.
 LASTING = 0.03
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
