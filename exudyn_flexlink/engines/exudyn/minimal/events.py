@@ -105,28 +105,6 @@ class EventFinder:
             found.append(Event(time, TurnsMade()))
         return min(found, key=lambda event: event.time, default=None)
 
-    def nothing_happens(self, step: Step, near: TreeState) -> bool:
-        """Tell that surely nothing can happen in a step, of whose end only this is known.
-
-        It is off by less than it is from the last stage.
-        """
-        model = self.model
-        if model.contacts or model.walls.contacts or model.loads.bent or self.goal is not None:
-            return False
-        stages = step.stages.kept.state.places
-        off = SEAM + np.abs(near.places - stages[-1])
-        return not self._leaving(np.vstack([stages - off, stages + off]), 0.0)
-
-    def _leaving(self, places: FloatArray, least: float) -> list[int]:
-        """Slots whose points have less than `least` left of their pieces somewhere (n, slots)."""
-        both = zip(places.min(0).tolist(), places.max(0).tolist(), strict=True)
-        points = zip(self.model.coordinates.points, both, strict=True)
-        return [
-            k
-            for k, (point, (low, high)) in enumerate(points)
-            if point.left(high)[0] < least or point.left(low)[1] < least
-        ]
-
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
         self.touches = [contact.touch(end.x, end.v) for contact in self.model.contacts]
@@ -156,7 +134,13 @@ class EventFinder:
         What passes one may be back before the step ends, so that the stages are looked at, too.
         """
         stages, points = step.stages.kept.state, self.model.coordinates.points
-        leaving = self._leaving(np.vstack([stages.places[:-1], end.places]), -SEAM)
+        passed = np.vstack([stages.places[:-1], end.places])
+        lowest, highest = passed.min(0).tolist(), passed.max(0).tolist()
+        leaving = [
+            k
+            for k, (point, low, high) in enumerate(zip(points, lowest, highest, strict=True))
+            if point.left(high)[0] < -SEAM or point.left(low)[1] < -SEAM
+        ]
         curves = [self.model.contacts[k].along_curve for k in self.model.pressed_of_scene]
         followed: list[Following] = [
             *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),

@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     RigidContact,
 )
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import StepEnd, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
     EventFinder,
@@ -45,11 +45,11 @@ GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 
 class _Looked(NamedTuple):
-    """A step, its end, and what is `found` at its `Recorder.instants`; None if that may wait."""
+    """A step, all coordinates at its end, and those at its `Recorder.instants`."""
 
     step: Step
-    end: StepEnd
-    found: TreeState | None
+    end: TreeState
+    found: TreeState
 
 
 @dataclass
@@ -70,7 +70,6 @@ class MinimalProblem:
     stop_reason: str = ""
     stop_advice: str = ""
     _looked: _Looked | None = None  # the last step looked at
-    _near: Step | None = None  # the last one, if what was taken up is near its end only
     _jumped: bool = False  # a contact's force, or speeds, where the last step ended
 
     def __post_init__(self) -> None:
@@ -105,7 +104,7 @@ class MinimalProblem:
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state, with the independent coordinates that are best there."""
-        self._settle()
+        self.recorder.work_off()
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self._finder.kinks.take_sides(time, q, v)
@@ -145,8 +144,7 @@ class MinimalProblem:
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
-        (end, exact), found = self._look(step)[1:]
-        self._near = None if exact else step
+        end, found = self._look(step)[1:]
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self._finder.accept(step, end)
@@ -154,38 +152,15 @@ class MinimalProblem:
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
-    def _settle(self) -> None:
-        """Go to the very end of the last step, if it was near to it only."""
-        self.recorder.work_off()
-        if self._near is not None:
-            step, self._near = self._near, None
-            end = self.model.state(step.end, step.finish.q, step.finish.v)
-            self.model.coordinates.settle(step.end, end, step.finish.a)
-
-    def _end_of(self, step: Step) -> TreeState:
-        """All coordinates at the end of a step."""
-        return self._look(step).end.state
-
     def _look(self, step: Step) -> _Looked:
-        """All coordinates at the end of a step, and within it where they can't wait."""
+        """All coordinates at the end of a step, and within it."""
         if self._looked is None or self._looked.step is not step:
-            end = self._told_end(step)
-            self._looked = self._found(step) if end is None else _Looked(step, end, None)
+            times = self.recorder.instants(step)
+            q, v = step.at(times)
+            q[-1], v[-1] = step.finish.q, step.finish.v
+            found = self.model.states(times, q, v)
+            self._looked = _Looked(step, found.pick(-1), found)
         return self._looked
-
-    def _told_end(self, step: Step) -> StepEnd | None:
-        """The end of a step as its stages tell it; None if it has to be found."""
-        end = self.model.coordinates.end_of(step)
-        if end is None or end.exact or self._finder.nothing_happens(step, end.state):
-            return end
-        return None
-
-    def _found(self, step: Step) -> _Looked:
-        times = self.recorder.instants(step)
-        q, v = step.at(times)
-        q[-1], v[-1] = step.finish.q, step.finish.v
-        found = self.model.states(times, q, v)
-        return _Looked(step, StepEnd(found.pick(-1), True), found)
 
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
@@ -215,12 +190,11 @@ class MinimalProblem:
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
-        end, exact = self._look(step).end
-        return self._finder.first(step, end) if exact else None
+        return self._finder.first(step, self._look(step).end)
 
     def late(self, event: Event, step: Step) -> float:
         """How long (s) before the step's end its event was; negative: after. 0 if near enough."""
-        what, end = event.what, self._end_of(step)
+        what, end = event.what, self._look(step).end
         if isinstance(what, WallChange):
             return self._finder.walls.late(what.pair, end, step.end)
         if isinstance(what, KinkPassed):
@@ -244,7 +218,7 @@ class MinimalProblem:
         k = event.what.contact if isinstance(event.what, ContactChange) else None
         if k is None or k not in self.model.rigid.all:
             return True
-        end = self._end_of(step)
+        end = self._look(step).end
         touch = self.model.contacts[k].touch(end.x, end.v)
         closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
         return not closes or meets(touch, step.end)
