@@ -31,13 +31,11 @@ Function = Callable[[float], float]
 class Event:
     """What happens first within a step, and when (s); `what` is the problem's own.
 
-    Where a force `leaps` the equations stay as they are: the integration only starts afresh. Where
-    they change and forces only bend, the last step still tells where the next one goes (`bends`).
+    Where forces only bend, the last step still tells where the next one goes (`bends`).
     """
 
     time: float
     what: Any
-    leaps: bool = False
     bends: bool = False
 
 

@@ -39,8 +39,6 @@ from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     Mechanism,
     end_of_run,
-    half_period,
-    pairs,
     sample_times,
     turn_goal,
 )
@@ -116,11 +114,8 @@ def prepare(
     watched = Watched(scene, mechanism, assembly.state.q)
     seeker = ExtremeSeeker(watched, system.contacts.all, NODES)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
-    halves = [half_period(assembly, contact) for contact in mechanism.contacts]
-    for channel in mechanism.channels:
-        halves += [half_period(assembly, channel)] * len(pairs(channel))
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
-    problem = Problem(system, recorder, turn_goal(scene, assembly), halves, end)
+    problem = Problem(system, recorder, turn_goal(scene, assembly), end)
     stepper: ImplicitStepper | ExplicitStepper
     if explicit(scene, mechanism):
         stepper = ExplicitStepper(problem, tolerance, limits)

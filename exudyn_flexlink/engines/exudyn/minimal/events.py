@@ -1,4 +1,4 @@
-"""What happens first within a step: a contact begins, turns or ends, a piece of a slot ends."""
+"""What happens first within a step: a contact begins or ends, a piece of a slot ends."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     MinimalContact,
-    PenaltyContact,
     RigidContact,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
@@ -23,7 +22,7 @@ from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import Event, fall, farthest, first_fall, zero
+from exudyn_flexlink.integrate.events import Event, fall, farthest, first_fall
 from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
@@ -40,7 +39,7 @@ NEAR_SEAM = 1e-9  # likewise of a struck curve, whose pieces may meet at an angl
 
 
 class ContactChange(NamedTuple):
-    """A contact, of this number, begins or ends; or its point comes to rest and its force leaps."""
+    """A contact, of this number, begins or ends."""
 
     contact: int
 
@@ -77,13 +76,11 @@ class EventFinder:
         self._looks: dict[float, TreeState] = {}  # within the present step
         self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
-    def accept(self, step: Step, end: TreeState) -> None:
+    def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
         self.walls.accept(end)
-        before, h, self.x = self.touches, step.h, end.x
-        self.touches = self._at_end(end)
-        for k, (touch, old) in enumerate(zip(self.touches, before, strict=True)):
-            touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
+        self.x, self.touches = end.x, self._at_end(end)
+        for k, touch in enumerate(self.touches):
             if touch.inside < 0:
                 self._sides.beside(k, touch.gap)
             self.model.contacts[k].follow(end.x, presses=self.presses(k))
@@ -184,26 +181,11 @@ class EventFinder:
             time = self._change(contact, k, step)
             if time is not None:
                 found.append(Event(time, ContactChange(k)))
-            elif self.presses(k) and isinstance(contact, PenaltyContact):
-                turn = self._turn(contact, k, step)
-                if turn is not None:
-                    found.append(Event(turn, ContactChange(k), leaps=True))
         return found
 
     def _touch(self, contact: MinimalContact, step: Step, t: float) -> Touch:
         at = self._at(step, t)
         return contact.touch(at.x, at.v)
-
-    def _turn(self, contact: PenaltyContact, k: int, step: Step) -> float | None:
-        """When within the step the force of a contact leaps, as its point turns; None if never."""
-        end = self._at_end(self._at(step, step.end))[k]
-        if not contact.turns(self.touches[k].gap_rate, end.gap_rate):
-            return None
-
-        def rate(t: float) -> float:
-            return self._touch(contact, step, t).gap_rate
-
-        return zero(rate, step.t, step.end)
 
     def _change(self, contact: MinimalContact, k: int, step: Step) -> float | None:
         """When within the step a contact's state changes; None if it does not."""

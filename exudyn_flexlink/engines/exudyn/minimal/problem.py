@@ -6,7 +6,6 @@ Places on the slots' curves are followed along with the coordinates; contacts be
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +39,9 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 
-IN_CONTACT = 0.15  # of the contact's half period: the first step in it
+IN_CONTACT = 0.15  # of a contact's half period: the longest step in it without error control
+    0.15  # of a contact's half period: the longest step in it, where the user's own fail it
+)
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 
@@ -147,7 +148,7 @@ class MinimalProblem:
         end, found = self._look(step)[1:]
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
-        self._finder.accept(step, end)
+        self._finder.accept(end)
         self.recorder.take(step, found)
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
@@ -163,11 +164,8 @@ class MinimalProblem:
         return self._looked
 
     def longest(self, at: Evaluation) -> float:
-        """Limit of a step, s: places stay near those searched from, a point comes to rest."""
-        near = self.model.coordinates.longest(at.kept.state)
-        touches = self._finder.touches
-        rests = [contact.rests_in(touches[k]) for k, contact in self.model.giving_way()]
-        limits = [near, *rests]
+        """Limit of a step, s: places stay near those searched from."""
+        limits = [self.model.coordinates.longest(at.kept.state)]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
             acting = np.array(self.half_periods)[self.model.touches.pressed]
             limits += (IN_CONTACT * acting).tolist()
@@ -199,7 +197,7 @@ class MinimalProblem:
             return self._finder.walls.late(what.pair, end, step.end)
         if isinstance(what, KinkPassed):
             return self._finder.kinks.late(what, end, step.end)
-        if event.leaps or not isinstance(what, ContactChange):
+        if not isinstance(what, ContactChange):
             return 0.0
         contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
         touch = contact.touch(end.x, end.v)
@@ -223,10 +221,9 @@ class MinimalProblem:
         closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
         return not closes or meets(touch, step.end)
 
-    def cross(self, event: Event) -> float:
-        """Change the equations; return how long (s) the next step may be."""
+    def cross(self, event: Event) -> None:
+        """Change the equations."""
         self.recorder.work_off()
-        longest = inf
         if isinstance(event.what, TurnsMade):
             self.reached = True
         elif isinstance(event.what, PieceEnd):
@@ -239,14 +236,11 @@ class MinimalProblem:
         elif isinstance(event.what, KinkPassed):
             self._finder.kinks.cross(event.what)
         elif isinstance(event.what, WallChange):
-            longest = self._change_walls(event.time, event.what.pair)
-        elif isinstance(event.what, ContactChange):
-            k = event.what.contact
-            if k in self.model.rigid.all:
-                self._change_rigid(event.time, k)
-                return longest
-            longest = self._change_contact(event.time, k, self._finder.touches[k])
-        return longest
+            self._change_walls(event.time, event.what.pair)
+        elif event.what.contact in self.model.rigid.all:
+            self._change_rigid(event.time, event.what.contact)
+        else:
+            self._change_contact(event.time, event.what.contact)
 
     def _change_rigid(self, time: float, k: int) -> None:
         self.recorder.keep_last(before=True)
@@ -260,31 +254,26 @@ class MinimalProblem:
         for other, contact in self.model.rigid.all.items():  # one impact may begin or end others
             contact.follow(self._finder.x, presses=self._finder.presses(other))
 
-    def _change_contact(self, time: float, k: int, touch: Touch) -> float:
-        """Let a contact begin or end; as `cross`."""
-        contact = self.model.contacts[k]
+    def _change_contact(self, time: float, k: int) -> None:
+        """Let a contact begin or end."""
+        touch = self._finder.touches[k]
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
         self._jumped = what is Change.SLIDES_OFF
         if k < self._of_scene:
             self.recorder.keep_last(before=self._jumped)
         self._change(time, k, what, touch)
-        begins = what is Change.CLOSES
-        contact.follow(self._finder.x, presses=begins)
-        return IN_CONTACT * self.half_periods[k] if begins else inf
+        self.model.contacts[k].follow(self._finder.x, presses=what is Change.CLOSES)
 
-    def _change_walls(self, time: float, there: int | None = None) -> float:
-        """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""
-        longest, before, walls = inf, len(self.model.contacts), self._finder.walls
+    def _change_walls(self, time: float, there: int | None = None) -> None:
+        """Let all pairs that do so at an event of `there` begin or cease to press."""
+        before, walls = len(self.model.contacts), self._finder.walls
         for k in walls.changed(time, there).tolist():
             touch, number = walls.touch(k), before + k
             what = self.model.touches.crossing(number, touch.gap, touch.inside)
             self._change(time, number, what, touch)
-            if what is Change.CLOSES:
-                longest = min(longest, IN_CONTACT * self.half_periods[number])
         self.model.walls.choose(self.model.touches.pressed[before:])
         self._flight = self._longest_flight(time)
         self._free_since = None if self.model.walls.touching.any() else time
-        return longest
 
     def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
         now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
