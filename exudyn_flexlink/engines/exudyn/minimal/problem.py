@@ -40,8 +40,6 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 
 IN_CONTACT = 0.15  # of a contact's half period: the longest step in it without error control
-    0.15  # of a contact's half period: the longest step in it, where the user's own fail it
-)
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 
