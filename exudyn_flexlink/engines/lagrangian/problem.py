@@ -17,6 +17,7 @@ from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.pair_events import (
     NODES,
+    PARTS,
     Seen,
     calm,
     changed,
@@ -167,7 +168,7 @@ class Problem(HybridProblem):
             return []
         path, pressing = self.system.from_sides(path), self.touches.pressed
         found = []
-        restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
+        restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h * PARTS))
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
             if len(walls):

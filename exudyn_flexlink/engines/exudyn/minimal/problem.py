@@ -25,7 +25,6 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     Goal,
     PieceEnd,
     TurnsMade,
-    WallChange,
 )
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -80,6 +79,7 @@ class MinimalProblem:
         self._free_since: float | None = 0.0
         self._overlooked = Overlooked(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
+        self._walls = len(self.model.contacts)  # number of the first pair of link and guide
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
         self.impacts = Impacts(self.model, self._finder, self.recorder)
@@ -191,8 +191,8 @@ class MinimalProblem:
     def late(self, event: Event, step: Step) -> float:
         """How long (s) before the step's end its event was; negative: after. 0 if near enough."""
         what, end = event.what, self._look(step).end
-        if isinstance(what, WallChange):
-            return self._finder.walls.late(what.pair, end, step.end)
+        if isinstance(what, ContactChange) and what.contact >= self._walls:
+            return self._finder.walls.late(what.contact - self._walls, end, step.end)
         if isinstance(what, KinkPassed):
             return self._finder.kinks.late(what, end, step.end)
         if not isinstance(what, ContactChange):
@@ -233,8 +233,8 @@ class MinimalProblem:
                 self.stop_advice = "lengthen the curve, or end the run before"
         elif isinstance(event.what, KinkPassed):
             self._finder.kinks.cross(event.what)
-        elif isinstance(event.what, WallChange):
-            self._change_walls(event.time, event.what.pair)
+        elif event.what.contact >= self._walls:
+            self._change_walls(event.time, event.what.contact - self._walls)
         elif event.what.contact in self.model.rigid.all:
             self._change_rigid(event.time, event.what.contact)
         else:
@@ -264,12 +264,12 @@ class MinimalProblem:
 
     def _change_walls(self, time: float, there: int | None = None) -> None:
         """Let all pairs that do so at an event of `there` begin or cease to press."""
-        before, walls = len(self.model.contacts), self._finder.walls
+        walls = self._finder.walls
         for k in walls.changed(time, there).tolist():
-            touch, number = walls.touch(k), before + k
+            touch, number = walls.touch(k), self._walls + k
             what = self.model.touches.crossing(number, touch.gap, touch.inside)
             self._change(time, number, what, touch)
-        self.model.walls.choose(self.model.touches.pressed[before:])
+        self.model.walls.choose(self.model.touches.pressed[self._walls :])
         self._flight = self._longest_flight(time)
         self._free_since = None if self.model.walls.touching.any() else time
 
