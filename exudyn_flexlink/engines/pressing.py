@@ -36,7 +36,7 @@ def law_numbers(contacts: Sequence[Contact | Channel]) -> FloatArray:
         if isinstance(law, RestitutionPenalty):
             gives = law.elastic, law.lossy, law.transition_speed
         found.append((*gives, rub.coefficient if rub else 0.0, rub.slip_speed if rub else 1.0))
-    return np.asarray(found, dtype=np.float64).reshape(-1, 5).T
+    return np.asarray(np.array(found).reshape(-1, 5).T, dtype=np.float64)
 
 
 def press_by(laws: Sequence[RestitutionPenalty]) -> Press:
