@@ -33,6 +33,8 @@ from exudyn_flexlink.integrate.slow_motions import slow_motions
 from exudyn_flexlink.integrate.stepper import HybridProblem
 from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
 
+# Of a contact's half period: the first step in it. No stage of a longer one may see the touch.
+FIRST = 0.15
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
 SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
 LAST = len(NODES) - 1
@@ -63,12 +65,14 @@ class Problem(HybridProblem):
         system: System,
         recorder: Recorder,
         goal: TurnGoal | None,
+        halves: list[float],
         end: float,
     ) -> None:
-        """`end` (s) is that of the run."""
+        """`halves` (s) are half periods of contacts, `end` that of the run."""
         self.system, self.recorder, self.goal = system, recorder, goal
         self.reached, self.stop_reason, self.stop_advice = False, "", ""
-        self._end = end
+        self._halves, self._end = halves, end
+        self._first = inf  # s: limit of the first step after a contact has closed
         q, v = system.model.start
         self.q, self.v = q[system.model.first :], v[system.model.first :]
         self.time = 0.0
@@ -115,7 +119,7 @@ class Problem(HybridProblem):
         """Limit of the next step, s: the guide turns a little."""
         speed, gain = map(abs, self.system.guide_speed(self.time, self.v))
         faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
-        return 2 * TURN / faster if faster > 0 else inf
+        return min(self._first, 2 * TURN / faster if faster > 0 else inf)
 
     # --- within a step ------------------------------------------------------------------------
 
@@ -233,7 +237,7 @@ class Problem(HybridProblem):
     def accept(self, step: Path) -> None:
         """Go to the end of a step, and record it."""
         motion, path = self._nodes(step)
-        seen = path.pick(-1)
+        seen, self._first = path.pick(-1), inf
         self.time = step.t + step.h
         own, at = self.system.model.first, motion.frame
         self.all_q, self.seen = at.q[LAST], seen
@@ -307,6 +311,8 @@ class Problem(HybridProblem):
         since: tuple[float, float] | None = None,
     ) -> None:
         """Let a contact begin or end, where it is `seen`; what it takes counts from `since` on."""
+        if what is Change.CLOSES:
+            self._first = min(self._first, FIRST * self._halves[k])
         totals = self.recorder.totals_of(k) if since is None else since
         now = Moment(time, float(seen.place[k]), float(seen.gap_rate[k]), totals)
         self.touches.change(k, what, now)

@@ -39,6 +39,7 @@ from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     Mechanism,
     end_of_run,
+    half_periods,
     sample_times,
     turn_goal,
 )
@@ -115,7 +116,8 @@ def prepare(
     seeker = ExtremeSeeker(watched, system.contacts.all, NODES)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
-    problem = Problem(system, recorder, turn_goal(scene, assembly), end)
+    goal = turn_goal(scene, assembly)
+    problem = Problem(system, recorder, goal, half_periods(assembly), end)
     stepper: ImplicitStepper | ExplicitStepper
     if explicit(scene, mechanism):
         stepper = ExplicitStepper(problem, tolerance, limits)

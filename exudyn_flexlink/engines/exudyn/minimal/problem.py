@@ -6,6 +6,7 @@ Places on the slots' curves are followed along with the coordinates; contacts be
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -38,7 +39,9 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 
-IN_CONTACT = 0.15  # of a contact's half period: the longest step in it without error control
+# Of a contact's half period: the first step in it, or any without control of errors. No stage of a
+# longer one may see the touch.
+FIRST = 0.15
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 
@@ -68,6 +71,7 @@ class MinimalProblem:
     stop_reason: str = ""
     stop_advice: str = ""
     _looked: _Looked | None = None  # the last step looked at
+    _first: float = inf  # s: limit of the first step after a contact has closed
     _jumped: bool = False  # a contact's force, or speeds, where the last step ended
 
     def __post_init__(self) -> None:
@@ -144,6 +148,7 @@ class MinimalProblem:
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
         end, found = self._look(step)[1:]
+        self._first = inf
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self._finder.accept(end)
@@ -163,10 +168,10 @@ class MinimalProblem:
 
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from."""
-        limits = [self.model.coordinates.longest(at.kept.state)]
+        limits = [self._first, self.model.coordinates.longest(at.kept.state)]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
             acting = np.array(self.half_periods)[self.model.touches.pressed]
-            limits += (IN_CONTACT * acting).tolist()
+            limits += (FIRST * acting).tolist()
         return min(limits)
 
     def slipped(self, step: Step) -> float:
@@ -274,6 +279,8 @@ class MinimalProblem:
         self._free_since = None if self.model.walls.touching.any() else time
 
     def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
+        if what is Change.CLOSES:
+            self._first = min(self._first, FIRST * self.half_periods[k])
         now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
         self.model.touches.change(k, what, now)
 
