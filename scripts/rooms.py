@@ -25,7 +25,7 @@ CEILINGS = {
     "engines/lagrangian": 2_100,
     "mechanism": 4_970,
     "scene": 3_130,
-    "expressions": 1_340,
+    "expressions": 1_270,
     "curves": 1_440,
     "observables": 1_730,
     "accuracy": 1_070,
