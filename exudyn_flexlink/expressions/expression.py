@@ -94,10 +94,7 @@ class Expression:
             NoValueError: there is none.
 
         """
-        found = float(self._found(self._value, time, state)[0])
-        if not math.isfinite(found):
-            raise NoValueError(self.text, time)
-        return found
+        return float(self.values(np.array([time]), [np.array([one]) for one in state])[0])
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (n,) at instants (n,) s and values (n,) of each of what is sensed.
