@@ -20,7 +20,7 @@ from exudyn_flexlink.observables import force_deviations, worst_force
 from exudyn_flexlink.plots import forces
 from exudyn_flexlink.plots.panels import told_error
 from exudyn_flexlink.report import comparison_text, run_text
-from exudyn_flexlink.report.forces import force_error_table
+from exudyn_flexlink.report.contacts import force_error_table
 from exudyn_flexlink.report.text import lines_of
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save, save_comparison
