@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.integrate.turning import ROUNDING, StepPolynomial, TurnSeeker, highest
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact, approach
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes
@@ -36,7 +36,7 @@ class ExtremeSeeker:
         self._pressed: list[list[tuple[FloatArray, ...]]] = [[] for _ in contacts]
         self._laws: dict[RestitutionPenalty, list[int]] = {}
         for k, contact in enumerate(contacts):
-            if isinstance(contact.law, RestitutionPenalty):
+            if not isinstance(contact.law, Impulse):  # rigid: no depth tells its force
                 self._laws.setdefault(contact.law, []).append(k)
         self._peaks: dict[int, tuple[Extremes, Extremes]] = {}
 
