@@ -28,7 +28,7 @@ CEILINGS = {
     "expressions": 1_340,
     "curves": 1_440,
     "observables": 1_730,
-    "accuracy": 1_070,
+    "accuracy": 950,
     "stability": 880,
     "verification": 470,
     "storage": 2_050,
