@@ -30,7 +30,7 @@ CEILINGS = {
     "observables": 1_730,
     "accuracy": 950,
     "stability": 880,
-    "verification": 470,
+    "verification": 440,
     "storage": 2_050,
     "sweeps": 1_590,
     "plots": 3_130,

@@ -13,6 +13,7 @@ from exudyn_flexlink.observables.crank import (
     first_passes,
     joint_angle,
     laps,
+    steady_speeds,
     turned_since_start,
     turns,
 )
@@ -24,7 +25,6 @@ from exudyn_flexlink.observables.forces import (
     touching,
     worst_force,
 )
-from exudyn_flexlink.observables.interpolation import between_samples, straight_between
 from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
 from exudyn_flexlink.observables.measuring import error_between
 from exudyn_flexlink.observables.parting import (
@@ -41,6 +41,7 @@ from exudyn_flexlink.observables.parting import (
 )
 from exudyn_flexlink.observables.points import (
     PointPath,
+    between_samples,
     judged_points,
     name_of,
     path,
@@ -49,6 +50,7 @@ from exudyn_flexlink.observables.points import (
     point_names,
     room,
     still_text,
+    straight_between,
     watched_point,
 )
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes

@@ -15,8 +15,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread
-from exudyn_flexlink.observables.interpolation import straight_between
 from exudyn_flexlink.observables.parting import common_times
+from exudyn_flexlink.observables.points import straight_between
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
 
@@ -193,10 +193,7 @@ def _pairs(result: Result, time: FloatArray) -> dict[Pair, BoolArray]:
     for name, touches in result.intervals.items():
         pairs = result.sleeves[name].pairs if name in result.sleeves else (name,)
         for k, pair in enumerate(pairs):
-            own = touches.where(touches.pair == k)
-            begun = np.searchsorted(np.sort(own.begin), time, side="right")
-            ended = np.searchsorted(np.sort(own.end), time, side="left")
-            found[name, pair] = begun > ended
+            found[name, pair] = touches.where(touches.pair == k).lasting(time) > 0
     return found
 
 

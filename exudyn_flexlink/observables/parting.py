@@ -12,7 +12,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
-from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.points import judged_points, paths, room
 from exudyn_flexlink.result import Result
 
@@ -105,8 +104,4 @@ def common_times(first: Result, second: Result) -> FloatArray:
 
 def positions(result: Result, points: Sequence[str], time: FloatArray) -> FloatArray:
     """Positions (N, points, 2) m at instants (N,) s, interpolated between samples."""
-    found = [
-        between_samples(seen.time, seen.position, seen.velocity, time)
-        for seen in paths(result, points)
-    ]
-    return np.stack(found, axis=1)
+    return np.stack([seen.at(time) for seen in paths(result, points)], axis=1)

@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.observables import between_samples, path, watched_point
+from exudyn_flexlink.observables import path, watched_point
 from exudyn_flexlink.result import Result
 
 PHASES = 256  # of a lap, at which it is compared
@@ -73,8 +73,7 @@ def lap_distances(
     count = max(0, int((float(seen.time[-1]) - after) / lap * (1 + 1e-9)))
     phases = np.arange(PHASES) / PHASES
     times = after + lap * (np.arange(count)[:, None] + phases)
-    places = between_samples(seen.time, seen.position, seen.velocity, times.ravel())
-    places = places.reshape(count, PHASES, 2)
+    places = seen.at(times.ravel()).reshape(count, PHASES, 2)
     before = np.arange(1, min(MOST, max(count - 1, 0)) + 1)
     largest = np.full((len(before), count), np.nan)
     for row, shift in enumerate(before.tolist()):

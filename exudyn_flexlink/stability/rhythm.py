@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import lcm, pi
 
-from exudyn_flexlink.scene import LapsSpec, RevoluteJoint, Scene, SlotJoint, SpeedDrive
+from exudyn_flexlink.observables import steady_speeds
+from exudyn_flexlink.scene import LapsSpec, Scene, SlotJoint
 
 
 class NoRhythmError(ValueError):
@@ -34,20 +35,13 @@ def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
 
     Curves with laps tell how many laps make a cycle.
     """
-    turned = [
-        2 * pi / abs(drive.value)
-        for drive in scene.drives.values()
-        if isinstance(drive, SpeedDrive)
-        and isinstance(scene.joints[drive.joint], RevoluteJoint)
-        and isinstance(drive.value, float)
-        and drive.value
-    ]
+    turned = list(steady_speeds(scene).values())
     if lap is None and not turned:
         raise NoRhythmError(
             "no drive turns a joint at one speed, so that nothing tells what a lap is: say how "
             "long it takes, such as the period of a force"
         )
-    return Rhythm(turned[0] if lap is None else lap, laps_of_cycle(scene))
+    return Rhythm(2 * pi / abs(turned[0]) if lap is None else lap, laps_of_cycle(scene))
 
 
 def laps_of_cycle(scene: Scene) -> int:
