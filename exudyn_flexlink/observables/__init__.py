@@ -17,27 +17,23 @@ from exudyn_flexlink.observables.crank import (
     turned_since_start,
     turns,
 )
-from exudyn_flexlink.observables.forces import (
-    Force,
-    force_deviations,
-    force_peaks,
-    forces_of,
-    touching,
-    worst_force,
-)
+from exudyn_flexlink.observables.forces import Force, force_peaks, forces_of
 from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
-from exudyn_flexlink.observables.measuring import error_between
 from exudyn_flexlink.observables.parting import (
     STILL,
     Deviation,
     common_points,
     common_times,
+    error_between,
     farthest,
     first_beyond,
+    force_deviations,
     parting_limit,
     positions,
     separation,
     separations,
+    touching,
+    worst_force,
 )
 from exudyn_flexlink.observables.points import (
     PointPath,
