@@ -39,8 +39,7 @@ from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     Mechanism,
     end_of_run,
-    half_period,
-    pairs,
+    half_periods,
     sample_times,
     turn_goal,
 )
@@ -120,11 +119,9 @@ def prepare(
     watched = Watched(scene, mechanism, assembly.state.q)
     seeker = ExtremeSeeker(watched, system.contacts.all, NODES)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
-    halves = [half_period(assembly, contact) for contact in mechanism.contacts]
-    for channel in mechanism.channels:
-        halves += [half_period(assembly, channel)] * len(pairs(channel))
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
-    problem = Problem(system, recorder, turn_goal(scene, assembly), halves, end)
+    goal = turn_goal(scene, assembly)
+    problem = Problem(system, recorder, goal, half_periods(assembly), end)
     stepper: ImplicitStepper | ExplicitStepper
     if explicit(scene, mechanism):
         stepper = ExplicitStepper(problem, tolerance, limits)
