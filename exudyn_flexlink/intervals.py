@@ -100,6 +100,11 @@ class Intervals:
         """Those that `chosen`, a mask or indices, picks."""
         return Intervals(**{c.name: getattr(self, c.name)[chosen] for c in fields(Intervals)})
 
+    def lasting(self, time: FloatArray) -> IntArray:
+        """How many last at instants (N,) s, their begin and end among these."""
+        begun = np.searchsorted(np.sort(self.begin), time, side="right")
+        return np.asarray(begun - np.searchsorted(np.sort(self.end), time, side="left"))
+
     def until(self, last: float) -> FloatArray:
         """Ends (K,) s, `last` of what lasts longer."""
         return np.minimum(self.end, last)

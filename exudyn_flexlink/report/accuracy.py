@@ -267,7 +267,5 @@ def _more_rods(study: Study, source: Source) -> str:
 
 
 def _left_out(study: Study) -> list[str]:
-    runs = study.runs
-    lines = [f"  {name}: {why}" for name, why in {**runs.refused, **runs.failed}.items()]
-    lines += [f"  {name}: no time" for name in runs.left_out]
+    lines = [f"  {name}: {why}" for name, why in study.runs.left_out.items()]
     return ["Left out", *lines] if lines else []

@@ -53,8 +53,6 @@ def accuracy_data(study: Study) -> dict[str, Any]:
         "still": study.still,
         "advice": _advice(advise(study)),
         "left_out": runs.left_out,
-        "refused": runs.refused,
-        "failed": runs.failed,
         "interrupted": runs.interrupted,
         "wall_time_s": runs.spent,
         "scene": study.scene.to_data(),
