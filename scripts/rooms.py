@@ -23,7 +23,7 @@ CEILINGS = {
     "engines/exudyn/minimal": 5_120,
     "engines/exudyn/redundant": 3_480,
     "engines/lagrangian": 2_100,
-    "mechanism": 4_770,
+    "mechanism": 4_800,
     "scene": 3_105,
     "expressions": 1_270,
     "curves": 1_440,

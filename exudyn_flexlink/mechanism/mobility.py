@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.assembly import Assembly, State, without_play
 from exudyn_flexlink.mechanism.closing import CannotAssembleError, shuffled, straight_positions
 from exudyn_flexlink.mechanism.constraints import constraint_rows
@@ -24,30 +25,49 @@ def moved_by_forces(assembly: Assembly) -> list[str]:
 
     A flexible body counts as straight here: that it bends is no motion of the others.
     """
-    bodies = list(assembly.mechanism.bodies)
-    motions = free_motions(assembly.mechanism, assembly.state)
-    sizes = np.linalg.norm(motions.reshape(len(bodies), -1), axis=1)
-    return [name for name, size in zip(bodies, sizes, strict=True) if size > DEPENDENT]
+    mechanism = assembly.mechanism
+    names, moved = list(mechanism.bodies), set[int]()
+    for bodies, motions in free_motions(mechanism, assembly.state):
+        sizes = np.linalg.norm(motions.reshape(len(bodies), -1), axis=1)
+        moved |= set(bodies[sizes > DEPENDENT].tolist())
+    return [name for body, name in enumerate(names) if body in moved]
 
 
-def free_motions(mechanism: Mechanism, state: State) -> FloatArray:
-    """All motions (3 bodies, freedoms) that joints and drives allow.
+def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArray, FloatArray]]:
+    """Give bodies (n,) that joints and drives connect, with all motions (3 n, freedoms) they allow.
 
-    Bodies move as one with their first part.
+    Bodies move as one with their first part. Those that nothing connects are solved apart, so that
+    the work grows with the cube of a group, not of the mechanism.
     """
-    bodies = list(mechanism.bodies.values())
-    first = np.repeat([parts[0] for parts in bodies], [len(parts) for parts in bodies])
-    body_of = np.append(np.repeat(np.arange(len(bodies)), list(map(len, bodies))), GROUND)
-    carried = np.tile(np.eye(3), (len(body_of), 1, 1))
-    arms = state.q[:, :2] - state.q[first, :2]
-    carried[:-1, 0, 2], carried[:-1, 1, 2] = -arms[:, 1], arms[:, 0]
+    firsts = np.array([parts[0] for parts in mechanism.bodies.values()], dtype=int)
+    body_of = np.repeat(np.arange(len(firsts)), [len(p) for p in mechanism.bodies.values()])
     joints = constraint_rows(mechanism, state.q, state.places)
-    ends, slopes = body_of[joints.parts], joints.slopes[:, :, None] @ carried[joints.parts]
-    rows = np.zeros((len(joints), len(bodies) + 1, 3))  # the ground, -1, is the last
-    for side in (0, 1):
-        np.add.at(rows, (np.arange(len(joints)), ends[:, side]), slopes[:, side, 0])
-    between = ends[:, 0] != ends[:, 1]
-    return _null_space(rows[between, :-1].reshape(-1, 3 * len(bodies)))
+    carried = np.tile(np.eye(3), (len(body_of), 1, 1))
+    arms = state.q[:, :2] - state.q[firsts[body_of], :2]
+    carried[:, 0, 2], carried[:, 1, 2] = -arms[:, 1], arms[:, 0]
+    moving = joints.parts != GROUND
+    slopes = np.where(moving[:, :, None], joints.slopes, 0.0)[:, :, None] @ carried[joints.parts]
+    ends = np.where(moving, body_of[joints.parts], body_of[joints.parts[:, ::-1]])
+    group_of = _connected(len(firsts), ends)
+    by_group = np.argsort(group_of, kind="stable")
+    for bodies in np.split(by_group, np.flatnonzero(np.diff(group_of[by_group])) + 1):
+        own = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
+        rows = np.zeros((len(own), len(bodies), 3))
+        for side in (0, 1):
+            np.add.at(rows, (np.arange(len(own)), np.searchsorted(bodies, ends[own, side])),
+                      slopes[own, side, 0])  # fmt: skip
+        yield bodies, _null_space(rows.reshape(len(own), 3 * len(bodies)))
+
+
+def _connected(bodies: int, ends: IndexArray) -> IndexArray:
+    """Give each body the number of its group: that of the first body in it."""
+    # SciPy has this, too, but `check` would wait for its import.
+    groups, before = np.arange(bodies), np.full(bodies, -1)
+    while (groups != before).any():
+        before = groups.copy()
+        np.minimum.at(groups, ends, before[ends].min(axis=1)[:, None])
+        groups = groups[groups]
+    return groups
 
 
 def _null_space(rows: FloatArray) -> FloatArray:
@@ -101,12 +121,14 @@ def _independent(assembly: Assembly) -> list[tuple[int, int]]:
     """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
     # What a drive moves is free here, and then held where it stands.
     without = replace(without_play(assembly.mechanism, set()), speed_motors=())
-    motions, found = free_motions(without, assembly.state), []
-    for axis in (2, 0, 1):
-        for body in range(len(without.bodies)):
-            left = motions[3 * body + axis]
-            size = float(np.linalg.norm(left))
-            if size > DEPENDENT:
-                found.append((body, axis))
-                motions = motions - np.outer(motions @ left, left) / size**2
+    found = []
+    for bodies, free in free_motions(without, assembly.state):
+        motions = free
+        for axis in (2, 0, 1):
+            for k, body in enumerate(bodies.tolist()):
+                left = motions[3 * k + axis]
+                size = float(np.linalg.norm(left))
+                if size > DEPENDENT:
+                    found.append((body, axis))
+                    motions = motions - np.outer(motions @ left, left) / size**2
     return found
