@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_720,
     "cli": 2_460,
     "api": 1_190,
-    "": 3_527,
+    "": 3_560,
 }
-WHOLE = {PACKAGE: 47_580, "tests": 29_140, "scripts": 8_220}
+WHOLE = {PACKAGE: 47_610, "tests": 29_160, "scripts": 8_220}
 SPEAK_OF = {"clearance": 5, "tolerance": 17}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

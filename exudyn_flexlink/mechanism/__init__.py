@@ -94,6 +94,7 @@ from exudyn_flexlink.mechanism.schedule import (
     extent,
     formulation,
     half_period,
+    half_periods,
     kept_interval,
     least_tolerance,
     resolutions,

@@ -255,6 +255,15 @@ def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
     return contact.law.half_period(mass)
 
 
+def half_periods(assembly: Assembly) -> list[float]:
+    """Return those of all contacts and bearings, then of all pairs of links and guides."""
+    mechanism = assembly.mechanism
+    found = [half_period(assembly, contact) for contact in mechanism.touching]
+    for channel in mechanism.channels:
+        found += [half_period(assembly, channel)] * len(pairs(channel))
+    return found
+
+
 def extent(assembly: Assembly) -> float:
     """Distance (m) from the origin of coordinates to the farthest point, at the start."""
     q = assembly.state.q
