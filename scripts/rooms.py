@@ -25,7 +25,7 @@ CEILINGS = {
     "engines/lagrangian": 2_100,
     "mechanism": 4_800,
     "scene": 3_105,
-    "expressions": 1_270,
+    "expressions": 1_245,
     "curves": 1_440,
     "observables": 1_730,
     "accuracy": 1_070,
