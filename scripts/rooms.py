@@ -23,14 +23,14 @@ CEILINGS = {
     "engines/exudyn/minimal": 5_120,
     "engines/exudyn/redundant": 3_480,
     "engines/lagrangian": 2_100,
-    "mechanism": 4_815,
-    "scene": 3_110,
-    "expressions": 1_270,
+    "mechanism": 4_800,
+    "scene": 3_105,
+    "expressions": 1_245,
     "curves": 1_440,
-    "observables": 1_670,
-    "accuracy": 940,
-    "stability": 870,
-    "verification": 440,
+    "observables": 1_730,
+    "accuracy": 1_070,
+    "stability": 880,
+    "verification": 470,
     "storage": 2_050,
     "sweeps": 1_590,
     "plots": 3_130,
@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_720,
     "cli": 2_460,
     "api": 1_190,
-    "": 3_565,
+    "": 3_560,
 }
-WHOLE = {PACKAGE: 46_490, "tests": 29_160, "scripts": 8_220}
+WHOLE = {PACKAGE: 47_610, "tests": 29_160, "scripts": 8_220}
 SPEAK_OF = {"clearance": 5, "tolerance": 17}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
