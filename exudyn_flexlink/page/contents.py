@@ -36,7 +36,7 @@ from exudyn_flexlink.report import (
     strike_table,
     touch_table,
 )
-from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import LARGEST_FILE
 
@@ -125,14 +125,14 @@ def contents_of(result: Result) -> dict[str, Any]:
         "sections": [section for section in sections if section],
         "model": model_text(result.scene),
         "command": command_of(result),
-        "settings": Table("Settings of the engine, in SI units", _rows(result.settings)),
+        "settings": Table("Settings of the engine, in SI units", _settings(result.settings)),
         "versions": Table("Versions", _rows(result.versions)),
     }
 
 
 def _facts(result: Result) -> Table:
     """What a reader asks first: who solved it, how accurately, how long it is and how far off."""
-    way = result.settings.get("formulation")
+    way = result.settings.formulation
     engine = result.engine if way is None else f"{result.engine}, formulation '{way}'"
     accuracy = result.scene.accuracy
     asked = f"fixed steps of {number(accuracy.step or 0.0)} s"
@@ -166,6 +166,13 @@ def _of(pictures: Mapping[str, Picture], *names: str) -> list[Picture]:
 
 def _filled(tables: Iterable[Table]) -> list[Table]:
     return [told for told in tables if told.rows]
+
+
+def _settings(settings: EngineSettings) -> list[list[str]]:
+    """Those that have a use, first those of the integrator."""
+    told = vars(settings.integrator) | vars(settings)
+    del told["integrator"]
+    return _rows({name: value for name, value in told.items() if value is not None})
 
 
 def _rows(told: Mapping[str, float | str]) -> list[list[str]]:

@@ -70,7 +70,7 @@ def idle_settings(result: Result) -> list[str]:
     Nobody shall look for their effect. What has its default counts as not given: saved scenes say
     everything.
     """
-    way = str(result.settings.get("formulation", result.engine))
+    way = result.settings.formulation or result.engine
     by = "the engine 'lagrangian'" if way == "lagrangian" else f"the formulation '{way}'"
     solver = result.scene.solver
     usual = type(solver).model_fields
