@@ -14,7 +14,7 @@ from PIL import Image
 
 from exudyn_flexlink.animation import FilmError, Filming, film_bytes, film_of, is_animation
 from exudyn_flexlink.animation import writing as writing_room
-from exudyn_flexlink.animation.look import HALO, thickness
+from exudyn_flexlink.animation.drawing import HALO, thickness
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.shots import frames_of
 from exudyn_flexlink.plots.style import BLACK, BLUE

@@ -15,7 +15,7 @@ from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.plots import energy, figures, forces
-from exudyn_flexlink.plots.sketch import Posed
+from exudyn_flexlink.plots.drawing import Sketch
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +137,6 @@ def test_a_picture_has_room_for_a_cam_that_turns():
         c, s = np.cos(angle), np.sin(angle)
         x, y = pose[cam, :2]
         pose[cam] += [c * x - s * y - x, s * x + c * y - y, angle]
-    low, high = Posed(scene, poses).box
+    low, high = Sketch(scene, poses).box
     assert low[0] < -0.04
     assert high[0] > 0.04

@@ -13,7 +13,7 @@ from exudyn_flexlink.cli import arguments, main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import vibration
-from exudyn_flexlink.plots.stability import growth_of_laps
+from exudyn_flexlink.plots.studies import growth_of_laps
 from exudyn_flexlink.stability import (
     Asked,
     LapDistances,
