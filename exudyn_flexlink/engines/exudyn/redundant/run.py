@@ -70,11 +70,13 @@ def prepare(
     contacts = _contacts(scene, system)
     system.mbs.Assemble()
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
+    pressing = [own.contact for own in contacts.all]
     recorder = Recorder(
         system,
         sample_times(scene, assembly.mechanism, end),
         scene.solver.spectral_radius,
-        ExtremeSeeker(watched, [own.contact for own in contacts.all], HERMITE),
+        ExtremeSeeker(watched, pressing, HERMITE),
+        contacts.touches,
     )
     chooser, goal = _chooser(scene, system, end, limits), turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
@@ -110,7 +112,7 @@ def solve(prepared: Prepared) -> str:
     """Run the solver; return its complaint, empty if there is none."""
     found = _solve(prepared)
     if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
-        prepared.loop.recorder.mark_last()  # stopped early: its last state is kept
+        prepared.loop.recorder.keep_last()  # stopped early
     prepared.loop.recorder.flush()
     return found
 
