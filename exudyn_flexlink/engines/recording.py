@@ -210,7 +210,7 @@ class BlockRecorder(ABC):
             last[steps.of] = known.t[rows]  # in order: the last of a step remains
             free = ends[pressed & (last < known.t[ends])]
             rows = np.concatenate([rows, free[:: self.ends_kept]])
-            rows = rows[np.argsort(known.t[rows], kind="stable")]
+            rows = rows[np.unique(known.t[rows], return_index=True)[1]]
         if len(rows):
             self._keep(known.pick(rows))
 

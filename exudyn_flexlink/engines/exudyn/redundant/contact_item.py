@@ -10,11 +10,9 @@ from __future__ import annotations
 from math import inf
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE
-from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
+from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingCircles, PressingFace
 from exudyn_flexlink.engines.exudyn.redundant.recording import Changed
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.touching import BECOMES, Change, Moment, Side
 from exudyn_flexlink.mechanism import (
@@ -32,6 +30,7 @@ OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is fo
 # to step, and what a far shorter step leaves in them disturbs the next.
 SHORTEST = 0.1
 OVERSHOOT = 0.005  # of a contact's step: the step that ends so far behind a face sees the contact
+BESIDE = 0.05  # of the face's length beyond its ends, where a point may still come over it
 AHEAD = 4  # steps before a contact can begin, from which on its items act
 
 
@@ -58,12 +57,11 @@ class ContactItem:
             self.items = PressingCircles(system, contact)
         else:
             self.items = PressingFace(system, contact)
-        self.geometry = self.items.geometry
         self.channel = channel
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self.touch: Touch | None = None  # at the last look
         state = system.assembly.state
-        start = self.geometry.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
+        start = self.items.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
         behind = not self.walled and start.gap < -TOUCHING
         self.side = Side.BEHIND if behind else Side.APART
         self.changed: Changed | None = None  # what happened to it as the last step ended
@@ -77,7 +75,7 @@ class ContactItem:
 
     def after_step(self, now: StepEnd, step: float) -> float:
         """Tell what began or ended with the last step; return the next step (s)."""
-        touch, before = self.geometry.touch(now.q_list, now.v_list), self.touch
+        touch, before = self.items.touch(now.q_list, now.v_list), self.touch
         self.changed = self._change(touch, now, before)
         if self.changed is not None:
             self.side = BECOMES[self.side, self.changed.what]
@@ -134,8 +132,8 @@ class ContactItem:
         if not self._two_sided:  # what is held on both sides strikes nothing
             step = self._toward_release(touch, min(step, self.contact_step))
         until = inf
-        if abs(touch.slip) * step > EDGE * self.geometry.length:
-            left = self.geometry.length - touch.place if touch.slip > 0 else touch.place
+        if abs(touch.slip) * step > EDGE * self.items.length:
+            left = self.items.length - touch.place if touch.slip > 0 else touch.place
             until = left / abs(touch.slip)
         if until > 1.5 * self.contact_step:
             return end_on(step, until - self.contact_step)
@@ -149,7 +147,7 @@ class ContactItem:
 
     def _while_apart(self, touch: Touch, step: float) -> float:
         gap = max(touch.gap, OPEN)
-        until = self.geometry.meeting(touch, gap)
+        until = self.items.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
         at = touch.place + touch.slip * until if until < inf else inf
         if not self._can_meet(touch, at):
@@ -170,14 +168,14 @@ class ContactItem:
 
     def _on_face(self, at: float) -> bool:
         """Tell whether a place is on the face; circles, of infinite length, have no ends."""
-        length = self.geometry.length
+        length = self.items.length
         return -EDGE * length <= at <= (1 + EDGE) * length
 
     def _can_meet(self, touch: Touch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""
-        margin = BESIDE * self.geometry.length
+        margin = BESIDE * self.items.length
         low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
-        return at < inf and high >= 0 and low <= self.geometry.length
+        return at < inf and high >= 0 and low <= self.items.length
 
     def _toward_free_side(self, touch: Touch, step: float) -> float:
         """Behind the face nothing acts; a step ends where the point is back on the free side."""
@@ -190,6 +188,6 @@ class ContactItem:
         self.items.wake(False)
         if touch.place < 0 < touch.slip:
             return end_on(step, -touch.place / touch.slip)
-        if touch.place > self.geometry.length and touch.slip < 0:
-            return end_on(step, (self.geometry.length - touch.place) / touch.slip)
+        if touch.place > self.items.length and touch.slip < 0:
+            return end_on(step, (self.items.length - touch.place) / touch.slip)
         return step

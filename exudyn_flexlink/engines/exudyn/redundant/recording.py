@@ -12,7 +12,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.recording import BLOCK, BlockRecorder, Kept, Steps, together
 from exudyn_flexlink.engines.touching import Change, Moment, Touches
@@ -98,7 +98,8 @@ class Recorder(BlockRecorder):
         """Note what happened to a contact where the step ends that is taken next."""
         self._changes.append((len(self._rows), changed))
         if changed.contact < self._marked:
-            self._events.append(changed.now.time)
+            time = changed.now.time
+            self._events += [np.nextafter(time, 0.0), time] if changed.leaps else [time]
 
     def take(self, now: StepEnd, multipliers: FloatArray, places: list[float]) -> None:
         """Take the end of a step, and where it leaves the slots' points; first the start."""
@@ -133,7 +134,8 @@ class Recorder(BlockRecorder):
         samples = np.union1d(self._due(ends.t[-1]), self._events)
         self._pass(ends.t[-1])
         self._events.clear()
-        of = np.clip(np.searchsorted(ends.t, samples) - 1, 0, count - 1)
+        # What is known where a step begins comes after what leaps there.
+        of = np.clip(np.searchsorted(ends.t, samples, side="right") - 1, 0, count - 1)
         nodes = _States(*(np.concatenate([column[:-1], column[1:]]) for column in ends))
         at_nodes, power = self._known(nodes, balanced, np.concatenate([begun[:-1], ended[1:]]))
         known = together([at_nodes, _within(at_nodes, of, samples, balanced)])

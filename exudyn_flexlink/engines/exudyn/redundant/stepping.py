@@ -23,11 +23,9 @@ from exudyn_flexlink.engines.diagnostics.walls import (
 )
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
-from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.kinks import Kinks
+from exudyn_flexlink.engines.exudyn.redundant.events import Kinks, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.integrate.window import Window
