@@ -119,7 +119,7 @@ class ContactItem:
             if before is not None:
                 # The step that found the contact ended in it, already slowed down a little.
                 rate = min(rate, before.gap_rate)
-        elif not self.walled and beyond is (self.side is Side.APART):
+        elif not self.walled and beyond == (self.side is Side.APART):
             what = Change.PASSES
         else:
             return None

@@ -110,14 +110,6 @@ def _chooser(scene: Scene, system: System, end: float, limits: float) -> StepCho
 
 def solve(prepared: Prepared) -> str:
     """Run the solver; return its complaint, empty if there is none."""
-    found = _solve(prepared)
-    if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
-        prepared.loop.recorder.keep_last()  # stopped early
-    prepared.loop.recorder.flush()
-    return found
-
-
-def _solve(prepared: Prepared) -> str:
     system, loop = prepared.system, prepared.loop
     q, v, a = system.coordinates.start()
     data = system.mbs.systemData
@@ -141,6 +133,9 @@ def _solve(prepared: Prepared) -> str:
         raise loop.error
     if system.errors and complaint:
         complaint = str(system.errors[-1])
+    if loop.time < loop.end * (1 - 1e-9):
+        loop.recorder.keep_last()  # stopped early
+    loop.recorder.flush()
     return complaint
 
 
