@@ -151,9 +151,7 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
     rods = mechanism.bodies[name]
     _refuse_joints(scene, mechanism, name, rods)
     ends = mechanism.points[f"{name}.start"], mechanism.points[f"{name}.end"]
-    _refuse_contacts(mechanism, rods, ends)
-    _refuse_springs(mechanism, rods, ends)
-    _refuse_drives(mechanism, rods, ends)
+    _refuse_points(mechanism, rods, ends)
     slides = [slide for slide in mechanism.slides if slide.second.part == rods[0]]
     if len(slides) != 1:
         raise NotRepresentableError(
@@ -174,25 +172,17 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
 
 
 def _refuse_body(name: str, body: FlexibleBody) -> None:
-    if body.hinges.stiffness != "beam":
-        raise NotRepresentableError(
-            ("bodies", name, "hinges", "stiffness"),
-            f"'{body.hinges.stiffness}' is no beam's: with formulation beam it must be 'beam'",
-        )
-    if not body.slender:
-        raise NotRepresentableError(
-            ("bodies", name, "slender"),
-            "the elements have no inertia of the section; with formulation beam it must be true",
-        )
-    if body.stretch:
-        raise NotRepresentableError(
-            ("bodies", name, "stretch"),
-            "a beam stretches anyhow: leave it out",
-        )
-    if body.rods < 2:
-        raise NotRepresentableError(
-            ("bodies", name, "rods"), "a beam is shown by its chords: at least two"
-        )
+    stiffness = body.hinges.stiffness
+    message = f"'{stiffness}' is no beam's: with formulation beam it must be 'beam'"
+    inertia = "the elements have no inertia of the section; with formulation beam it must be true"
+    for refused, key, why in (
+        (stiffness != "beam", ("hinges", "stiffness"), message),
+        (not body.slender, ("slender",), inertia),
+        (body.stretch, ("stretch",), "a beam stretches anyhow: leave it out"),
+        (body.rods < 2, ("rods",), "a beam is shown by its chords: at least two"),
+    ):
+        if refused:
+            raise NotRepresentableError(("bodies", name, *key), why)
 
 
 def _refuse_joints(scene: Scene, mechanism: Mechanism, name: str, rods: tuple[int, ...]) -> None:
@@ -215,48 +205,47 @@ def _refuse_joints(scene: Scene, mechanism: Mechanism, name: str, rods: tuple[in
             )
 
 
-def _refuse_springs(
+def _refuse_points(
     mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
 ) -> None:
-    for spring in mechanism.linear_springs:
-        for anchor in (spring.first, spring.second):
-            if anchor.part in rods and anchor not in ends:
-                raise NotRepresentableError(
-                    ("springs", spring.name), "a beam is held by springs at its ends alone"
-                )
-
-
-def _refuse_drives(
-    mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
-) -> None:
-    for force in mechanism.forces:
-        if force.point.part in rods and force.point not in ends:
-            raise NotRepresentableError(
-                ("drives", force.name, "point"), "a beam is pushed at its ends alone"
+    """Refuse what takes hold of a beam elsewhere than at its ends, or needs axes of it."""
+    strikers = [own for own in mechanism.contacts if isinstance(own, FaceContact)]
+    held: list[tuple[tuple[str, ...], list[Anchor], str]] = [
+        *(
+            (("contacts", own.name, "point"), [own.point], "a beam strikes with its ends alone")
+            for own in strikers
+        ),
+        *(
+            (
+                ("springs", own.name),
+                [own.first, own.second],
+                "a beam is held by springs at its ends alone",
             )
+            for own in mechanism.linear_springs
+        ),
+        *(
+            (("drives", own.name, "point"), [own.point], "a beam is pushed at its ends alone")
+            for own in mechanism.forces
+        ),
+        *(
+            (
+                ("drives", name, "value"),
+                [sense.point for sense in size.senses if isinstance(sense, Placed)],
+                "a drive feels where a beam's ends are, no other points of it",
+            )
+            for name, size in mechanism.sizes
+        ),
+    ]
+    for path, anchors, message in held:
+        if any(anchor.part in rods and anchor not in ends for anchor in anchors):
+            raise NotRepresentableError(path, message)
+    for force in mechanism.forces:
         if force.axes in rods:
             raise NotRepresentableError(
                 ("drives", force.name, "axes"), "a beam bends: it has no axes of its own"
             )
-    for name, size in mechanism.sizes:
-        points = [sense.point for sense in size.senses if isinstance(sense, Placed)]
-        if any(point.part in rods and point not in ends for point in points):
-            raise NotRepresentableError(
-                ("drives", name, "value"),
-                "a drive feels where a beam's ends are, no other points of it",
-            )
-
-
-def _refuse_contacts(
-    mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
-) -> None:
     for contact in mechanism.contacts:
-        strikes = isinstance(contact, FaceContact)
-        striking = contact.anchors[0][0]
-        if strikes and striking.part in rods and striking not in ends:
-            raise NotRepresentableError(
-                ("contacts", contact.name, "point"), "a beam strikes with its ends alone"
-            )
+        strikes = contact in strikers
         if set(contact.parts[1:] if strikes else contact.parts) & set(rods):
             key = ("line",) if strikes else ()
             raise NotRepresentableError(
