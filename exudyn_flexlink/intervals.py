@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from math import inf, isfinite
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IntArray
 from exudyn_flexlink.variables import Variable, members
-
-ContactEvent = Literal["contact begins", "contact ends", "leaves the face"]
-"""What happens to a contact; it leaves a face at its end."""
 
 
 @dataclass(frozen=True)

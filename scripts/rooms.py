@@ -21,7 +21,7 @@ CEILINGS = {
     "integrate": 1_750,
     "engines": 2_280,
     "engines/exudyn/minimal": 5_120,
-    "engines/exudyn/redundant": 3_480,
+    "engines/exudyn/redundant": 3_140,
     "engines/lagrangian": 2_100,
     "mechanism": 4_800,
     "scene": 3_105,

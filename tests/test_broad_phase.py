@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink import load_scene, simulate
-from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE, BroadPhase
-from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.contact_item import BESIDE, ContactItem
+from exudyn_flexlink.engines.exudyn.redundant.contacts import BroadPhase
+from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import FaceContact, approach, pairs
 from exudyn_flexlink.scene import Run
