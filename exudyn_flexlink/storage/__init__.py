@@ -13,13 +13,13 @@ from exudyn_flexlink.storage.documents import write_csv
 from exudyn_flexlink.storage.errors import StorageError
 from exudyn_flexlink.storage.manifest import own_files
 from exudyn_flexlink.storage.reading import load
-from exudyn_flexlink.storage.stability import save_stability
-from exudyn_flexlink.storage.staging import (
+from exudyn_flexlink.storage.replacing import (
     KeptBesideError,
     replace_file,
     staged_files,
     staged_folder,
 )
+from exudyn_flexlink.storage.stability import save_stability
 from exudyn_flexlink.storage.sweep import (
     SeriesKeeper,
     is_sweep,

@@ -20,7 +20,7 @@ from exudyn_flexlink.storage.documents import in_json, read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
 from exudyn_flexlink.storage.journal import JOURNAL, Journal, locked, rows_in, rows_kept
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
-from exudyn_flexlink.storage.staging import staged_folder
+from exudyn_flexlink.storage.replacing import staged_folder
 from exudyn_flexlink.storage.writing import save
 from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
 
