@@ -5,17 +5,14 @@ from __future__ import annotations
 import json
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
-
-from pydantic import BaseModel, ValidationError, create_model
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.storage.arrays import Records, told_fields
-from exudyn_flexlink.storage.documents import AGAIN, check_readable, damage, other_version
+from exudyn_flexlink.storage.arrays import put_together
+from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version
 from exudyn_flexlink.storage.errors import ARRAYS, PROGRAM, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import is_regular
 from exudyn_flexlink.storage.netcdf import read_netcdf
@@ -34,9 +31,8 @@ def load(place: Path) -> Result:
     try:
         check_readable(file)
         read = read_netcdf(file)
-        told = vars(_told().model_validate_json(read.attributes[RUN]))
-        scene = _scene(told.pop("scene"), file)
-        result: Result = Records(read, told.pop("names")).record(Result, scene=scene, **told)
+        fields = json.loads(read.attributes[RUN])
+        return put_together(read, fields, scene=_scene(fields["scene"], file))
     except (FileNotFoundError, NotADirectoryError):
         raise StorageError(_missing(file)) from None
     except MemoryError as error:
@@ -46,15 +42,6 @@ def load(place: Path) -> Result:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, TypeError, KeyError) as error:
         raise _unreadable(file, error) from error
-    return result
-
-
-@cache
-def _told() -> type[BaseModel]:
-    """What the text in the file of a run tells: all of it that is no array."""
-    fields: dict[str, Any] = {name: (kind, ...) for name, kind in told_fields().items()}
-    names = dict[str, tuple[str, ...]]
-    return create_model("Told", names=(names, ...), scene=(dict[str, Any], ...), **fields)
 
 
 def _missing(file: Path) -> str:
@@ -76,7 +63,7 @@ def _unreadable(file: Path, error: Exception) -> StorageError:
         told = json.loads(summary.read_bytes()) if is_regular(summary) else {}  # no pipe: it waits
         if told.get("program") == PROGRAM and (other := other_version(told)):
             return StorageError(f"{file} was written by {other}; {AGAIN}")
-    why = damage(error, "run") if isinstance(error, ValidationError) else str(error)
+    why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
     return StorageError(f"{file} is damaged: {why}; {AGAIN}")
 
 
