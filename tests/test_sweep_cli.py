@@ -210,6 +210,19 @@ def test_a_damaged_plan_is_told(capsys: Capture) -> None:
         assert capsys.readouterr().err == f"out/sweep.json is damaged: {why}; sweep again\n"
 
 
+@pytest.mark.parametrize("more", [[], ["--resume"]])
+def test_rows_without_their_plan_are_told_and_kept(more: list[str], capsys: Capture) -> None:
+    main([*SWEEP, "--no-plots", "--quiet"])
+    Path("out/sweep.json").unlink()
+    capsys.readouterr()
+    assert main([*SWEEP, "--no-plots", "--quiet", *more]) == 2
+    told = "out has a journal.jsonl, but no sweep.json that tells of which sweep"
+    assert capsys.readouterr().err.startswith(told)
+    assert Path("out/journal.jsonl").read_text().count("\n") == 3
+    assert main([*SWEEP, "--no-plots", "--quiet", "--force"]) == 0
+    assert len(table()) == 3
+
+
 def test_another_sweep_is_not_written_into_the_same_folder(capsys: Capture) -> None:
     main([*SWEEP, "--no-plots", "--quiet"])
     other = [*SWEEP[:3], f"{LENGTH}=1:4:4", *SWEEP[4:], "--no-plots", "--quiet"]

@@ -1,4 +1,7 @@
-"""A comparison to files: what was found, and the deviation over time."""
+"""A comparison to files: what two runs tell, and the deviation over time.
+
+What each run tells by itself stands in the summary beside it.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.comparison import Comparison, Statistics
 from exudyn_flexlink.measured_error import ForceDeviation
-from exudyn_flexlink.observables import Deviation, Measure, Strike
+from exudyn_flexlink.observables import Deviation, Measure
 from exudyn_flexlink.storage.documents import write_document
 from exudyn_flexlink.storage.errors import COMPARISON
-from exudyn_flexlink.storage.writing import contact_data, peak_data, strike_data
 
 
 def save_comparison(
@@ -52,6 +54,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
     """Return what was found as plain data: SI numbers, units in the names."""
     return {
         "title": comparison.second.result.scene.title,
+        "runs": [seen.name for seen in comparison.both],
         "point": comparison.point,
         "judged_by": list(comparison.judged_by),
         "end_s": comparison.time[-1],
@@ -64,17 +67,10 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         },
         "forces_up_to_the_horizon": {name: _force(own) for name, own in comparison.forces.items()},
         "levers": {
-            body: {
-                f"largest_difference_{comparison.measures[body].unit}": float(np.abs(apart).max()),
-                comparison.first.name: peak_data(comparison.first.levers[body]),
-                comparison.second.name: peak_data(comparison.second.levers[body]),
-            }
+            f"{body}_largest_difference_{comparison.measures[body].unit}": np.abs(apart).max()
             for body, apart in comparison.answer_differences.items()
         },
         "beyond_the_horizon": _beyond(comparison),
-        "strikes": [_strikes(comparison, pair) for pair in comparison.strikes],
-        "clearances": {joint: _contacts(comparison, joint) for joint in comparison.with_clearance},
-        "runs": {seen.name: _run(seen) for seen in comparison.both},
     }
 
 
@@ -116,37 +112,3 @@ def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, 
     keys = ("mean", "rms", "least", "greatest")
     levers = {f"{body}_{measures[body].name}": list(own) for body, own in part.levers.items()}
     return {f"{key}_m": getattr(part, key).tolist() for key in keys} | levers
-
-
-def _strikes(comparison: Comparison, pair: StrikePair) -> dict[str, Any]:
-    return {
-        "contact": pair.contact,
-        **({} if pair.lap is None else {"lap": pair.lap}),
-        comparison.first.name: _strike(comparison.first, pair.first),
-        comparison.second.name: _strike(comparison.second, pair.second),
-    }
-
-
-def _strike(seen: Seen, strike: Strike | None) -> dict[str, Any] | None:
-    return None if strike is None else strike_data(strike, seen.result.scene)
-
-
-def _contacts(comparison: Comparison, joint: str) -> dict[str, Any]:
-    """Contacts of a link with its guide in both runs; None in one without clearance."""
-    found = {seen.name: seen.contact.get(joint) for seen in comparison.both}
-    return {name: None if own is None else contact_data(own) for name, own in found.items()}
-
-
-def _run(seen: Seen) -> dict[str, Any]:
-    result = seen.result
-    return {
-        "engine": result.engine,
-        "settings": dict(result.settings),
-        "impacts": list(seen.impacts),
-        "completed": result.outcome.completed,
-        "end_s": result.outcome.time,
-        "energy_residual_J": result.checks.energy_residual,
-        "relative_energy_residual": result.checks.relative_energy_residual,
-        "steps": result.checks.steps,
-        "wall_time_s": dict(result.timings),
-    }
