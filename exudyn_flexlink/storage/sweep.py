@@ -11,8 +11,6 @@ import signal
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from threading import current_thread, main_thread
 from typing import Any
@@ -24,9 +22,9 @@ from exudyn_flexlink.storage.journal import JOURNAL, Journal, journal_in, locked
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
 from exudyn_flexlink.storage.replacing import check_regular, staged_folder
 from exudyn_flexlink.storage.writing import save
-from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
+from exudyn_flexlink.sweeps import FAILED, Row, Sweep, SweepTable, Varied, table_of, versions
 
-TABLE, SERIES = "table", "series"
+SERIES = "series"
 AGAIN = "sweep again"
 ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 
@@ -114,15 +112,8 @@ def load_sweep(folder: Path) -> SweepTable:
         raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there")
     rows = rows_of(content, folder / JOURNAL)
     try:
-        points = [(one, values) for one, values in plan["points"] if one in rows]
-        return SweepTable(
-            plan["title"],
-            plan["engine"],
-            tuple(Varied(**one) for one in plan["varied"]),
-            len(plan["points"]),
-            tuple(rows[one] for one, _ in points),
-            tuple(tuple(values) for _, values in points),
-        )
+        varied = [Varied(**one) for one in plan["varied"]]
+        return table_of(plan["title"], plan["engine"], varied, plan["points"], rows)
     except (KeyError, TypeError, ValueError) as error:
         why = f"no {error} in it" if isinstance(error, KeyError) else "it is not what was written"
         raise StorageError(f"{folder / SWEEP} is damaged: {why}; {AGAIN}") from error
@@ -134,28 +125,14 @@ def is_sweep(folder: Path) -> bool:
 
 
 def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
-    """Write ``sweep.json``, ``table.csv`` and, with pyarrow, ``table.parquet`` into a folder.
+    """Write ``sweep.json`` and ``table.csv`` into a folder.
 
     Raises:
         OSError: the folder can't be written.
 
     """
-    columns = table.columns()
     _write_plan(folder, sweep, completed=table.whole)
-    write_csv(folder / f"{TABLE}.csv", columns)
-    if find_spec("pyarrow") is not None:
-        _write_parquet(columns, folder / f"{TABLE}.parquet")
-
-
-def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
-    """Write columns; one that holds texts beside numbers is one of texts."""
-    pyarrow: Any = import_module("pyarrow")
-    made = {}
-    for name, values in columns.items():
-        kinds: set[Any] = {type(value) for value in values} - {type(None)}
-        kind = next(iter(kinds)) if len(kinds) == 1 else float if kinds <= {int, float} else str
-        made[name] = pyarrow.array([None if value is None else kind(value) for value in values])
-    import_module("pyarrow.parquet").write_table(pyarrow.table(made), file)
+    write_csv(folder / "table.csv", table.columns())
 
 
 def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
@@ -177,7 +154,6 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
         "measure": sweep.measure,
         "observed": sweep.observed,
         "versions": versions(),
-        "digest": sweep.digest,
         "varied": sweep.varied,
         "scene": sweep.scene.to_data(),
         "points": [[point.id, point.values] for point in sweep.points],
@@ -243,9 +219,9 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
                 f"{folder} holds a {there.told}; choose another place, or remove that yourself"
             )
         return False
-    if plan.get("digest") != sweep.digest:
+    if difference := _difference(plan, sweep):
         raise StorageError(
-            f"{folder} holds another sweep, {_difference(plan, sweep)}; choose another place, or "
+            f"{folder} holds another sweep, {difference}; choose another place, or "
             "force it, which begins anew",
             forcible=True,
         )
@@ -260,18 +236,19 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
 
 
 def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
-    """Say in what an earlier sweep differs: the first thing that does."""
+    """Say in what an earlier sweep differs: the first thing that does; empty if nothing does."""
     now = json.loads(in_json(_plan(sweep)))
     words = {
         "title": "of another model",
         "engine": "by another engine",
         "varied": "of other values",
         "scene": "of another scene",
+        "measure": "measured otherwise",
         "points": "of other points",
         "observed": "with other observables",
         "versions": "by other versions of the packages",
     }
-    return next((w for key, w in words.items() if plan.get(key) != now[key]), "solved otherwise")
+    return next((told for key, told in words.items() if plan.get(key) != now[key]), "")
 
 
 def _has_series(folder: Path, row: Row) -> bool:

@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 from exudyn_flexlink.loading import document_of
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
@@ -67,12 +66,6 @@ class Sweep:
     measure: bool = True
     observed: str = ""
     allow_outside: bool = False
-
-    @cached_property
-    def digest(self) -> str:
-        """What tells this sweep from every other: all its points, what is observed, versions."""
-        text = "\n".join([self.observed, *versions().values(), *(one.id for one in self.points)])
-        return hashlib.sha256(text.encode()).hexdigest()
 
     def __len__(self) -> int:
         return len(self.points)
