@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from cli_runs import Fake
 from matplotlib.figure import Figure
-from results import rigid_link, tilting_link
+from results import rigid_link, solved_to, tilting_link
 from studies import studied
 
 from exudyn_flexlink.accuracy import Study
@@ -74,7 +74,7 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     def as_(completed: bool = True, reason: str = "no convergence") -> None:
         def fake(scene: Scene, engine: str, progress: object = None, **_: object) -> Result:
             made = replace(rigid_link(scene=scene, samples=201), engine=engine, warnings=())
-            made = replace(made, settings={"tolerance": scene.accuracy.tolerance or 0.0})
+            made = replace(made, settings=solved_to(scene.accuracy.tolerance))
             return made if completed else replace(made, outcome=Outcome(False, 0.5, reason))
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)

@@ -16,7 +16,7 @@ from exudyn_flexlink.animation import FilmError, Filming, film_bytes, film_of, i
 from exudyn_flexlink.animation import writing as writing_room
 from exudyn_flexlink.animation.look import HALO, thickness
 from exudyn_flexlink.animation.picture import Picture
-from exudyn_flexlink.animation.speed import frames_of
+from exudyn_flexlink.animation.shots import frames_of
 from exudyn_flexlink.plots.style import BLACK, BLUE
 
 FFPROBE = shutil.which("ffprobe") if shutil.which("ffmpeg") else None

@@ -11,8 +11,7 @@ import results
 from exudyn_flexlink.animation import FilmError, Slow, Take, film_of
 from exudyn_flexlink.animation.film import spot_of
 from exudyn_flexlink.animation.look import GLOW_SECONDS
-from exudyn_flexlink.animation.shots import Shots
-from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of
+from exudyn_flexlink.animation.shots import SLOW_SECONDS, Shots, frames_of
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import MeasuredError

@@ -7,9 +7,7 @@ import pytest
 import results
 
 from exudyn_flexlink.animation import film_of, zooms
-from exudyn_flexlink.animation.samples import PRECISE, kept_instants
-from exudyn_flexlink.animation.shots import Shots
-from exudyn_flexlink.animation.speed import frames_of
+from exudyn_flexlink.animation.shots import PRECISE, Shots, frames_of, kept_instants
 from exudyn_flexlink.animation.zooms import STRIKE_PART, Viewpoint, zooms_of
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Anchor, anchor_position

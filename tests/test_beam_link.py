@@ -137,8 +137,8 @@ def test_two_elements_if_the_scene_does_not_say():
         for more in ((), ("solver.elements=2",))
     ]
     assert np.array_equal(results[0].poses, results[1].poses)
-    assert results[0].settings["formulation"] == "beam"
-    assert results[0].settings["elements"] == 2
+    assert results[0].settings.formulation == "beam"
+    assert results[0].settings.elements == 2
 
 
 def test_rods_shown_are_chords_of_the_beam(smooth):

@@ -8,10 +8,9 @@ import pytest
 from test_physics_tools import MODELS, angle, run, scene, speed, where
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import falls
+from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.mechanism.prescribed import Antiderivative
-from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import Document, SceneError
 
 G, MASS, ARM = 9.81, 2.0, 0.5
@@ -321,22 +320,16 @@ accuracy: {tolerance: 1.0e-8}
 """
 
 
-def test_slopes_of_torques_and_forces_are_those_of_differences():
-    """Newton's matrix has every derivative: central differences of the forces themselves."""
-    assembly = assemble_scene(scene(CHAIN))
-    model = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    x, v = (np.array([0.4, -1.2]), np.array([1.0, 1.0]))
-    stiffness, damping = model.loads.slopes(0.3, x, v)
-    h = 1e-6
+def test_forces_fall_as_their_derivatives_tell():
+    """What Newton's matrix takes from differences, of a force that is known."""
+    x, v, lengths = np.array([0.4, -1.2]), np.array([1.0, 2.0]), np.array([0.5, 3.0])
 
     def push(x, v):
-        return model.loads.push(np.array([0.3]), x[None], v[None])[0]
+        return np.stack([x[:, 0] ** 2 * v[:, 1], np.sin(x[:, 1]) - 3 * v[:, 0]], axis=1)
 
-    for k, e in enumerate(np.eye(2) * h):
-        by_place = push(x + e, v) - push(x - e, v)
-        by_speed = push(x, v + e) - push(x, v - e)
-        np.testing.assert_allclose(stiffness[:, k], -by_place / (2 * h), atol=1e-8)
-        np.testing.assert_allclose(damping[:, k], -by_speed / (2 * h), atol=1e-8)
+    stiffness, damping = falls(push, x, v, lengths)
+    np.testing.assert_allclose(stiffness, [[-2 * 0.4 * 2, 0], [0, -np.cos(1.2)]], atol=1e-6)
+    np.testing.assert_allclose(damping, [[0, -0.16], [3, 0]], atol=1e-6)
 
 
 def test_engines_agree_on_a_chain_with_every_kind_of_load():

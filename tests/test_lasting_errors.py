@@ -57,5 +57,5 @@ def test_the_trend_of_errors_ends_where_a_wall_begins_to_press(run: MinimalRun) 
     """The first step, cut short, was far better than asked: the next is as long as may be."""
     stepper, control = run.stepper, run.stepper.control
     control.note(1e-3, 0.5 * control.allowed)
-    stepper.restart(1e-5, Event(0.0, None, bends=True))
+    stepper.restart(Event(0.0, None, bends=True))
     assert control.factor(1e-5, 1e-6 * control.allowed) == MOST_GROWTH

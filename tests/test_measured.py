@@ -23,7 +23,13 @@ from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.observables import common_times, path, positions, separation
 from exudyn_flexlink.observables.measuring import FACTOR
 from exudyn_flexlink.report import run_text
-from exudyn_flexlink.result import INTERRUPTED, Outcome, Result
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    EngineSettings,
+    Integrator,
+    Outcome,
+    Result,
+)
 from exudyn_flexlink.scene import Outputs
 from exudyn_flexlink.storage import load, save
 
@@ -54,7 +60,7 @@ def test_the_told_error_bounds_the_distance_from_an_independent_integration(
     series = read_series(HERE / "data" / f"{name}.csv")
     off = deviation(found, series.time, series.position, series.lever_angle)
     assert found.scene is scene
-    assert found.settings["tolerance"] == pytest.approx(0.1 * scene.accuracy.tolerance)
+    assert found.settings.integrator.tolerance == pytest.approx(0.1 * scene.accuracy.tolerance)
     assert off.largest <= found.error.largest <= 3 * scene.accuracy.tolerance
     assert (found.error.exceeds_from is None) == (not found.warnings)
 
@@ -206,7 +212,7 @@ def test_a_method_of_order_2_makes_half_steps_also_in_contact() -> None:
     settings = ["solver.formulation=redundant", "run.turns=0.55", "accuracy.tolerance=1e-5"]
     scene = load_scene(MODELS / "rigid.yaml", settings)
     one, two = simulate(scene), simulate(scene, measure=True)
-    assert two.settings["tolerance"] == pytest.approx(2.5e-6)
+    assert two.settings.integrator.tolerance == pytest.approx(2.5e-6)
     assert two.checks.steps_per_contact == pytest.approx(2 * one.checks.steps_per_contact)
     assert two.error.other == 1e-5
     assert two.timings["second run"] > 0
@@ -217,7 +223,7 @@ def test_a_tenth_below_the_least_tolerance_the_second_run_is_the_coarser_one() -
     scene = load_scene(MODELS / "smooth.yaml", least)
     assert partner(scene, 9) == 10
     found = simulate(scene, measure=True)
-    assert found.settings["tolerance"] == 3e-13
+    assert found.settings.integrator.tolerance == 3e-13
     assert found.error.other == pytest.approx(3e-12)
     assert found.error.largest >= 3e-13
     np.testing.assert_array_equal(found.poses, simulate(scene).poses)
@@ -254,7 +260,7 @@ def off_by(off: float, begin: float = 0.5) -> Result:
 def test_the_finer_run_is_the_result_and_thrice_the_distance_its_error() -> None:
     first, finer = made_up(), off_by(1e-6)
     shares = []
-    found = measured_by(first, 9, lambda share: shares.append(share) or finer)
+    found = measured_by(first, lambda share: shares.append(share) or finer)
     assert shares == [0.1]
     np.testing.assert_array_equal(found.poses, finer.poses)
     assert found.error.largest == pytest.approx(FACTOR * 1e-6)
@@ -266,13 +272,14 @@ def test_the_finer_run_is_the_result_and_thrice_the_distance_its_error() -> None
 
 
 def test_no_less_is_told_than_the_finer_runs_tolerance() -> None:
-    assert measured_by(made_up(), 9, lambda _: made_up()).error.largest == pytest.approx(1e-6)
-    assert measured_by(made_up(), 2, lambda _: made_up()).error.largest == pytest.approx(2.5e-6)
+    second_order = replace(made_up(), settings=EngineSettings(Integrator("any", 2)))
+    assert measured_by(made_up(), lambda _: made_up()).error.largest == pytest.approx(1e-6)
+    assert measured_by(second_order, lambda _: made_up()).error.largest == pytest.approx(2.5e-6)
 
 
 def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon() -> None:
     """Points take 0.1 m or so: runs that are 1 mm apart have parted for good."""
-    near = measured_by(made_up(), 9, lambda _: off_by(1e-5))
+    near = measured_by(made_up(), lambda _: off_by(1e-5))
     (told,) = near.warnings
     assert told.startswith(
         f"from t = {near.error.exceeds_from:.4g} s on, points may be off by more than 1e-05 m, and "
@@ -280,7 +287,7 @@ def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon() -
     assert "by up to 3e-05 m, as a second run with other steps shows" in told
     assert near.error.exceeds_from == pytest.approx(0.5, abs=1e-3)
     assert near.error.horizon is None
-    far = measured_by(made_up(), 9, lambda _: off_by(1e-2))
+    far = measured_by(made_up(), lambda _: off_by(1e-2))
     assert far.error.horizon == pytest.approx(0.5, abs=1e-3)
     (told,) = far.warnings
     assert told.endswith(f"; after t = {far.error.horizon:.4g} s trust statistics only")
@@ -289,7 +296,7 @@ def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon() -
 
 
 def test_a_distance_that_is_no_number_is_no_agreement() -> None:
-    found = measured_by(made_up(), 9, lambda _: off_by(nan))
+    found = measured_by(made_up(), lambda _: off_by(nan))
     assert found.error.exceeds_from == found.error.horizon <= 0.5
 
 
@@ -301,7 +308,7 @@ def cut(reason: str) -> Result:
 
 def test_where_the_finer_run_stops_the_first_is_measured_up_to_there() -> None:
     first = made_up()
-    found = measured_by(first, 9, lambda _: cut("it broke"))
+    found = measured_by(first, lambda _: cut("it broke"))
     np.testing.assert_array_equal(found.poses, first.poses)
     assert found.outcome.completed
     assert found.error.largest == pytest.approx(3e-6)
@@ -313,7 +320,7 @@ def test_where_the_finer_run_stops_the_first_is_measured_up_to_there() -> None:
 def test_a_run_that_stopped_is_left_as_it_is() -> None:
     stopped = made_up(Outcome(False, 0.1, "broke"))
     stopped = replace(stopped, error=unmeasured(stopped))
-    assert measured_by(stopped, 9, lambda _: 1 / 0) is stopped
+    assert measured_by(stopped, lambda _: 1 / 0) is stopped
     assert "not measured: the run stopped before its end" in run_text(stopped)
 
 
@@ -323,20 +330,20 @@ def raising(error: BaseException) -> Result:
 
 def test_ctrl_c_in_the_second_run_keeps_what_is_known() -> None:
     with pytest.raises(LateInterruptError) as caught:
-        measured_by(made_up(), 9, lambda _: raising(KeyboardInterrupt()))
+        measured_by(made_up(), lambda _: raising(KeyboardInterrupt()))
     kept = caught.value.result
     assert kept.error.missing == "the second run was interrupted"
     assert len(kept.warnings) == 1
     with pytest.raises(LateInterruptError) as caught:
-        measured_by(made_up(), 9, lambda _: cut(INTERRUPTED))
+        measured_by(made_up(), lambda _: cut(INTERRUPTED))
     assert caught.value.result.error.stopped is not None
     with pytest.raises(LateInterruptError) as caught:
-        measured_by(made_up(), 9, lambda _: raising(LateInterruptError(off_by(1e-6))))
+        measured_by(made_up(), lambda _: raising(LateInterruptError(off_by(1e-6))))
     assert caught.value.result.error.largest == pytest.approx(3e-6)
 
 
 def test_too_little_memory_for_the_second_run_costs_nothing() -> None:
-    found = measured_by(made_up(), 9, lambda _: raising(MemoryError()))
+    found = measured_by(made_up(), lambda _: raising(MemoryError()))
     assert found.outcome.completed
     assert "not enough memory" in found.error.missing
     assert "not enough memory" in found.warnings[0]
@@ -350,25 +357,25 @@ def swinging(by: float = 0.0, **points: object) -> Result:
 
 
 def test_all_named_points_judge_or_the_chosen_one_alone() -> None:
-    found = measured_by(swinging(), 9, lambda _: swinging(1e-4)).error
+    found = measured_by(swinging(), lambda _: swinging(1e-4)).error
     assert found.worst == "rod.end"
     assert found.largest == pytest.approx(FACTOR * 2e-5, rel=1e-3)
     chosen = {"outputs": Outputs(watch="rod.centre")}
-    half = measured_by(swinging(**chosen), 9, lambda _: swinging(1e-4, **chosen)).error
+    half = measured_by(swinging(**chosen), lambda _: swinging(1e-4, **chosen)).error
     assert half.points == ("rod.centre",)
     assert half.largest == pytest.approx(FACTOR * 1e-5, rel=1e-3)
 
 
 def test_a_run_of_which_no_point_moves_says_so_and_what_to_name() -> None:
     run = replace(swinging(), poses=np.zeros_like(swinging().poses))
-    still = measured_by(run, 9, lambda _: run)
+    still = measured_by(run, lambda _: run)
     assert still.error.missing
     assert "a point off the axis of a body would show" in " ".join(run_text(still).split())
 
 
 def test_the_error_is_kept_with_the_run(tmp_path: Path) -> None:
     for other in (off_by(1e-2), made_up(), cut("it broke")):
-        found = measured_by(made_up(), 9, lambda _, other=other: other)
+        found = measured_by(made_up(), lambda _, other=other: other)
         save(found, tmp_path)
         assert load(tmp_path).error == found.error
     save(made_up(), tmp_path)
@@ -388,7 +395,7 @@ def test_simulate_measures_unless_told_not_to(
 
     def second(run: Result, *_: object) -> Result:
         there.append(load(Path("here")).error)
-        return measured_by(run, 9, lambda _: off_by(1e-6))
+        return measured_by(run, lambda _: off_by(1e-6))
 
     monkeypatch.setattr(engines, "simulate", lambda *_, **__: made_up())
     monkeypatch.setattr(engines, "measured", second)
@@ -416,5 +423,5 @@ def test_progress_of_both_runs_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_what_is_measured_already_stays() -> None:
-    found = measured_by(made_up(), 9, lambda _: made_up())
+    found = measured_by(made_up(), lambda _: made_up())
     assert measured(found) is found

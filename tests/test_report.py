@@ -18,10 +18,12 @@ from results import (
 )
 
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines.ending import RADAU
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_duration, run_text
 from exudyn_flexlink.report.text import WIDTH, table
+from exudyn_flexlink.result import EngineSettings
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
@@ -59,8 +61,8 @@ def test_settings_without_a_use_are_named() -> None:
     scene = run.scene.changed(
         accuracy={"step": 1e-4}, solver={"spectral_radius": 0.5, "integrator": "dop853"}
     )
-    tree, joints = (replace(run, scene=scene, settings={"formulation": f}) for f in WAYS)
-    local = replace(run, scene=scene, engine="lagrangian", settings={})
+    tree, joints = (replace(run, scene=scene, settings=EngineSettings(RADAU, f)) for f in WAYS)
+    local = replace(run, scene=scene, engine="lagrangian", settings=EngineSettings(RADAU))
     names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
     both = ["solver.spectral_radius", "solver.integrator"]
     assert names == [both, both[1:], both[:1]]

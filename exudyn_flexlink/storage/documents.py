@@ -66,7 +66,7 @@ def _cell(value: Any) -> Any:
 
 def other_version(document: Mapping[str, Any]) -> str:
     """Name the version that wrote a document of this program; empty if it was this one."""
-    there, versions = document.get("format"), document.get("versions")
+    there, versions = document.get("format", "unknown"), document.get("versions")
     name = versions.get(PROGRAM, "?") if isinstance(versions, Mapping) else "?"
     return "" if there == FORMAT else f"another version, {PROGRAM} {name} with format {there}"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,7 @@ from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.arrays import put_together
 from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version
-from exudyn_flexlink.storage.errors import ARRAYS, PROGRAM, SUMMARY, SWEEP, StorageError
-from exudyn_flexlink.storage.manifest import is_regular
+from exudyn_flexlink.storage.errors import ARRAYS, SWEEP, StorageError
 from exudyn_flexlink.storage.netcdf import read_netcdf
 from exudyn_flexlink.storage.writing import RUN
 
@@ -32,6 +30,8 @@ def load(place: Path) -> Result:
         check_readable(file)
         read = read_netcdf(file)
         fields = json.loads(read.attributes[RUN])
+        if other := other_version(fields):
+            raise StorageError(f"{file} was written by {other}; {AGAIN}")
         return put_together(read, fields, scene=_scene(fields["scene"], file))
     except (FileNotFoundError, NotADirectoryError):
         raise StorageError(_missing(file)) from None
@@ -41,7 +41,8 @@ def load(place: Path) -> Result:
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, TypeError, KeyError) as error:
-        raise _unreadable(file, error) from error
+        why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+        raise StorageError(f"{file} is damaged: {why}; {AGAIN}") from error
 
 
 def _missing(file: Path) -> str:
@@ -54,17 +55,6 @@ def _missing(file: Path) -> str:
     if (folder / SWEEP).is_file():
         return f"{folder} holds a sweep, no run; give the folder of a finished run"
     return f"{folder} has no {ARRAYS}; give the folder of a finished run"
-
-
-def _unreadable(file: Path, error: Exception) -> StorageError:
-    """Say that a file is damaged, or which version of this program wrote it."""
-    summary = file.with_name(SUMMARY)
-    with suppress(OSError, ValueError, AttributeError):  # of a summary that tells nothing
-        told = json.loads(summary.read_bytes()) if is_regular(summary) else {}  # no pipe: it waits
-        if told.get("program") == PROGRAM and (other := other_version(told)):
-            return StorageError(f"{file} was written by {other}; {AGAIN}")
-    why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
-    return StorageError(f"{file} is damaged: {why}; {AGAIN}")
 
 
 def _scene(data: Any, file: Path) -> Scene:

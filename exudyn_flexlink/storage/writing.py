@@ -24,7 +24,7 @@ from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import attributes_of, taken_apart
 from exudyn_flexlink.storage.documents import write_document
-from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY
+from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, SUMMARY
 from exudyn_flexlink.storage.netcdf import write_netcdf
 from exudyn_flexlink.storage.tables import UNITS, tables_of
 from exudyn_flexlink.sweeps import column_of
@@ -52,7 +52,8 @@ def save(result: Result, folder: Path) -> None:
     tables = tables_of(result)
     folder.mkdir(parents=True, exist_ok=True)
     arrays, fields = taken_apart(result)
-    run = to_json(fields | {"scene": result.scene.to_data()}, fallback=plain_data).decode()
+    fields |= {"scene": result.scene.to_data(), "format": FORMAT}
+    run = to_json(fields, fallback=plain_data).decode()
     write_netcdf(folder / ARRAYS, arrays, attributes_of(result) | {RUN: run})
     write_document(folder, SUMMARY, _summary(result), tables)
 
