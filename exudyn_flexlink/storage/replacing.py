@@ -251,9 +251,20 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
     try:
         there = read_manifest(target)
         entries = target.iterdir() if target.exists() else ()
-        if there is not None:
-            _check_kind(target, there, now, force=force)
-        elif not force and any(not entry.name.startswith(PREFIX) for entry in entries):
+        others = [entry for entry in entries if not entry.name.startswith(PREFIX)]
+        if there is not None and now.what and there.what not in (now.what, FIGURES):
+            does_not = f"{FIGURES} do not" if now.what == FIGURES else f"a {now.what} does not"
+            raise StorageError(
+                f"{target} holds a {there.told}, which {does_not} replace: choose another "
+                "folder, or remove that one yourself"
+            )
+        if there is not None and there.completed and not (force or now.completed):
+            raise StorageError(
+                f"{target} holds a complete {there.told}; this one is incomplete and does not "
+                "replace it, unless that is forced",
+                forcible=True,
+            )
+        if there is None and others and not force:
             raise StorageError(
                 f"{target} holds files that are no run of this program, or of an earlier version: "
                 f"no {MANIFEST} names them; choose another name, or force it: files with the names "
@@ -268,27 +279,6 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
     except OSError as error:  # such as a name that is too long
         raise StorageError(cannot_write(target, error)) from error
     _try_to_write(target)
-
-
-def _check_kind(target: Path, there: Manifest, now: Manifest, *, force: bool) -> None:
-    """Look whether a result may take the place of the one that is there.
-
-    Raises:
-        StorageError: that is of another kind, or complete where the new one is not.
-
-    """
-    if now.what and there.what not in (now.what, FIGURES):
-        does_not = f"{FIGURES} do not" if now.what == FIGURES else f"a {now.what} does not"
-        raise StorageError(
-            f"{target} holds a {there.told}, which {does_not} replace: choose another "
-            "folder, or remove that one yourself"
-        )
-    if there.completed and not (force or now.completed):
-        raise StorageError(
-            f"{target} holds a complete {there.told}; this one is incomplete and does not "
-            "replace it, unless that is forced",
-            forcible=True,
-        )
 
 
 def _check_files(
