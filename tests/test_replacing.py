@@ -109,7 +109,7 @@ def test_a_file_that_appears_while_the_run_goes_on_is_not_replaced():
     assert load(Path("o")).outcome.completed
 
 
-@pytest.mark.parametrize("name", ["../mine", "/mine", "..", "a/b"])
+@pytest.mark.parametrize("name", ["../mine", "/mine", "..", "a/../../mine"])
 def test_a_manifest_names_nothing_outside_its_folder(name):
     results.put(results.pendulum(), "o")
     mine("mine")
