@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from results import MODEL
 from studies import BOTH, CONTACT, RODS, World, points_of, scene_with, studied
 
 from exudyn_flexlink.accuracy import (
-    Method,
     NothingRunError,
     Runs,
     advise,
@@ -18,10 +16,7 @@ from exudyn_flexlink.accuracy import (
 )
 from exudyn_flexlink.accuracy.methods import ladder
 from exudyn_flexlink.accuracy.runs import predict
-from exudyn_flexlink.accuracy.sources import with_more_rods, with_stiffer_contacts
 from exudyn_flexlink.accuracy.study import Studying
-from exudyn_flexlink.effects import with_impact
-from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.plots import work_precision
 from exudyn_flexlink.report import accuracy_text, recommendation
 from exudyn_flexlink.result import Outcome
@@ -84,26 +79,6 @@ def test_half_ends_are_extrapolated_at_second_order():
     assert "about 8 rods" in recommendation(study)  # 4 sqrt(1.25e-4 / 4e-5) = 7.07
 
 
-def test_a_finer_link_is_damped_like_the_link():
-    """Hinges of a beam's material: stiffness and damping both go as 1 / length of a rod."""
-    scene = scene_with()
-    link, finer = scene.bodies["link"], with_more_rods(scene).bodies["link"]
-    assert finer.rods == 8
-    assert finer.hinges.damping == 2 * link.hinges.damping
-    assert finer.hinges.stiffness == "beam"
-    assert with_more_rods(scene_with("bodies.link.hinges.stiffness=paper")) is None
-    many = scene.changed(bodies={**scene.bodies, "link": link.model_copy(update={"rods": 600})})
-    assert with_more_rods(many) is None
-
-
-def test_walls_are_stiffened_with_the_contacts():
-    clearance = load_scene(MODEL.with_name("clearance.yaml"))
-    stiffer = with_stiffer_contacts(clearance)
-    assert stiffer.joints["sleeve"].law.stiffness == 4 * clearance.joints["sleeve"].law.stiffness
-    assert stiffer.contacts["strike"].law.stiffness == 4 * 2e4
-    assert with_stiffer_contacts(with_impact(scene_with(), "impulse")) is None
-
-
 # --- time
 
 
@@ -116,10 +91,6 @@ def test_no_run_is_started_that_would_exceed_the_budget():
     started = {label.removesuffix(", again") for label in world.labels}
     assert not any(name.split(" (")[0] in started for name in study.runs.left_out)
     assert {s.kind for s in study.sources} == {"time", "rods", "contact"}
-
-
-def test_short_runs_are_repeated(study):
-    assert all(point.repeats == 3 for point in study.points if point.processor < 0.3)
 
 
 def test_a_run_that_takes_too_long_gives_way_to_coarser_ones():
@@ -144,24 +115,6 @@ def test_without_the_lagrangian_the_finest_run_judges():
     nearest = min(abs(p.errors.largest) for p in study.points)
     assert study.floor == pytest.approx(nearest)
     assert study.floor <= 0.5 * 10 * finest
-
-
-def test_the_own_settings_may_be_the_finest_run_of_all():
-    """Of 0.2 s, 0.05 s go to 4e-5 m and 0.016 s to 4e-4 m, but 4e-6 m would take 0.16 s."""
-    world = World(refused=("lagrangian",))
-    study = studied(world, budget=0.2)
-    assert study.own is None
-    time = next(source for source in study.sources if source.kind == "time")
-    assert time.at_most
-    assert time.errors.largest == pytest.approx(0.5 * (4e-4 - 4e-5), rel=1e-4)
-    assert "<~" in accuracy_text(study, "simulate it")
-
-
-def test_another_formulation_is_independent():
-    scene, world = scene_with(), World()
-    methods = [Method("A", "exudyn"), Method("B", "exudyn", settings={"spectral_radius": 0.8})]
-    study = judge(Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run())
-    assert study.independent
 
 
 def test_beyond_the_horizon_nothing_is_judged():
@@ -243,31 +196,3 @@ def test_methods_are_engines_and_formulations_the_models_own_first():
     assert found[-1].settings == {"formulation": "redundant"}
     stepped = scene.changed(accuracy={"step": 1e-4})
     assert methods_of(stepped, BOTH)[0].name == "Exudyn, fixed step"
-
-
-def test_a_dear_method_begins_with_coarse_settings():
-    """At 4e-5 m joints would take a quarter of the budget, at 4e-4 m a tenth, at 4e-3 m less."""
-
-    class Dear(World):
-        @staticmethod
-        def cost(engine, scene):
-            if scene.solver.spectral_radius == 0.8:
-                return 5.0 * (scene.accuracy.tolerance / 4e-5) ** -0.5
-            return World.cost(engine, scene)
-
-    world, scene = Dear(), scene_with()
-    methods = [*methods_of(scene, BOTH), Method("Dear", "exudyn", "tolerance",
-                                                {"spectral_radius": 0.8})]  # fmt: skip
-    made = Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run()
-    first = next(t for t in made.trials if t.method.name == "Dear")
-    assert first.value == pytest.approx(4e-4)
-    assert world.now < 20.0
-
-
-def test_a_method_keeps_what_is_not_its_own():
-    scene = scene_with("solver.steps_per_contact=50", "solver.integrator=dop853")
-    tight = Method("Lagrangian", "lagrangian").at(scene, 1e-7)
-    assert (tight.accuracy.tolerance, tight.solver.steps_per_contact) == (1e-7, 50)
-    assert tight.solver.integrator == "dop853"
-    stepped = Method("Exudyn", "exudyn", "step").at(scene, 1e-4).accuracy
-    assert (stepped.step, stepped.tolerance) == (1e-4, None)

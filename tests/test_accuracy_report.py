@@ -9,9 +9,8 @@ import pytest
 from matplotlib.colors import same_color
 from studies import RODS, World, points_of, scene_with, studied
 
-from exudyn_flexlink.accuracy import Method, Runs, advise, judge
-from exudyn_flexlink.accuracy.study import Studying
-from exudyn_flexlink.effects import idealise, with_impact
+from exudyn_flexlink.accuracy import Method
+from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.plots import ENGINE_COLOURS, work_precision
 from exudyn_flexlink.report import accuracy_text, recommendation
 from exudyn_flexlink.storage import save_accuracy, staged_folder
@@ -59,11 +58,6 @@ def test_a_contact_that_limits_is_told():
     assert "'paper' hinges tends to no beam as rods are added; n = 4 is part of the model" in text
 
 
-def test_what_nothing_limits_is_told_without_but():
-    assert "but" not in recommendation(studied(target=1e-3))
-    assert "but the rods" in recommendation(studied(target=3e-4))
-
-
 def test_a_target_out_of_reach_is_told(study):
     assert "the references agree to" in recommendation(replace(study, target=1e-12))
     exudyn = tuple(points_of(study, "Exudyn"))
@@ -86,30 +80,11 @@ def test_causes_that_a_scene_lacks_are_told(study, without, told):
     assert "There is only one known source of error" in text
 
 
-def test_impulses_have_no_compliance(study):
-    kept = tuple(s for s in study.sources if s.kind != "contact")
-    text = accuracy_text(
-        replace(study, scene=with_impact(study.scene, "impulse"), sources=kept), "simulate it"
-    )
-    assert "contact compliance: none, strike by impulses" in text
-    assert "The number of rods dominates: 25 times the error of the time steps" in text
-
-
 def test_nothing_moves():
     study = studied(World(still=True))
     assert study.still
     assert "nothing moves, so that any setting will do" in accuracy_text(study, "simulate it")
     work_precision(study)
-
-
-def test_a_beam_is_told_as_another_model():
-    scene, world = scene_with(), World()
-    methods = [Method("Exudyn, redundant", "exudyn"),
-               Method("Exudyn, beam", "exudyn", settings={"formulation": "beam"})]  # fmt: skip
-    study = judge(Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run())
-    assert "Exudyn, beam: another model of the link" in accuracy_text(study, "simulate it")
-    assert advise(study).choice.method.name == "Exudyn, redundant"
-    assert not study.independent
 
 
 # --- figure and files

@@ -12,9 +12,6 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.exudyn.reporting import no_solution_advice
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.integrate.explicit import ExplicitStepper
-from exudyn_flexlink.integrate.problem import NoConvergenceError
-from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import extent, least_tolerance
 from exudyn_flexlink.source import SceneError
@@ -71,24 +68,6 @@ def test_options_that_nothing_can_keep_are_refused(
     assert shown.err.startswith(said)
     assert shown.out == ""
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_state_that_is_no_number_ends_a_run() -> None:
-    """SciPy's integrator would end the program."""
-
-    class Lost:
-        over = False
-        q = v = np.array([np.nan])
-
-        def begin(self):
-            """Nothing is to be taken up."""
-
-        def longest(self):
-            return 1.0
-
-    lost = Lost()
-    with pytest.raises(NoConvergenceError, match="beyond all bounds"):
-        Solution(ExplicitStepper(lost, 1e-3), lost, [1.0]).run()
 
 
 # --- runs without a solution ----------------------------------------------------------------------

@@ -1,6 +1,5 @@
 """What an animation shows: which instants, how fast, which runs, where things are and touch."""
 
-import json
 from dataclasses import replace
 from math import pi
 
@@ -8,17 +7,13 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.animation import FilmError, Slow, Take, film_of
-from exudyn_flexlink.animation.film import spot_of
+from exudyn_flexlink.animation import FilmError, Slow, film_of
 from exudyn_flexlink.animation.look import GLOW_SECONDS
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of
 from exudyn_flexlink.intervals import Interval, Intervals
-from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import MeasuredError
-from exudyn_flexlink.mechanism import anchor_position, build_mechanism
 from exudyn_flexlink.plots.style import ENGINE_COLOURS
-from exudyn_flexlink.shipped import model_file
 
 TURN = 2 * pi / results.SPEED  # s
 
@@ -95,16 +90,6 @@ def test_slow_motion_lasts_its_seconds_and_the_rest_is_as_fast_as_before(run):
     assert len(frames.times) == pytest.approx(25 * ((1 - length) / 0.1 + SLOW_SECONDS), abs=2)
 
 
-def test_a_touch_that_faded_in_slow_motion_does_not_come_back(run):
-    film = film_of(run, window=(0.25, 0.6), slow=Slow("strike", 1))
-    shots = Shots(film, film.takes[0], frames_of(film, 25, 0.1))
-    shown = np.array([len(shots.glows(i)) > 0 for i in range(len(shots.frames.times))])
-    # It begins to glow twice: at both touches of the strike, which are 1 ms apart, or once.
-    assert np.count_nonzero(np.diff(shown.astype(int)) > 0) <= 2
-    last = shots.frames.times[shown][-1]
-    assert last < film.slow[0].end
-
-
 def test_a_touch_glows_while_it_lasts_and_fades_after(run):
     film = film_of(run)
     speed = 0.05
@@ -135,25 +120,3 @@ def test_an_impact_is_told_by_its_impulse(run):
     at = int(np.searchsorted(shots.frames.times, 0.3)) + 1
     [glow] = shots.glows(at)
     assert (glow.text, glow.strength) == ("0.0100 N s", 1.0)
-
-
-def test_walls_of_every_link_in_one_guide_are_drawn(tilting):
-    """Links in one guide may have different clearances."""
-    data = tilting.scene.to_data()
-    data["bodies"]["second"] = data["bodies"]["link"]
-    data["joints"]["wider"] = {**data["joints"]["sleeve"], "link": "second", "clearance": 2e-3}
-    both = replace(tilting, scene=results.scene_from(json.dumps(data)))
-    lines = Take(both, "", None).lines
-    walls = [line.line for line in lines if line.kind == "wall"]
-    assert [wall.places[0, 1] for wall in walls] == pytest.approx([1e-3, -1e-3, 2e-3, -2e-3])
-    assert {line.line.name for line in lines if line.kind != "wall"} == {"link", "second"}
-
-
-def test_circles_touch_between_their_centres():
-    scene = load_scene(model_file("textbook/friction_wheels"))
-    [contact] = build_mechanism(scene).contacts
-    rng = np.random.default_rng(1)
-    poses = rng.normal(size=(5, len(build_mechanism(scene).parts), 3))
-    first, second = (anchor_position(own, poses) for own in (contact.first, contact.second))
-    towards = (second - first) / np.linalg.norm(second - first, axis=1)[:, None]
-    assert spot_of(contact, poses) == pytest.approx(first + 0.1 * towards)

@@ -84,15 +84,6 @@ def test_a_title_cannot_end_the_data_or_become_markup(run):
     assert data["title"] == title
 
 
-def test_a_long_run_stays_within_a_few_megabytes():
-    time = np.linspace(0, 20, 20_001)
-    long = results.block(np.sin, np.cos)
-    q = np.zeros((len(time), 1, 3))
-    q[:, 0, 0], q[:, 0, 2] = np.sin(40 * time), 1e3 * np.sin(300 * time)
-    made = results.result_of(long.scene, time, q)
-    assert len(page(film_of(made))) < 12e6
-
-
 @pytest.fixture(scope="module")
 def window():
     if program() is None:
@@ -178,42 +169,3 @@ def test_a_player_fits_a_phone_and_tells_what_lies_beyond_the_horizon(run, windo
         assert told[0] == width
         assert "horizon" not in told[1]
         assert "beyond the horizon: two runs part" in told[2]
-
-
-def test_a_guide_with_clearance_has_its_zoom_in_whichever_run_it_is(run, tilting, window, tmp_path):
-    for film in (film_of(run, tilting), film_of(tilting, run)):
-        told = seen_in(window, page(film), tmp_path, """
-            return players[0].zooms.map((one) => one.name);
-        """)  # fmt: skip
-        assert sorted(told) == ["sleeve", "strike"]  # the other run strikes
-
-
-def test_who_looks_elsewhere_follows_no_longer(run, window, tmp_path):
-    """The picture is then as large as it was, and the button says so."""
-    told = seen_in(window, page(film_of(run)), tmp_path, """
-        const [one] = players;
-        const seen = () => [one.flags.follows.getAttribute("aria-pressed"), one.view().scale];
-        one.pause();
-        const whole = seen();
-        one.switch("follows");
-        const followed = seen();
-        one.picture.dispatchEvent(new WheelEvent("wheel", { ctrlKey: true, deltaY: -1 }));
-        const larger = seen();
-        one.whole.click();
-        return { whole, followed, larger, scrolls: getComputedStyle(one.picture).touchAction };
-    """)  # fmt: skip
-    (off, scale), (on, followed) = told["whole"], told["followed"]
-    assert (off, on) == ("false", "true")
-    assert followed == pytest.approx(5 * scale)
-    assert told["larger"] == ["false", pytest.approx(followed * np.exp(1 / 200))]
-    assert told["scrolls"] == "pan-y"  # fingers scroll the page again
-
-
-def test_a_picture_that_was_let_go_beside_itself_stays(run, window, tmp_path):
-    seen_in(window, page(film_of(run)), tmp_path, "players[0].pause(); players[0].look(8, [0, 0]);")
-    window.drag((300, 300), (350, 320), (350, 2), (350, 2))
-    centre = "document.querySelector('.flexlink-player').flexlinkPlayer.centre"
-    left = window.value(centre)
-    assert left != [0, 0]
-    window.drag((350, 2), (300, 300), (320, 310), (350, 2))  # pressed beside it
-    assert window.value(centre) == left

@@ -8,10 +8,7 @@ import results
 
 from exudyn_flexlink.animation import film_of, zooms
 from exudyn_flexlink.animation.samples import PRECISE, kept_instants
-from exudyn_flexlink.animation.shots import Shots
-from exudyn_flexlink.animation.speed import frames_of
-from exudyn_flexlink.animation.zooms import STRIKE_PART, Viewpoint, zooms_of
-from exudyn_flexlink.intervals import Intervals
+from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import faces
 
@@ -24,11 +21,6 @@ def run():
 def zoom_of(film):
     [zoom] = zooms_of(film, film.takes[0])
     return zoom
-
-
-def without_touches(run):
-    strike = replace(run.contacts["strike"], touches=Intervals.of([]))
-    return replace(run, contacts={"strike": strike})
 
 
 def test_a_viewpoint_turns_and_moves_with_its_part():
@@ -57,19 +49,6 @@ def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, m
     assert above == pytest.approx(1e-3 * side)
 
 
-def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
-    film = film_of(run)
-    zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 200, 0.05))
-    glows = [glow for i in range(len(shots.frames.times)) for glow in shots.glows(i)]
-    seen = [zoom.view.seen(glow.place[None], shots.poses[glow.frame])[0] for glow in glows]
-    x = np.array(seen)[:, 0]
-    assert len(x) > 20
-    assert np.all((x > zoom.along[0]) & (x < zoom.along[1]))
-    assert zoom.across[0] < 0 < zoom.across[1]
-    length = zoom.length
-    assert length == pytest.approx(max(STRIKE_PART * film.size, 1.5 * np.ptp(x)), rel=0.05)
-
-
 def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
     film = film_of(run)
     [take], zoom = film.takes, zoom_of(film)
@@ -84,11 +63,3 @@ def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
     fine = PRECISE * (zoom.length)
     assert np.max(off[striking]) <= fine < coarse / 10
     assert fine < np.max(off) <= coarse
-
-
-def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkeypatch):
-    assert [zoom.name for zoom in zooms_of(film_of(run), film_of(run).takes[0])] == ["strike"]
-    for film in (film_of(without_touches(run)), film_of(run, window=(0.0, 0.2))):
-        assert zooms_of(film, film.takes[0]) == []
-    monkeypatch.setattr(zooms, "MOST_FACES", 0)
-    assert zooms_of(film_of(run), film_of(run).takes[0]) == []

@@ -1,12 +1,10 @@
 """The program at a terminal: what it imports, bad input, help, schema."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, ROOT, SPLINE, code_of, python
+from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
 
 from exudyn_flexlink import cli
 from exudyn_flexlink.cli import main
@@ -149,34 +147,12 @@ def test_help_gives_examples_that_parse(command, capsys):
         cli.program_parser().parse_args(line[1:])
 
 
-def test_help_is_no_docstring():
-    """Python without docstrings (``-OO``) says the same; only the schema is made of them."""
-    code = (
-        "from exudyn_flexlink.cli import arguments;"
-        "parser = arguments.program_parser();"
-        "[one] = (a for a in parser._actions if a.choices);"
-        "print(parser.format_help(), *(c.format_help() for c in one.choices.values()))"
-    )
-    assert python("-OO", "-c", code).stdout == python("-c", code).stdout
-    refused = python("-OO", "-m", "exudyn_flexlink", "schema")
-    assert (refused.returncode, refused.stdout) == (2, "")
-    assert "which Python leaves out with '-OO'" in refused.stderr
-
-
 def test_schema_is_printed_or_written(tmp_path, capsys):
     assert main(["schema"]) == 0
     printed = capsys.readouterr().out
     assert json.loads(printed) == json_schema()
     assert main(["schema", "--out", str(tmp_path / "schema.json")]) == 0
     assert (tmp_path / "schema.json").read_text(encoding="utf-8") == printed
-
-
-def test_a_reader_that_has_seen_enough_is_no_error():
-    pytest.importorskip("fcntl")  # pipes of a shell
-    command = f"'{sys.executable}' -m exudyn_flexlink schema | head -n 1"
-    ran = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], cwd=ROOT, check=False,
-                         capture_output=True, text=True)  # fmt: skip
-    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "{\n", "")
 
 
 # --- where it runs --------------------------------------------------------------------------

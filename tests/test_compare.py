@@ -75,18 +75,6 @@ def test_deviation_is_the_distance_over_time():
     assert found.rms == pytest.approx(1e-3 * mean_square**0.5)
 
 
-def test_samples_between_the_even_ones_do_not_count():
-    even = still()
-    odd = drifting(1e-3)
-    time = np.sort(np.append(odd.time, [0.5051, 0.5052]))
-    q = np.interp(time, odd.time, odd.poses[:, 0, 0])
-    poses = np.zeros((len(time), 1, 3))
-    poses[:, 0, 0] = q
-    more = replace(odd, time=time, poses=poses, rates=np.zeros_like(poses))
-    assert len(compare(even, more).time) == 101
-    assert compare(even, more).deviation.largest == pytest.approx(1e-3)
-
-
 def test_grids_that_differ_are_met_by_the_cubic():
     def swing(samples):
         return block(lambda t: np.sin(6 * t), lambda t: 6 * np.cos(6 * t), samples)
@@ -211,30 +199,6 @@ def test_a_strike_that_a_run_misses_shifts_no_other(rigid, swap):
     assert "no strike" in comparison_text(compare(*pair))
 
 
-def test_strikes_of_different_laps_are_never_one(rigid):
-    early = later(rigid, 0.0, lambda touch: touch.begin < 1.0)
-    late = later(rigid, 0.0, lambda touch: touch.begin > 1.0)
-    pairs = compare(early, late).strikes
-    assert [(p.lap, p.first is None, p.second is None) for p in pairs] == [
-        (1, False, True),
-        (3, True, False),
-    ]
-
-
-def test_without_a_crank_the_nearer_strike_is_the_same(rigid):
-    found = compare(rigid, rigid)
-    hit = replace(found.first.strikes["strike"][0], crank_angle=None)
-
-    def at(*times):
-        return {"strike": tuple(replace(hit, begin=time) for time in times)}
-
-    one = replace(found.first, strikes=at(0.1, 0.2, 0.3))
-    other = replace(found.second, strikes=at(0.21, 0.31))
-    pairs = replace(found, first=one, second=other).strikes
-    assert [p.first.begin for p in pairs] == [0.1, 0.2, 0.3]
-    assert [p.second and p.second.begin for p in pairs] == [None, 0.21, 0.31]
-
-
 # --- guides with clearance
 
 
@@ -298,13 +262,6 @@ def test_a_cubic_is_met_exactly():
     np.testing.assert_allclose(between_samples(time, values, rates, at), expected, atol=1e-15)
 
 
-def test_an_inflexion_is_no_jump():
-    time = np.linspace(0, 2 * pi, 64)
-    at = np.linspace(0, 2 * pi, 997)
-    seen = between_samples(time, np.sin(time), np.cos(time), at)
-    assert np.max(np.abs(seen - np.sin(at))) < 1.1 * (2 * pi / 63) ** 4 / 384
-
-
 # --- files, text and figure
 
 
@@ -330,16 +287,6 @@ def test_files_say_what_was_found(both, tmp_path):
     assert len(table) == len(both.time)
     np.testing.assert_allclose(table["deviation_m"], both.deviation.distance, atol=1e-12)
     np.testing.assert_allclose(table["lagrangian_x_m"], both.second.position[:, 0], atol=1e-12)
-
-
-def test_text_names_runs_settings_and_cost(both):
-    said = " ".join(comparison_text(both).split())
-    assert said.startswith("Comparison of exudyn and lagrangian: Extensible flexible link")
-    assert "tolerance 1e-07 m, penalty" in said
-    assert "1.50 s" in said
-    assert f"up to the horizon, {both.horizon:.5f} s" in said
-    assert both.with_clearance == ()
-    assert "Joints with clearance" not in said
 
 
 def texts(figure):

@@ -64,40 +64,6 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_the_stiffness_across_the_normal_is_the_force_times_the_second_derivative_of_the_gap(
-    shape, side
-):
-    assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
-    own = replace(assembly.mechanism.contacts[0], side=1.0 if side == "left" else -1.0)
-    layout = tree_layout(assembly.mechanism)
-    contact = PenaltyContact(layout, own, own.law)
-    curve = own.curve
-    u = 0.4 * (curve.start + curve.end)
-    inside = curve.point(u) - own.side * 0.01 * curve.normal(u)
-    x = np.zeros(6)
-    moves = layout.path(layout.frames[0].link)[:2]
-    x[moves] = inside - [0.01, 0.02]  # the point of the bead
-    contact.follow(x, presses=True)
-    touch, h = contact.touch(x, np.zeros(6)), 1e-4
-    assert touch.gap == pytest.approx(-0.03, abs=1e-12)  # with the roller's radius
-
-    def gap(one, other):
-        at = x.copy()
-        at[moves] += [one, other]
-        return contact.touch(at, np.zeros(6)).gap
-
-    across = (gap(h, h) - gap(h, -h) - gap(-h, h) + gap(-h, -h)) / 4
-    bends = np.array([[gap(h, 0) + gap(-h, 0), across], [across, gap(0, h) + gap(0, -h)]])
-    bends -= np.diag([2 * touch.gap] * 2)
-    stiffness, damping = contact.slopes(x, np.zeros(6))
-    np.testing.assert_allclose(
-        stiffness[np.ix_(moves, moves)], -1e4 * 0.03 * bends / h**2, atol=1e-3, rtol=1e-5
-    )
-    assert not damping.any()
-
-
-@pytest.mark.parametrize("shape", SHAPES)
 def test_a_gap_bends_with_the_motion_of_point_and_curve(shape):
     """Where no coordinate of the tree accelerates: the derivative of its rate."""
     assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))

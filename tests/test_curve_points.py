@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exudyn_flexlink.cli import main
-from exudyn_flexlink.curves import CurveError, Spline, closing
+from exudyn_flexlink.curves import CurveError, Spline
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import build_curves
@@ -51,15 +50,6 @@ def test_a_last_point_near_the_first_closes_the_curve(tmp_path, count, gap, clos
     assert abs(radii - RADIUS).max() < off
     (told,) = [told for told in simulate(scene).warnings if "groove" in told]
     assert "closes the curve, and is left out" in told
-
-
-def test_the_command_says_so_too(tmp_path, capsys):
-    read(tmp_path, np.concatenate([ring(12), [[RADIUS, -1e-7]]]))
-    (tmp_path / "model.yaml").write_text("curves: {groove: {type: spline, file: ring.csv}}" + BEAD)
-    assert main(["check", str(tmp_path / "model.yaml")]) == 0
-    seen = capsys.readouterr()
-    assert "warning: curves.groove: the last point, 1e-07 m from the first, closes" in seen.err
-    assert "  groove  spline, closed   0.1885 m long\n" in seen.out
 
 
 @pytest.mark.parametrize("after", [0, 4, 11])
@@ -110,14 +100,6 @@ def test_an_arc_must_say_whether_it_is_closed(tmp_path, turn):
     assert not opened.closed
     assert opened.length() == pytest.approx(turn * np.pi * RADIUS, rel=1e-4)
     assert build_curves(read(tmp_path, arc, ", closed: true").curves)[0]["groove"].closed
-
-
-@pytest.mark.parametrize("points", [ring(4), ring(12), ring(48), ring(12)[:, ::-1] * [1.5, 1]])
-def test_what_looks_closed_needs_not_say_so(points):
-    for i in range(len(points)):
-        found, closed = closing(np.roll(points, i, axis=0), None)
-        assert closed
-        assert len(found) == len(points)
 
 
 CURVES = """

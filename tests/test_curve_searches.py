@@ -47,11 +47,6 @@ def test_the_closest_place_of_a_point_beside_an_open_end_is_that_end():
     assert search.on_curve(0.9, -0.2) == (0, CURVES["line"].end)
 
 
-def test_a_place_on_a_piece_goes_on_beyond_its_end():
-    """On the first line of the stadium, over its arc."""
-    assert Closest(STADIUM).on_piece(0, 1.2, 0.1, 0.9) == pytest.approx(1.2, abs=1e-15)
-
-
 @pytest.mark.parametrize("part", [1e-3, 0.03, 0.09, 0.5])
 def test_the_closest_place_of_a_point_near_the_centre_of_curvature(part):
     """A part of the radius from a circle's middle, as of a roller that hardly has room in it."""
@@ -77,12 +72,6 @@ def test_lengths_are_the_same_one_by_one(name):
     for u in np.linspace(curve.start, curve.end, 137)[:-1].tolist():
         exact = float(curve.arc_length.to(np.array(u)))
         assert search.length_to(*curve.locate(u)) == pytest.approx(exact, abs=1e-14)
-
-
-def test_the_length_of_a_piece_goes_on_beyond_its_ends():
-    search = Closest(STADIUM)
-    assert search.length_to(0, 1.2) == pytest.approx(1.2, abs=1e-15)
-    assert search.length_to(2, -0.1) == pytest.approx(0.9 + pi / 2, abs=1e-14)
 
 
 def test_the_length_of_an_ellipse_is_its_elliptic_integral():

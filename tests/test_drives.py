@@ -8,10 +8,8 @@ import pytest
 from test_physics_tools import MODELS, angle, run, scene, speed, where
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.mechanism.prescribed import Antiderivative
-from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import Document, SceneError
 
 G, MASS, ARM = 9.81, 2.0, 0.5
@@ -321,24 +319,6 @@ accuracy: {tolerance: 1.0e-8}
 """
 
 
-def test_slopes_of_torques_and_forces_are_those_of_differences():
-    """Newton's matrix has every derivative: central differences of the forces themselves."""
-    assembly = assemble_scene(scene(CHAIN))
-    model = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    x, v = (np.array([0.4, -1.2]), np.array([1.0, 1.0]))
-    stiffness, damping = model.loads.slopes(0.3, x, v)
-    h = 1e-6
-
-    def push(x, v):
-        return model.loads.push(np.array([0.3]), x[None], v[None])[0]
-
-    for k, e in enumerate(np.eye(2) * h):
-        by_place = push(x + e, v) - push(x - e, v)
-        by_speed = push(x, v + e) - push(x, v - e)
-        np.testing.assert_allclose(stiffness[:, k], -by_place / (2 * h), atol=1e-8)
-        np.testing.assert_allclose(damping[:, k], -by_speed / (2 * h), atol=1e-8)
-
-
 def test_engines_agree_on_a_chain_with_every_kind_of_load():
     fine, coarse = run(CHAIN), simulate(scene(CHAIN, *REDUNDANT), measure=False)
     ends = [where(result, "lower.tip")[-1] for result in (fine, coarse)]
@@ -367,12 +347,3 @@ def test_integrals_to_rounding():
         )
         exact = 0.245 + np.sign(t - 0.7) * (t - 0.7) ** 2 / 2
         assert bent(np.array([t])) == pytest.approx(exact, abs=1e-12)
-
-
-def test_integrals_late_in_a_long_run():
-    """At t = 100 s a phase is rounded to 4e-12: pieces are not halved to resolve that."""
-    late = Antiderivative(lambda t: np.cos(100 * pi * t))
-    assert late(np.array([100.3])) == pytest.approx(
-        np.sin(100 * pi * 100.3) / (100 * pi), abs=1e-10
-    )
-    assert len(late._pieces) < 3 * 50 * 100  # three in each period

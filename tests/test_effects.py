@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exudyn_flexlink.cli.values import EFFECT_NAMES
 from exudyn_flexlink.effects import EFFECTS, absent, idealise
 from exudyn_flexlink.loading import assemble_scene, document_of, load_scene, scene_of
 from exudyn_flexlink.mechanism import build_mechanism
@@ -48,12 +47,6 @@ def test_without_an_effect_the_models_become_one_another(whole):
     smooth = idealise(load_scene(MODELS / "no_clearance.yaml",
                                  ["bodies.link.hinges.stiffness=beam"]), ["impact"])  # fmt: skip
     assert data(smooth) == model("smooth")
-
-
-def test_without_damping_nothing_is_lost_before_the_strike(whole):
-    free = idealise(whole, ["damping", "friction", "clearance", "impact"])
-    assert all(spring.damping == 0 for spring in assemble_scene(free).mechanism.springs)
-    assert free.bodies["link"].rods == whole.bodies["link"].rods
 
 
 def test_an_effect_that_does_not_exist(whole):
@@ -177,17 +170,6 @@ def test_a_struck_body_stays_where_something_else_needs_it(old, new):
     assert bare.contacts == {}
 
 
-def test_bodies_that_strike_each_other_stay_where_there_are_no_others():
-    both = (
-        "  back: {type: point_on_line, point: anvil.end, line: [hammer.start, hammer.end],\n"
-        "         side: right, law: {stiffness: 1.0e4, restitution: 0.5}}\ninitial:"
-    )
-    lines = [line for line in TWO_RODS.splitlines() if "spare" not in line]
-    text = "\n".join(lines).replace("initial:", both)
-    scene = scene_of(parse_document(text, "test"))
-    assert set(idealise(scene, ["impact"]).bodies) == {"hammer", "anvil"}
-
-
 # --- what stays -------------------------------------------------------------------------------
 
 
@@ -237,10 +219,6 @@ def test_any_list_of_effects_does_what_its_set_does_in_any_order(effects, path):
     assert set(effects) <= set(absent(bare, EFFECTS))
     assert parse_scene(parse_document(json.dumps(bare.to_data()), "test")) == bare
     assert bare.document is scene.document
-
-
-def test_the_command_line_knows_every_effect():
-    assert tuple(EFFECTS) == EFFECT_NAMES
 
 
 @pytest.mark.parametrize("joint", ["sleeve", "crank"])

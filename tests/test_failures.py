@@ -22,9 +22,8 @@ from exudyn_flexlink.engines.finer import measured_by
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import NOT_ASKED
-from exudyn_flexlink.plots import save_figures
 from exudyn_flexlink.result import Outcome
-from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
+from exudyn_flexlink.storage import load, staged_folder
 
 ROOT = Path(__file__).parents[1]
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
@@ -172,23 +171,6 @@ def test_a_run_that_can_not_be_written_whole_is_not_there():
     assert files(".") == []
 
 
-def test_the_place_that_is_full_is_named_as_the_user_knows_it(monkeypatch):
-    def full(*_, **__):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    def write():
-        with staged_folder(Path("o")) as folder:
-            storage.save(results.pendulum(), folder)
-
-    monkeypatch.setattr(
-        "exudyn_flexlink.storage.documents.write_csv", full
-    )  # the arrays still had room
-    said = f"can't write {Path('o').resolve()}: the disk is full; make room"
-    with pytest.raises(StorageError, match=said):
-        write()
-    assert files(".") == []
-
-
 def test_figures_drawn_again_appear_all_or_none(monkeypatch, capsys):
     storage.save(results.pendulum(), Path("o"))
     before = files("o")
@@ -203,19 +185,6 @@ def test_figures_drawn_again_appear_all_or_none(monkeypatch, capsys):
     assert files("o") == before
     assert main(["plot", "o", "--out", "new/figures"]) == 2
     assert files(".") == ["o"]
-
-
-def test_figures_drawn_again_replace_the_old_ones():
-    results.put(results.pendulum(), "o")
-    with staged_files(Path("o")) as staged:
-        (staged / "coordinates.png").write_bytes(b"old")
-    Path("o/mine.txt").write_bytes(b"mine")
-    with staged_files(Path("o")) as staged:
-        names = [path.name for path in save_figures(load(Path("o")), staged)]
-    assert set(names) <= set(files("o"))
-    assert Path("o", names[0]).stat().st_size > 3
-    assert Path("o/mine.txt").read_bytes() == b"mine"
-    assert not [name for name in files("o") if name.startswith(".")]
 
 
 @pytest.mark.parametrize("place", ["file/o", "file/deep/o", "x" * 300, "/proc/o", "loop/o"])
@@ -279,18 +248,6 @@ def test_a_failed_run_has_failed_for_a_reader_that_has_seen_enough_too(tmp_path)
     assert ran.returncode == 1
     assert ran.stderr.startswith("warning: made up\n")
     assert "it stalled" in ran.stderr
-
-
-def test_letters_that_the_output_does_not_know():
-    model = Path("läufer-振り子.yaml")
-    model.write_bytes(Path(SMOOTH).read_bytes())
-    ran = subprocess.run(
-        [sys.executable, "-m", "exudyn_flexlink", "check", str(model)],
-        capture_output=True, text=True, check=False, timeout=120,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"},
-    )  # fmt: skip
-    assert (ran.returncode, ran.stderr) == (0, "")
-    assert "l\\xe4ufer" in ran.stdout
 
 
 # --- two runs into one folder -------------------------------------------------------------------

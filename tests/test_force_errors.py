@@ -16,7 +16,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
-from exudyn_flexlink.observables import force_deviations, worst_force
+from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.plots import forces
 from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.report import comparison_text, run_text
@@ -154,14 +154,6 @@ def test_beside_an_impulse_nothing_is_told():
     assert force_deviations(one, other)[CRANK].free.largest == pytest.approx(0, abs=1e-12)
 
 
-def test_forces_that_are_rounding_are_not_the_worst():
-    spread = ForceSpread(1e-14, 0.1, 1e-15, 1e-14)
-    real = ForceSpread(1e-3, 0.1, 1e-4, 2.0)
-    found = {"a": ForceDeviation("N", spread, None), "b": ForceDeviation("N", real, None)}
-    assert worst_force(found) == ("b", pytest.approx(5e-4))
-    assert worst_force({"a": found["a"]}) == ("", 0.0)
-
-
 # --- where it is told
 
 
@@ -250,9 +242,3 @@ def test_a_force_that_is_rounding_while_nothing_touches_has_no_row():
     told = "\n".join(lines_of(force_error_table({"slot force of way": own})))
     assert "slot force of way, in contact" in told
     assert "333" not in told
-
-
-def test_a_force_that_is_rounding_throughout_has_no_row():
-    """A rail along which a body slides freely carries nothing."""
-    own = ForceDeviation("N", ForceSpread(5e-14, 0.1, 2e-14, 1.5e-14), None)
-    assert not force_error_table({"joint force of way": own}).rows

@@ -56,12 +56,6 @@ def test_a_run_over_a_sweep_is_refused_before_it_is_written(tmp_path):
     assert (tmp_path / "o" / "table.csv").is_file()
 
 
-def test_a_report_is_no_pdf(run, tmp_path):
-    with pytest.raises(StorageError, match=r"name ends in \.html or \.htm"):
-        run.report(tmp_path / "a.pdf")
-    assert not list(tmp_path.iterdir())
-
-
 # --- numbers ----------------------------------------------------------------------------------
 
 
@@ -204,15 +198,6 @@ def test_two_paths_of_a_sweep_to_one_value_are_refused(swapped):
     found = dict(varied[::-1] if swapped else varied)
     with pytest.raises(fl.SceneError, match="is varied twice with"):
         fl.sweep(fl.load_scene("textbook/friction_wheels"), found, workers=1)
-
-
-def test_values_from_python_are_values():
-    scene = fl.load_scene("smooth")
-    for title in ("no # 3", "yes", "null", "{a: 1}", "12", "a: b", " - x"):
-        assert scene.with_({"title": title}).title == title
-    assert scene.with_({"drives.motor.value": "20 rad/s"}).drives["motor"].value == 20
-    assert scene.with_({"gravity": [0, np.float64(-9.81)]}).gravity == (0, -9.81)
-    assert fl.load_scene("smooth", {"title": "# 1"}).title == "# 1"
 
 
 def test_a_path_with_blanks_is_no_other_path():

@@ -3,14 +3,12 @@
 from dataclasses import replace
 from math import inf, isnan, pi
 
-import numpy as np
 import pytest
 import results
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import strikes
-from exudyn_flexlink.plots import lever as lever_figure
 from exudyn_flexlink.report import comparison_text, run_text
 from exudyn_flexlink.storage import load, save
 
@@ -60,30 +58,9 @@ def test_an_impact_does_not_end_a_contact_that_lasts(rigid):
     assert only.impulse == pytest.approx(5e-3)
 
 
-def test_an_impact_in_a_contact_that_lasts_to_the_end_does_not_end_it(rigid):
-    (only,) = strikes(results.touched(rigid, lasting(2.5), impact(2.505)), "strike")
-    assert not only.ended
-    assert only.end == rigid.time[-1]
-    assert isnan(only.impulse)
-
-
-def test_impacts_of_two_laps_are_two_strikes(rigid):
-    single = results.touched(rigid, impact(0.5), impact(2.5))
-    assert [strike.lap for strike in strikes(single, "strike")] == [1, 4]
-
-
 def test_an_unbounded_force_is_not_known(rigid):
     hit = replace(results.touched(rigid, impact(0.5)), engine="lagrangian")
     assert "not known" in comparison_text(compare(rigid, hit))
-
-
-def test_the_lever_figure_ticks_impacts(rigid):
-    burst = (impact(0.5), impact(0.501))
-    (axes, *_) = lever_figure(results.touched(rigid, *burst)).axes
-    (ticks,) = (line for line in axes.lines if line.get_label() == "impacts")
-    np.testing.assert_allclose(ticks.get_xdata(), [0.5, 0.501])
-    (axes, *_) = lever_figure(rigid).axes
-    assert not [line for line in axes.lines if line.get_label() == "impacts"]
 
 
 def test_impacts_survive_saving_and_are_told(rigid, tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,16 +11,13 @@ from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian import problem
-from exudyn_flexlink.engines.lagrangian.run import prepare, solve
+from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
-from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.mechanism import Anchor, Slot, approach
-from exudyn_flexlink.scene import Run
+from exudyn_flexlink.mechanism import Anchor, Slot
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"
@@ -179,40 +175,6 @@ def test_events_are_those_of_the_explicit_method() -> None:
     assert ours.checks.steps < other.checks.steps / 2
 
 
-@pytest.mark.parametrize("height", [0.05, 0.0])
-def test_a_lever_that_is_never_reached_makes_no_events(
-    height: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """S passes the line through its face, far beyond the tip: of that only the side is kept.
-
-    It does so 0.05 s away from where a piece of the track ends, or within the same step.
-    """
-    located: list[int] = []
-    first_of = problem.first_of
-
-    def counted(*given: Any) -> tuple[float, int] | None:
-        located.append(1)
-        return first_of(*given)
-
-    monkeypatch.setattr(problem, "first_of", counted)
-    scene = load_scene(
-        MODELS / "no_clearance.yaml", [*FIVE, f"joints.pivot.at=[-0.5, {height}]", "run.turns=1.2"]
-    )
-    assert solve(prepare(scene)) == ""
-    assert len(located) <= 2
-    seen = set()
-    for t in (0.1, 0.4, 0.7):
-        prepared = prepare(scene.changed(run=Run(duration=t, sample=0.01)))
-        assert solve(prepared) == ""
-        kept = prepared.recorder.all_kept()
-        (contact,) = prepared.model.contacts
-        behind = approach(contact, kept.own.poses[-1], kept.own.rates[-1]).gap < 0
-        (side,) = prepared.problem.touches.sides
-        assert side == (Side.BEHIND if behind else Side.APART)
-        seen.add(side)
-    assert len(seen) == 2
-
-
 def test_a_ramp_and_a_torque_are_met() -> None:
     """A drive that comes up over 50 ms, and a free guide under a torque and gravity."""
     ramp = "drives.motor={type: speed, joint: crank, value: 10, ramp: 50 ms}"
@@ -265,12 +227,3 @@ def test_steps_that_get_shorter_and_shorter_turn_no_point_round() -> None:
     result = simulate(scene, "lagrangian")
     assert result.checks.steps > 30
     assert max(len(extreme.time) for extreme in result.extremes.values()) < 10
-
-
-def test_samples_do_not_change_the_steps() -> None:
-    """Samples asked for at any interval are those of the same steps."""
-    one, two = run("accuracy.tolerance=1e-5"), run("accuracy.tolerance=1e-5", "run.sample=0.5 ms")
-    assert one.checks.steps == two.checks.steps
-    _, i, k = np.intersect1d(one.time.round(9), two.time.round(9), return_indices=True)
-    assert len(i) > 300
-    assert one.poses[i] == pytest.approx(two.poses[k], abs=1e-13)

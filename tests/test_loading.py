@@ -13,9 +13,8 @@ from exudyn_flexlink.scene import (
     JoinedSpec,
     LapsSpec,
     LineSpec,
-    check_document,
 )
-from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.source import SceneError
 
 MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
 
@@ -69,16 +68,6 @@ def test_a_wrong_curve_is_told_once_and_those_that_contain_it_are_left_out_in_si
     assert set(curves) == {"laps", "whole"}
 
 
-def test_a_checked_document_keeps_what_is_valid() -> None:
-    text = "title: x\ncurves:\n  a: {type: line, from: [0, 0], to: [1, 0]}\n  b: {type: line}\n"
-    checked = check_document(parse_document(text, "test"))
-    assert checked.curves["a"] == line(0, 1)
-    assert checked.curves["b"] is None
-    with pytest.raises(SceneError) as found:
-        checked.to_scene()
-    assert found.value.mistakes == SceneError(checked.document, checked.mistakes).mistakes
-
-
 # --- links that start in a wall ---------------------------------------------------------------
 
 CLEARANCE = MODEL.with_name("clearance.yaml")
@@ -109,10 +98,3 @@ def test_a_link_that_leans_on_a_corner_at_the_start() -> None:
         CLEARANCE,
         ["initial={angles: {guide: 180 deg, link: 189 deg}}", "joints.pivot.at=[-0.3, 0]"],
     )
-
-
-def test_a_wider_clearance_takes_what_a_narrow_one_refuses() -> None:
-    start = "initial={angles: {guide: 0, link: 10 deg}}"
-    assert load_scene(CLEARANCE, [start, "joints.sleeve.clearance=0.0122"])
-    with pytest.raises(SceneError, match="inside its guide's walls"):
-        load_scene(CLEARANCE, [start, "joints.sleeve.clearance=0.0121"])

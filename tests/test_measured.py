@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.engines import LateInterruptError, measured, simulate
+from exudyn_flexlink.engines import LateInterruptError, simulate
 from exudyn_flexlink.engines.finer import measured_by, partner, unmeasured
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
@@ -403,18 +403,3 @@ def test_simulate_measures_unless_told_not_to(
         assert there == [NOT_ASKED]
         assert kept.largest == pytest.approx(3e-6)
         assert "points within 3e-06 m" in said
-
-
-def test_progress_of_both_runs_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("exudyn_flexlink.integrate.progress.SECONDS_BETWEEN_REPORTS", 0.0)
-    told: list[float] = []
-    settings = ["run.turns=0.05", "bodies.link.rods=2"]
-    simulate(load_scene(MODELS / "smooth.yaml", settings), progress=told.append, measure=True)
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1.0)
-    assert any(part < 0.4 for part in told)
-
-
-def test_what_is_measured_already_stays() -> None:
-    found = measured_by(made_up(), 9, lambda _: made_up())
-    assert measured(found) is found

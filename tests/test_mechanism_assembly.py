@@ -97,22 +97,6 @@ def test_other_crank_angles_start_in_lap_1_on_the_ellipse(angle: float) -> None:
     assert found.state.places[0] == pytest.approx(expected, abs=1e-8)
 
 
-def test_a_whole_turn_is_the_start_of_lap_1() -> None:
-    found = paper("initial={angles: {guide: 360 deg}}")
-    assert found.state.places[0] == 0
-
-
-def test_the_angle_of_the_link_turns_its_driven_guide() -> None:
-    found = paper("initial={angles: {link: 60 deg}}")
-    assert found.state.q[0, 2] == pytest.approx(pi / 3)
-
-
-@pytest.mark.parametrize("length", [0.02, 0.2])
-def test_the_length_of_the_guide_does_not_move_the_link(length: float) -> None:
-    found = paper(f"bodies.guide.length={length}")
-    assert found.state.q[1] == pytest.approx([0.04, 0, 0], abs=1e-12)
-
-
 def test_a_spring_rests_as_assembled() -> None:
     found = paper("initial={angles: {lever: 20 deg}}", "contacts={}")
     assert found.mechanism.springs[0].rest_angle == pytest.approx(radians(20))
@@ -140,10 +124,6 @@ def test_a_guess_picks_the_branch_of_a_four_bar(side: int) -> None:
     assert joint == pytest.approx(end + along * base / distance + side * height * left, abs=1e-10)
 
 
-def test_a_four_bar_without_guesses_finds_a_branch() -> None:
-    assert not assembled(FOUR_BAR).surplus
-
-
 @pytest.mark.parametrize("angle", [0, 60, 90, 180, 270])
 def test_a_slider_crank(angle: float) -> None:
     found = assembled(SLIDER_CRANK + f"initial: {{angles: {{crank: {angle} deg}}}}\n")
@@ -155,18 +135,6 @@ def test_a_slider_crank(angle: float) -> None:
     spin = -0.1 * 2 * cos(theta) / (0.3 * cos(slope))
     assert found.state.v[1, 2] == pytest.approx(spin, abs=1e-9)
     assert found.degrees_of_freedom == 0
-
-
-def test_an_elliptic_trammel() -> None:
-    slots = "joints:\n  x: {type: slot, point: rod.start, curve: across}\n"
-    slots += "  y: {type: slot, point: rod.end, curve: up}\n"
-    found = assembled(
-        AXES + rods(rod=0.2) + slots + "initial: {angles: {rod: 40 deg}, speeds: {rod: 3}}\n"
-    )
-    angle = radians(40)
-    assert found.degrees_of_freedom == 1
-    assert found.state.q[0] == pytest.approx([-0.2 * cos(angle), 0, angle], abs=1e-12)
-    assert found.state.v[0] == pytest.approx([0.2 * sin(angle) * 3, 0, 3], abs=1e-12)
 
 
 STEPHENSON = """bodies:
@@ -200,14 +168,6 @@ def test_a_load_at_the_output_of_a_six_bar_leaves_its_angle_open(crank: int, gue
     initial = f"initial: {{angles: {{crank: {crank} deg}}, guesses: {guesses}}}\n"
     state = assembled(STEPHENSON + drives + initial).state
     assert state.q[0, 2] == pytest.approx(radians(crank))
-
-
-def test_a_rod_is_a_chord_of_a_ring() -> None:
-    slots = "joints:\n  x: {type: slot, point: rod.start, curve: ring}\n"
-    slots += "  y: {type: slot, point: rod.end, curve: ring}\n"
-    found = assembled(AXES + rods(rod=0.2) + slots)
-    centre = anchor_position(Anchor(0, 0.1, 0), found.state.q)
-    assert hypot(*centre) == pytest.approx(0.2 * cos(pi / 6), abs=1e-10)
 
 
 @pytest.mark.parametrize("angle", [0, 90, 180, 270])

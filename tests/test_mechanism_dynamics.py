@@ -10,7 +10,6 @@ from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import (
     Assembly,
     EnergyMeter,
-    accelerations,
     anchor_position,
     contact_mass,
     swings,
@@ -36,9 +35,6 @@ def rods(*names: str) -> str:
     return "bodies:\n" + "".join(lines)
 
 
-PENDULUM = (
-    rods("rod") + "joints:\n  pin: {type: revolute, points: [ground, rod.start], at: [1, 2]}\n"
-)
 OFFSET = """bodies:
   body: {type: rigid, mass: 2, inertia: 0.03, points: {hole: [0.1, 0.05], nose: [-0.1, 0.3]},
          centre_of_mass: [-0.02, 0.04]}
@@ -148,22 +144,6 @@ initial: {angles: {one: 0.3, two: 1.5}, speeds: {one: 20, two: -4}}
     assert turned @ inertial == pytest.approx(0, abs=1e-10)
     for axis in range(2):
         assert inertial[axis::3].sum() == pytest.approx(0, abs=1e-9)
-
-
-def test_a_motor_accelerates_along_its_ramp() -> None:
-    drive = "drives:\n  m: {type: speed, joint: pin, value: 6, ramp: 0.4}\n"
-    found = assembled(PENDULUM + drive)
-    state = found.state
-    assert found.degrees_of_freedom == 0
-    a = accelerations(found.mechanism, state.q, state.v, state.places, 0.2)
-    assert a[0, 2] == pytest.approx(6 / 0.4 * 1.875)  # 30 x^2 (1-x)^2 at the middle
-
-
-def test_a_torque_turns_the_second_body_and_reacts_on_the_first() -> None:
-    drive = "drives:\n  m: {type: torque, joint: b, value: 0.7}\n"
-    mechanism = assembled(rods("one", "two") + DOUBLE.replace("-9.81", "0") + drive).mechanism
-    forces = applied_forces(mechanism, np.zeros((2, 3)), np.zeros((2, 3)), 1.0)
-    assert forces == pytest.approx([0, 0, -0.7, 0, 0, 0.7])
 
 
 SLOTTED = (

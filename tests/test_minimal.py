@@ -7,14 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from results import scene_from
 
 from exudyn_flexlink.engines import formulations, simulate
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -69,34 +65,6 @@ def test_auto_takes_minimal_coordinates_for_every_mechanism(model: str) -> None:
 def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for() -> None:
     scene = load_scene(MODELS / "smooth.yaml", ["accuracy={step: 1e-3}"])
     assert formulation(scene) == "redundant"
-
-
-def test_motors_and_slots_fix_coordinates() -> None:
-    """Guide and slide are known: nine hinges and the lever are free."""
-    layout = tree_layout(assemble_scene(load_scene(MODELS / "no_clearance.yaml")).mechanism)
-    assert len(layout.links) == 12
-    assert len(layout.free) == 10
-    assert layout.free == list(range(2, 12))
-
-
-def test_a_loop_is_closed_by_the_joint_left_over() -> None:
-    text = """
-title: three bars
-materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
-bodies:
-  one: {type: rod, length: 1, material: steel, section: {width: 0.1, thickness: 0.1}}
-  two: {type: rod, length: 1, material: steel, section: {width: 0.1, thickness: 0.1}}
-joints:
-  a: {type: revolute, points: [ground, one.start], at: [0, 0]}
-  b: {type: revolute, points: [one.end, two.start]}
-  c: {type: revolute, points: [ground, two.end], at: [1, 0]}
-initial: {guesses: {one: 60 deg, two: -60 deg}}
-run: {duration: 0.1}
-accuracy: {tolerance: 1.0e-5}
-"""
-    layout = tree_layout(assemble_scene(scene_from(text)).mechanism)
-    assert len(layout.links) == 2
-    assert [closure.name for closure in layout.closures] == ["c"]
 
 
 # --- where its links are ----------------------------------------------------------------------
@@ -183,20 +151,6 @@ def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None
     assert off * LEVER < tolerance
 
 
-def test_an_error_larger_than_any_step_stops_the_run_at_a_dead_centre() -> None:
-    """A track that the guide's axis leaves: the run is kept up to there, and says why."""
-    result = run(
-        "smooth.yaml",
-        *FEW,
-        "curves.track={type: circle, centre: [0.06, 0], radius: 0.02}",
-        "initial={angles: {guide: 0}}",
-    )
-    assert not result.outcome.completed
-    assert "axis" in result.outcome.reason
-    assert 0.01 < result.outcome.time < 0.2
-    assert result.time[-1] == pytest.approx(result.outcome.time)
-
-
 def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
     """Each step's equations are solved to rounding, which is all that is left at finer ones."""
 
@@ -239,16 +193,6 @@ def test_a_users_step_that_an_event_cuts_short_of_a_cusp_is_not_told() -> None:
     assert not any("is too long from" in warning for warning in found.warnings)
 
 
-def test_samples_may_be_further_apart_than_many_steps() -> None:
-    """More steps than are worked off together lie between two samples."""
-    settings = ("bodies.link.rods=2", "accuracy.step=5e-5", "solver.formulation=minimal")
-    result = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 0.055}")
-    fine = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 5 ms}")
-    assert result.checks.steps > 1000
-    np.testing.assert_allclose(result.poses[-1], fine.poses[-1], atol=1e-14)
-    np.testing.assert_allclose(result.drive_torques["motor"][-1], fine.drive_torques["motor"][-1])
-
-
 def test_forces_are_those_of_the_equations_at_every_sample() -> None:
     """A track's force is a tenth of the crank's: as a derivative of the steps it was 1 % off."""
     at = ("run={duration: 0.3, sample: 1 ms}",)
@@ -257,67 +201,3 @@ def test_forces_are_those_of_the_equations_at_every_sample() -> None:
     first, second = common(loose, tight)
     found, exact = loose.slot_forces["pin"][first], tight.slot_forces["pin"][second]
     assert np.abs(found - exact).max() < 2e-4 * np.abs(exact).max()
-
-
-# --- what is evaluated once -------------------------------------------------------------------
-
-
-def test_the_end_of_a_step_is_put_together_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Events, walls and what is recorded all look at it."""
-    ends = []
-    whole = MinimalModel.states
-
-    def counted(model: MinimalModel, t: np.ndarray, *state: np.ndarray) -> TreeState:
-        ends.append(t[-1])
-        return whole(model, t, *state)
-
-    monkeypatch.setattr(MinimalModel, "states", counted)
-    # No wall is touched so early: every step is accepted as it was looked at.
-    result = simulate(load_scene(MODELS / "clearance.yaml", ["run.turns=0.02"]), measure=False)
-    assert result.checks.steps > 5
-    assert len(ends) == result.checks.steps
-
-
-def test_pairs_that_press_are_where_they_are_among_all() -> None:
-    assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
-    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    which = np.array([3, 0, 40])
-    x, v = (np.stack([own, own + 0.1]) for own in tree.start)
-    every, some = tree.walls.faces.look(x, v), tree.walls.faces.some(which).look(x, v)
-    for all_of_them, few in zip(every, some, strict=True):
-        np.testing.assert_array_equal(few, all_of_them[:, which])
-
-
-def test_stages_together_are_what_they_are_alone() -> None:
-    assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
-    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    tree.walls.choose(np.arange(len(tree.walls.contacts)) == 2)
-    q, v = tree.coordinates.independent()
-    t, scale = np.array([0.0, 0.1, 0.2]), np.array([[1.0], [1.01], [0.99]])
-    together = tree.evaluate_all(t, scale * q, scale * v)
-    for i, at in enumerate(t.tolist()):
-        alone = tree.evaluate(at, scale[i] * q, scale[i] * v)
-        np.testing.assert_allclose(together.mass[i], alone.mass, rtol=1e-13, atol=1e-18)
-        np.testing.assert_allclose(together.force[i], alone.force, rtol=1e-12, atol=1e-14)
-
-
-def test_a_loop_of_which_no_step_was_tried_is_at_no_dead_centre() -> None:
-    assembly = assemble_scene(load_scene(MODELS / "benchmarks" / "n_four_bar.yaml"))
-    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    assert tree.coordinates.on_dead_centre(at_stop=False) == (False, False, False)
-
-
-def test_a_look_that_fails_leaves_a_step_in_its_way_of_closing_a_loop() -> None:
-    """The rod of a slider-crank turns by 3 rad in one step; the slider may be on either side."""
-    model = MODELS / "textbook" / "free_slider_crank.yaml"
-    assembly = assemble_scene(load_scene(model))
-    coordinates = MinimalModel(assembly, tree_layout(assembly.mechanism), []).coordinates
-    z, v = coordinates.independent()
-    turn, t, speeds = np.array([3.0, 0.0]), 0.01 * C, np.tile(v, (len(C), 1))
-    for part in np.linspace(0, 1, 21):  # rounds of an iteration lead there
-        coordinates.states_at_stages(t, z + part * C[:, None] * turn, speeds)
-    end = t[-1:], z[None] + turn, v[None]
-    before = coordinates.states(*end)
-    with pytest.raises(DeadCentreError):
-        coordinates.states(t[-1:], np.full((1, len(z)), np.nan), v[None])
-    np.testing.assert_allclose(coordinates.states(*end).x, before.x, rtol=0, atol=1e-12)

@@ -8,7 +8,7 @@ import pytest
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.scene import FlexibleBody, Scene, json_schema
+from exudyn_flexlink.scene import Scene, json_schema
 from exudyn_flexlink.shipped import model_names
 from exudyn_flexlink.source import load_document
 
@@ -17,13 +17,6 @@ FILES = [FOLDER / f"{name}.yaml" for name in model_names()]
 SCHEMA = FOLDER / "flexlink.schema.json"
 
 any_model = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-
-
-def test_the_models_are_there() -> None:
-    assert {
-        *("no_clearance", "rigid", "smooth", "spline_track"),
-        *("clearance", "clearance_friction", "supported"),
-    } <= {path.stem for path in FILES}
 
 
 def test_the_schema_file_is_current() -> None:
@@ -62,46 +55,6 @@ def test_it_says_where_its_numbers_come_from(path: Path) -> None:
 
 def scene(name: str) -> Scene:
     return load_scene(FOLDER / f"{name}.yaml")
-
-
-def test_smooth_is_no_clearance_without_lever_and_with_beam_stiffness() -> None:
-    whole, smooth = scene("no_clearance").to_data(), scene("smooth").to_data()
-    for section, name in [("bodies", "lever"), ("joints", "pivot")]:
-        del whole[section][name]
-    for section in ("springs", "contacts"):
-        del whole[section]
-    whole["bodies"]["link"]["hinges"]["stiffness"] = "beam"
-    assert smooth == whole | {"title": smooth["title"]}
-
-
-def test_rigid_is_no_clearance_with_a_rod_for_a_link() -> None:
-    whole, rigid = scene("no_clearance").to_data(), scene("rigid").to_data()
-    link, rod = whole["bodies"].pop("link"), rigid["bodies"].pop("link")
-    assert rod["type"] == "rod"
-    assert {key: link[key] for key in ("length", "material", "section")} == {
-        key: rod[key] for key in ("length", "material", "section")
-    }
-    assert rigid == whole | {"title": rigid["title"]}
-    assert not any(isinstance(body, FlexibleBody) for body in scene("rigid").bodies.values())
-
-
-def test_the_models_with_walls_are_no_clearance_but_for_their_sleeve() -> None:
-    whole = scene("no_clearance").to_data()
-    sleeves = {}
-    for name in ("clearance", "clearance_friction", "supported"):
-        data = scene(name).to_data()
-        sleeves[name] = data["joints"].pop("sleeve")
-        other = {"title": "", "joints": {}, "accuracy": {}}
-        assert data | other == whole | other
-        assert data["joints"] == {k: v for k, v in whole["joints"].items() if k != "sleeve"}
-    assert sleeves["clearance"]["clearance"] == 5e-3
-    rough = sleeves["clearance_friction"]
-    assert rough["law"].pop("friction") > 0
-    smooth = sleeves["clearance"]
-    assert smooth["law"].pop("friction") == 0
-    assert rough == smooth
-    assert sleeves["supported"]["clearance"] == 0
-    assert sleeves["supported"]["supported"]
 
 
 def test_the_points_of_the_spline_track_are_those_of_its_formula() -> None:

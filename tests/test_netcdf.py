@@ -1,7 +1,7 @@
 """The file of a run's arrays, as a stranger opens it: names, units, dimensions, inf."""
 
 import json
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -81,21 +81,6 @@ def test_what_has_no_bound_is_inf(tmp_path):
     assert "inf" not in text.lower().replace("infinit", "")
     assert "nan" not in text.lower()
     assert_same(result, load(tmp_path))
-
-
-def test_names_in_other_alphabets(tmp_path):
-    text = results.PENDULUM.replace("  rod:", "  Stange-ü β:").replace("rod.", "Stange-ü β.")
-    scene = results.scene_from(text)
-    made = replace(results.pendulum(), scene=scene, part_names=("Stange-ü β",))
-    result = results.with_its_extremes(made)
-    save(result, tmp_path)
-    assert_same(result, load(tmp_path))
-    assert "Stange-ü β" in (tmp_path / "result.nc").read_bytes().decode("utf-8", errors="ignore")
-    seen = opened(tmp_path)
-    assert seen["part"].values.tolist() == ["Stange-ü β"]
-    # The format has names in UTF-8; SciPy, through which xarray reads here, takes them for Latin-1.
-    names = {name.encode("latin-1").decode("utf-8") for name in seen.variables}
-    assert "extremes.Stange-ü β.end.x_m.value" in names
 
 
 def test_an_array_beyond_two_gigabytes(tmp_path):

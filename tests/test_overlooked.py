@@ -107,11 +107,6 @@ def test_a_run_by_steps_ends_them_at_pulses() -> None:
     assert found.poses[-1, 0, 0] == pytest.approx(250 + 5e-4 * sqrt(pi) * 0.7, abs=TOLERANCE)
 
 
-def test_a_smooth_force_costs_no_steps() -> None:
-    text = BLOCK.format(force="100*sin(9*t)*exp(-t)", speed=0, lasts=1)
-    assert assemble_scene(scene_of(parse_document(text, "test"))).mechanism.knots(1.0) == []
-
-
 def test_a_force_too_fast_to_look_into_is_told() -> None:
     text = BLOCK.format(force="1e4*sin(1e7*t)", speed=0, lasts=1)
     (told,) = assemble_scene(scene_of(parse_document(text, "test"))).mechanism.unfound
@@ -139,14 +134,6 @@ def test_no_pulse_in_time_is_overlooked(force: str, at: float, impulse: float) -
     found = run(BLOCK.format(force=force, speed=0, lasts=1))
     assert found.poses[-1, 0, 0] == pytest.approx(impulse / MASS * (1 - at), abs=TOLERANCE)
     assert found.rates[-1, 0, 0] == pytest.approx(impulse / MASS, abs=10 * TOLERANCE)
-
-
-def test_no_pulse_is_hidden_behind_another_term() -> None:
-    force = "5*sin(9*t) + 50*exp(-((t - 0.31)/1e-5)**2)"
-    found = run(BLOCK.format(force=force, speed=0, lasts=1))
-    pulse = 5e-4 * sqrt(pi) / MASS
-    waves = 5 / 9 * (1 - sin(9) / 9) / MASS
-    assert found.poses[-1, 0, 0] == pytest.approx(waves + pulse * 0.69, abs=TOLERANCE)
 
 
 def test_no_pulse_along_the_way_is_overlooked() -> None:

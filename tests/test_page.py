@@ -107,44 +107,6 @@ def test_a_browser_may_run_the_player_and_nothing_else(whole: str) -> None:
     assert section.all("script") == page.all("script")
 
 
-def test_figures_are_in_the_page_in_two_widths(whole: str) -> None:
-    page = read_page(whole)
-    names = [figure.attributes["id"] for figure in page.all("figure")]
-    shown = ("mechanism", "coordinates", "polar", "lever", "forces", "energy")
-    assert names == [f"figure-{name}" for name in shown]
-    for figure in page.all("figure"):
-        (narrow,), (wide,) = figure.all("source"), figure.all("img")
-        drawn = [narrow.attributes["srcset"], wide.attributes["src"]]
-        widths = [_width(address) for address in drawn]
-        assert widths[0] < 0.5 * widths[1]
-        assert int(wide.attributes["width"]) == pytest.approx(widths[1] * 96 / 72, abs=1)
-
-
-def _width(address: str) -> float:
-    """Width in points of an SVG in an address, which must hold no other address to load."""
-    kind, _, content = address.partition(";base64,")
-    assert kind == "data:image/svg+xml"
-    svg = base64.b64decode(content).decode("utf-8")
-    assert not [link for link in re.findall(r'href="([^"]*)"', svg) if not link.startswith("#")]
-    found = re.search(r'width="([\d.]+)pt"', svg)
-    assert found
-    return float(found[1])
-
-
-def test_figures_say_in_words_what_they_show(whole: str) -> None:
-    run = rigid_link()
-    alts = {f.attributes["id"]: f.all("img")[0].attributes["alt"] for f in
-            read_page(whole).all("figure")}  # fmt: skip
-    response = lever_response(run, "strike")
-    reach = f"from {response.least[0]:.4g} to {response.greatest[0]:.4g}"
-    assert f"angle of lever (rad) {reach}" in alts["figure-lever"]
-    x, y = (run.extremes[f"link.end.{axis}_m"] for axis in "xy")
-    least, greatest = 1e3 * min(x.least[0], y.least[0]), 1e3 * max(x.greatest[0], y.greatest[0])
-    reach = f"from {least:.4g} to {greatest:.4g}"
-    assert f"coordinates of link.end (mm) {reach}" in alts["figure-coordinates"]
-    assert "guide, link, lever" in alts["figure-mechanism"]
-
-
 # --- numbers ----------------------------------------------------------------------------------
 
 

@@ -12,14 +12,12 @@ from test_physics_tools import (
     exact_accelerations,
     rod,
     run,
-    scene,
     speed,
     total_energy,
     where,
 )
 
 from exudyn_flexlink.chain import discretise, euler_bernoulli_cantilever
-from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.mechanism import beam_of
 
 G = 9.81
@@ -138,22 +136,6 @@ accuracy: {tolerance: 2.0e-6}
     np.testing.assert_allclose(where(result, "plate.hook"), [[3, 4]] * len(result.time), atol=1e-9)
 
 
-def test_double_pendulum_keeps_its_energy():
-    text = f"""
-{STEEL}
-bodies: {{upper: {rod()}, lower: {rod()}}}
-joints:
-  shoulder: {{type: revolute, points: [ground, upper.start], at: [0, 0]}}
-  elbow: {{type: revolute, points: [upper.end, lower.start]}}
-gravity: [0, -9.81]
-run: {{duration: 2}}
-accuracy: {{tolerance: 1.0e-4}}
-"""
-    result = run(text)
-    energy = total_energy(result)
-    assert abs(energy - energy[0]).max() < 1e-4 * result.checks.largest_kinetic_energy
-
-
 def test_force_in_a_joint_moves_the_body_of_its_second_point():
     """Newton: m a of the lower rod is the elbow's force and the weight."""
     text = f"""
@@ -175,37 +157,6 @@ accuracy: {{tolerance: 1.0e-5}}
         centre = a[:2] + 0.5 * (a[2] * across - rate**2 * along)
         expected = KILOGRAM * (centre + np.array([0, G]))
         np.testing.assert_allclose(result.joint_forces["elbow"][i], expected, atol=0.02)
-
-
-# --- four-bar ---------------------------------------------------------------------------------
-
-
-def test_windows_of_four_bars_end_where_published():
-    """IFToMM benchmark A02, N = 2: B0 at t = 10 s; bars of 1 kg and 1 m."""
-    uniform = "{type: rigid, mass: 1, inertia: 0.08333333333333333, centre_of_mass: [0.5, 0]"
-    bar = uniform + ", points: {a: [0, 0], b: [1, 0]}}"
-    names = ["p0", "p1", "p2", "c0", "c1"]
-    bodies = "\n".join(f"  {name}: {bar}" for name in names)
-    text = f"""
-bodies:
-{bodies}
-joints:
-  f0: {{type: revolute, points: [ground, p0.a], at: [0, 0]}}
-  f1: {{type: revolute, points: [ground, p1.a], at: [1, 0]}}
-  f2: {{type: revolute, points: [ground, p2.a], at: [2, 0]}}
-  b0: {{type: revolute, points: [p0.b, c0.a]}}
-  b1: {{type: revolute, points: [p1.b, c0.b]}}
-  b2: {{type: revolute, points: [p1.b, c1.a]}}
-  b3: {{type: revolute, points: [p2.b, c1.b]}}
-gravity: [0, -9.81]
-initial:
-  angles: {{p0: 90 deg, p1: 90 deg, p2: 90 deg, c0: 0, c1: 0}}
-  speeds: {{p0: -1, p1: -1, p2: -1, c0: 0, c1: 0}}
-run: {{duration: 10, sample: 0.1}}
-accuracy: {{step: 2.0e-3}}
-"""
-    result = run(text)
-    np.testing.assert_allclose(where(result, "p0.b")[-1], [0.328458, 0.944519], atol=2e-4)
 
 
 # --- drives ---------------------------------------------------------------------------------
@@ -297,21 +248,6 @@ accuracy: {{tolerance: 1.0e-4}}
     exact = sqrt(2 * 2.5 * pi / (0.5 / (KILOGRAM / 3)))
     assert result.outcome.time == pytest.approx(exact, rel=1e-5)
     assert result.time[-1] == result.outcome.time
-
-
-def test_turns_not_reached_are_told():
-    text = f"""
-{STEEL}
-bodies: {{arm: {rod()}}}
-joints: {{hub: {{type: revolute, points: [ground, arm.start], at: [0, 0]}}}}
-drives: {{motor: {{type: torque, joint: hub, value: 0.5}}}}
-run: {{turns: 100, of: hub, at_most: 1}}
-accuracy: {{tolerance: 1.0e-4}}
-"""
-    outcome = simulate(scene(text)).outcome
-    assert not outcome.completed
-    assert "hub" in outcome.reason
-    assert outcome.time == pytest.approx(1)
 
 
 def test_drive_between_two_free_bodies_leaves_their_angular_momentum():

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 from test_physics_tools import TRAMMEL, angle, run, run_model, scene, where
 
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
-from exudyn_flexlink.engines.exudyn.minimal.loads import Now, _Length, _sensor
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Sliding
-from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import SceneError
 
 REDUNDANT = ("accuracy.tolerance=1e-5", "solver.formulation=redundant")
@@ -209,30 +205,6 @@ def test_lengths_and_speeds_of_a_way_that_closes_a_loop():
     wave = np.cos(omega * t) + decay / omega * np.sin(omega * t)
     out = 0.3 + 0.2 * np.exp(-decay * t) * wave
     np.testing.assert_allclose(where(result, "rod.p")[:, 1], 0.6 * out, atol=1e-8)
-
-
-@pytest.mark.parametrize(("text", "joint"), [(TURNTABLE, "way"), (WEDGE, "face")])
-@pytest.mark.parametrize("is_speed", [False, True], ids=["place", "speed"])
-@pytest.mark.parametrize("across", [False, True], ids=["as it is", "as if it closed a loop"])
-def test_slopes_of_what_a_formula_senses_of_a_way(text, joint, is_speed, across):
-    """Those in Newton's matrix against differences, at any coordinates."""
-    mechanism = assemble_scene(scene(text)).mechanism
-    layout = tree_layout(mechanism)
-    kinematics, count = LinkKinematics(layout), len(layout.links)
-    slide = next(slide for slide in mechanism.slides if slide.name == joint)
-    sense = Sliding(slide, is_speed)
-    sensor = (_Length if across else _sensor)(layout, kinematics, sense)
-    x, v = np.random.default_rng(3).normal(size=(2, 1, count))
-
-    def sees(x, v):
-        return float(sensor.value(Now(np.zeros(1), x, v, kinematics.places(x)))[0])
-
-    by_place, by_speed = sensor.slopes(Now(np.zeros(1), x, v, kinematics.places(x)))
-    for k, step in enumerate(1e-6 * np.eye(count)):
-        difference = (sees(x + step, v) - sees(x - step, v)) / 2e-6
-        assert by_place[k] == pytest.approx(difference, abs=1e-7)
-        difference = (sees(x, v + step) - sees(x, v - step)) / 2e-6
-        assert by_speed[k] == pytest.approx(difference, abs=1e-7)
 
 
 # --- lengths at the start -----------------------------------------------------------------------

@@ -1,10 +1,8 @@
-import re
 import subprocess
 import sys
 from math import sin
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 import results
@@ -12,7 +10,6 @@ from matplotlib.colors import same_color
 from results import texts, words
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import State, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
@@ -25,7 +22,6 @@ from exudyn_flexlink.plots import (
     mechanism,
     save_figures,
 )
-from exudyn_flexlink.plots.motion import radial_scale
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
 from exudyn_flexlink.storage import save
 
@@ -116,19 +112,6 @@ def test_a_failed_run_says_so_in_red(rigid):
 # --- what stands in some
 
 
-def test_a_radius_that_differs_by_rounding_alone_is_seen_from_0(rigid):
-    """A point on a circle about O: its distance is 300 mm, whatever the last bits are."""
-    radius = 300 + 1e-11 * np.sin(np.arange(50))
-    axes = mpl.figure.Figure().add_subplot(projection="polar")
-    radial_scale(axes, radius, "distance OS (mm)")
-    assert axes.get_rmin() == 0
-    assert 300 < axes.get_rmax() < 330
-    scale = axes.child_axes[0]
-    scale.figure.draw_without_rendering()
-    assert "300" in [text.get_text() for text in scale.get_yticklabels()]
-    assert scale.yaxis.get_offset_text().get_text() == ""
-
-
 def test_lever_marks_strikes_and_peaks(rigid):
     said = words(lever(rigid))
     assert "strike 2 (lap 3)" in said
@@ -163,34 +146,6 @@ def test_a_cart_that_hits_a_stop_has_neither_a_pivot_nor_a_force_of_impacts_with
     assert "contact force" not in words(forces(cart))
     assert "pivot on the ground" not in words(mechanism(cart))
     assert "pivot on the ground" in words(mechanism(results.pendulum()))
-
-
-def titles(figure):
-    """Titles of the panels, without their letters, as words and time (s)."""
-    found = [axes.get_title(loc="left") for axes in figure.axes if axes.axison]
-    return [(one, float(re.search(r"t = ([0-9.]+)", one)[1])) for one in found]
-
-
-def test_the_first_contact_is_the_first_in_time_not_in_the_file():
-    """The cart comes to the left wall at 0.5 s, and back at half its speed to the other at 2 s."""
-    other = "  late: {type: point_on_curve, point: cart.centre, curve: far, side: left,"
-    law = "         law: {type: impulse, restitution: 0.5}}"
-    text = CART.replace("contacts:", f"contacts:\n{other}\n{law}")
-    text = text.replace(
-        "to: [-1, 1]}", "to: [-1, 1]}, far: {type: line, from: [0.5, -1], to: [0.5, 1]}"
-    )
-    cart = simulate(results.scene_from(text.replace("duration: 1}", "duration: 3}")), measure=False)
-    assert [len(cart.contacts[name].touches.begin) for name in ("late", "stop")] == [1, 1]
-    ((_, time),) = [one for one in titles(mechanism(cart)) if "first contact" in one[0]]
-    assert time == pytest.approx(0.5)
-
-
-def test_panels_are_in_order_of_time(rigid):
-    """The lever is farthest long before the only strike of this made-up run."""
-    late = Interval(2.0, 2.001, approach_speed=0.1, impulse=1e-3, peak_force=1.0)
-    times = [time for _, time in titles(mechanism(results.touched(rigid, late)))][:-1]
-    assert len(times) == 3
-    assert times == sorted(times)
 
 
 # --- a link with clearance in its guide
@@ -241,17 +196,6 @@ def test_the_link_in_its_guide_on_no_one_and_two_points(tilting):
 
 def marked(axes):
     return [line for line in axes.lines if line.get_label() == "contact, force on the link"]
-
-
-# --- laziness
-
-
-def test_nothing_but_plots_imports_matplotlib():
-    code = (
-        "import sys, exudyn_flexlink.storage, exudyn_flexlink.observables; "
-        "sys.exit('matplotlib' in sys.modules)"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
 
 
 # --- scripts about a saved run

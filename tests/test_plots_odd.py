@@ -1,7 +1,6 @@
 """Odd, but sound, results are drawn: no traceback, no warning of a library, nothing cut off."""
 
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +10,7 @@ from results import words
 
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.plots import energy, figures, forces
-from exudyn_flexlink.plots.sketch import Posed
+from exudyn_flexlink.plots import energy, figures
 
 
 @pytest.fixture(scope="module")
@@ -101,42 +96,3 @@ def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
     drawn = figures(replace(rigid, poses=poses))
     for name in ("coordinates", "forces"):
         assert "time (s)" in words(drawn[name]).splitlines(), name
-
-
-# --- many of a kind
-
-
-def without_force(contact):
-    return replace(contact, force=0 * contact.force, touches=Intervals.of([]))
-
-
-def test_of_many_contacts_those_that_act_are_drawn_and_have_room():
-    strike = "{type: point_on_line, point: link.end, line: [lever.start, lever.end], "
-    strike += "law: {stiffness: 2.0e4, restitution: 0.5}}"
-    names = [f"{which}_{i}" for which in ("side", "horn") for i in range(12)]
-    scene = load_scene(results.MODEL, [f"contacts.{name}={strike}" for name in names])
-    run = results.rigid_link(samples=101, scene=scene)
-    own = {n: without_force(c) if "horn" in n else c for n, c in run.contacts.items()}
-    figure = forces(replace(run, contacts=own))
-    said = words(figure)
-    assert all((name in said) == ("side" in name) for name in names)
-    figure.draw_without_rendering()
-    panels = [axes.get_window_extent() for axes in figure.axes]
-    legends = [axes.get_legend().get_window_extent() for axes in figure.axes]
-    assert min(panel.height for panel in panels) > figure.dpi  # an inch
-    for one, other in pairwise(legends):
-        assert not one.overlaps(other)
-
-
-def test_a_picture_has_room_for_a_cam_that_turns():
-    """A disc of 30 mm, 10 mm beside its shaft, reaches 40 mm to every side in a turn."""
-    scene = load_scene(results.MODEL.parent / "textbook" / "cam_follower.yaml")
-    cam = build_mechanism(scene).bodies["cam"][0]
-    poses = np.tile(assemble_scene(scene).state.q, (9, 1, 1))
-    for pose, angle in zip(poses, np.linspace(0.0, 2 * np.pi, 9), strict=True):
-        c, s = np.cos(angle), np.sin(angle)
-        x, y = pose[cam, :2]
-        pose[cam] += [c * x - s * y - x, s * x + c * y - y, angle]
-    low, high = Posed(scene, poses).box
-    assert low[0] < -0.04
-    assert high[0] > 0.04

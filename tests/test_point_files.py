@@ -4,7 +4,6 @@ import json
 import math
 import os
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import input_notes
 from exudyn_flexlink.scene import Run, Scene, SplineSpec, parse_scene
-from exudyn_flexlink.scene.columns import read_columns
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.units import Dimension
 
 
 def spline_scene(folder: Path, file: str, **options: Any) -> Scene:
@@ -188,18 +185,6 @@ def test_rows_that_serve_nothing_are_told(tmp_path: Path) -> None:
         assert f"{20_001 - few:,} of 20,001 rows are outside of the run, or" in told[0]
         whole = found.changed(run=Run(duration=20))
         assert bool(list(input_notes(whole, assemble_scene(whole)))) == (few == 1)
-
-
-def test_many_rows_load_in_seconds(tmp_path: Path) -> None:
-    lines = "".join(f"{i * 1e-5:.5f},{600 + i % 7}\n" for i in range(700_000))
-    (tmp_path / "a.csv").write_text(f"t [s],n [rpm]\n{lines}")
-    began = process_time()
-    numbers, found = read_columns(
-        tmp_path / "a.csv", {"time": (Dimension.TIME,), "value": (Dimension.ANGULAR_SPEED,)}
-    )
-    assert process_time() - began < 10  # 1 s by itself
-    assert numbers[-1] == 700_001
-    assert found[-1] == pytest.approx([6.99999, (600 + 699_999 % 7) * math.pi / 30], rel=1e-15)
 
 
 # --- where files are ------------------------------------------------------------------------

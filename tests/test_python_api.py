@@ -18,7 +18,6 @@ from exudyn_flexlink import observables
 from exudyn_flexlink.api.results import own_result
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.mechanism import build
 from exudyn_flexlink.plots import FIGURES
 
 ROOT = Path(__file__).parents[1]
@@ -270,19 +269,6 @@ def test_tables_are_those_of_the_saved_run(run, tilting, monkeypatch):
         monkeypatch.setitem(sys.modules, name, None)
         with pytest.raises(ImportError, match=rf"pip install {name}.*exudyn-flexlink\[tables\]"):
             ask()
-
-
-def test_mechanisms_are_put_together_once(monkeypatch):
-    made = []
-    bodies = build.Bodies
-    monkeypatch.setattr(build, "Bodies", lambda scene: made.append(scene) or bodies(scene))
-    result = fl.simulate(fl.load_scene("no_clearance", turns=0.52, tolerance=1e-4).with_(SHORT))
-    first = len(made)
-    result.plot.all()
-    result.summary()
-    result.save("runs/a")
-    result.path("link.end")
-    assert len(made) == first
 
 
 # --- signals ----------------------------------------------------------------------------------

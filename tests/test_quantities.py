@@ -1,6 +1,4 @@
 import math
-import subprocess
-import sys
 from typing import Annotated
 
 import pint
@@ -158,18 +156,6 @@ def test_limits_hold_after_conversion_and_stand_in_the_schema() -> None:
         ratio.validate_python(1.5)
     with pytest.raises(ValidationError, match="must be 0 or greater"):
         ratio.validate_python(-0.5)
-
-
-def test_reading_a_scene_does_not_import_what_is_slow() -> None:
-    code = (
-        "import sys, exudyn_flexlink.scene as s;"
-        "from exudyn_flexlink.quantities import to_si;"
-        "from exudyn_flexlink.units import Dimension;"
-        "assert to_si('5 mm', Dimension.LENGTH) == 5e-3;"
-        "print([m for m in ('scipy', 'matplotlib', 'exudyn') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 @settings(max_examples=300, deadline=None)

@@ -1,7 +1,6 @@
 """A run replaces the files that a run wrote, and nothing of the user's."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.engines import LateInterruptError
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.storage import KeptBesideError, StorageError, load, own_files, staged_folder
 
@@ -158,45 +156,7 @@ def test_an_incomplete_run_does_not_replace_a_complete_one(command, reason, code
     assert sorted(path.name for path in Path().iterdir()) == ["o", "o-2"]
 
 
-def test_an_interrupted_study_does_not_replace_a_complete_one(study):
-    for interrupted in (False, True):
-        found = replace(study, runs=replace(study.runs, interrupted=interrupted))
-        written = staged_folder(Path("o"))
-        if interrupted:
-            with pytest.raises(KeptBesideError, match="holds a complete study of"), written as o:
-                storage.save_accuracy(found, "", o)
-        else:
-            with written as folder:
-                storage.save_accuracy(found, "", folder)
-    assert json.loads(Path("o/accuracy.json").read_text())["interrupted"] is False
-    assert json.loads(Path("o-2/accuracy.json").read_text())["interrupted"] is True
-
-
-def test_a_comparison_whose_runs_are_not_all_made_is_not_complete(ends, monkeypatch):
-    again = ["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--out=o"]
-    assert main(again) == 0
-
-    def given_up(run, *_):
-        if run.engine == "lagrangian":
-            return run
-        raise LateInterruptError(run)
-
-    monkeypatch.setattr(engines, "measured", given_up)
-    assert main(again) == 130
-    assert json.loads(Path("o/comparison.json").read_text())["completed"] is True
-    assert json.loads(Path("o-2/comparison.json").read_text())["completed"] is False
-
-
 # --- names, figures, schemas --------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["..yaml", "...yaml"])
-@pytest.mark.parametrize(("command", "suffix"), [("simulate", ""), ("compare", "-compare")])
-def test_a_model_of_dots_writes_into_a_folder_of_its_own(name, command, suffix, ends):
-    Path(name).write_text(Path(NO_CLEARANCE).read_text(encoding="utf-8"), encoding="utf-8")
-    assert main([command, name, "--quiet", "--no-plots"]) == 0
-    assert [path.name for path in Path("runs").iterdir()] == [name + suffix]
-    assert sorted(path.name for path in Path().iterdir()) == [name, "runs"]
 
 
 def test_figures_of_the_users_are_not_replaced(ends, capsys):

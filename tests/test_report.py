@@ -12,7 +12,6 @@ from results import (
     LEVER_DAMPING,
     LEVER_FREQUENCY,
     LEVER_PEAK,
-    SPEED,
     rigid_link,
     tilting_link,
 )
@@ -20,7 +19,7 @@ from results import (
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import resolutions
-from exudyn_flexlink.report import idle_settings, run_duration, run_text
+from exudyn_flexlink.report import idle_settings, run_text
 from exudyn_flexlink.report.text import WIDTH, table
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -125,24 +124,6 @@ def test_the_contact_step_follows_stiffness_and_steps_per_contact() -> None:
     assert step_in_contact(RIGID) == pytest.approx(expected, rel=1e-6)
     stiffer = ("contacts.strike.law.stiffness=8e4", "solver.steps_per_contact=120")
     assert step_in_contact(RIGID, *stiffer) == pytest.approx(expected / 4, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("settings", "expected"),
-    [
-        (["run.turns=3"], 6 * pi / SPEED),
-        (["run.duration=0.5"], 0.5),
-        (["run.turns=3", "run.at_most=1"], 1.0),
-        (["run.turns=1", "drives.motor.value=-5"], 2 * pi / 5),
-        (["run.turns=1", "drives.motor.ramp=0.2"], 2 * pi / SPEED + 0.1),
-        (["drives.motor={type: torque, joint: crank, value: 1}", "run.at_most=1"], None),
-        (["drives.motor.value=0", "run.at_most=1"], 1.0),
-    ],
-)
-def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> None:
-    scene = load_scene(NO_CLEARANCE, settings)
-    found = run_duration(scene, assemble_scene(scene))
-    assert found == (None if expected is None else pytest.approx(expected))
 
 
 # --- runs -----------------------------------------------------------------------------------

@@ -8,13 +8,7 @@ from test_physics_tools import run
 
 from exudyn_flexlink import Result, load_scene, simulate
 from exudyn_flexlink.engines.exudyn.minimal import recording
-from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.closures import ClosureSolver, StepStages
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.within import Within
 
 MODELS = Path(__file__).parent.parent / "models"
 
@@ -70,83 +64,3 @@ def test_a_step_of_many_samples_is_summed_up_by_some_of_them(value, monkeypatch)
     speed = 7 + (2 * np.sin(5 * t) if "sin" in value else 0)
     work = 2 * 9.81 * 0.5 * np.sin(angle) + 0.5 * 0.8 * (speed**2 - 49)
     np.testing.assert_allclose(arm.energy.supplied, work, atol=1e-10)
-
-
-@pytest.mark.parametrize(
-    ("model", "run"),
-    [
-        ("textbook/free_slider_crank", "{duration: 0.4, sample: 1 ms}"),
-        ("textbook/slider_crank", "{duration: 0.4, sample: 1 ms}"),
-        ("textbook/flexible_four_bar", "{duration: 0.4, sample: 1 ms}"),
-        ("benchmarks/andrews_squeezer", "{duration: 0.03, sample: 0.1 ms}"),
-    ],
-)
-def test_ends_of_steps_found_together_are_those_found_at_every_step(
-    model, run, monkeypatch
-) -> None:
-    """And so are the samples in them; the run goes on from near an end as from the end itself."""
-    scene = load_scene(MODELS / f"{model}.yaml", [f"run={run}"])
-    looks = []
-    placed = ClosureSolver.placed
-
-    def counted(solver: ClosureSolver, t: np.ndarray, *more: object) -> object:
-        looks.append(len(t))
-        return placed(solver, t, *more)
-
-    monkeypatch.setattr(ClosureSolver, "placed", counted)
-    together = simulate(scene, measure=False)
-    few, looks[:] = len(looks), []
-    monkeypatch.setattr(ClosedCoordinates, "end_of", lambda *_: None)
-    one_by_one = simulate(scene, measure=False)
-    assert len(looks) - few > 0.8 * one_by_one.checks.steps
-    assert together.checks.steps == one_by_one.checks.steps
-    assert together.checks.constraint_error < 1e-14
-    np.testing.assert_array_equal(together.time, one_by_one.time)
-    # At a knot of a drive by what that turns in the width of its window, 2e-13 s.
-    np.testing.assert_allclose(together.poses, one_by_one.poses, rtol=0, atol=1e-11)
-    same_joint_forces(together, one_by_one)
-
-
-def test_instants_of_several_steps_are_those_of_each(monkeypatch) -> None:
-    steps: list[Step] = []
-    take = recording.Recorder.take
-
-    def kept(recorder: recording.Recorder, step: Step, found: TreeState | None) -> None:
-        steps.append(step)
-        take(recorder, step, found)
-
-    monkeypatch.setattr(recording.Recorder, "take", kept)
-    simulate(load_scene(MODELS / "smooth.yaml", ["run.turns=0.3"]), measure=False)
-    which = np.array([0, 0, 2, 1])
-    parts = np.array([0, 0.3, 0.6, 1])
-    t = np.array([steps[k].t for k in which]) + parts * np.array([steps[k].h for k in which])
-    at = Within(steps, which, t)
-    q, v = at.coordinates()
-    speeds = at.through(np.array([step.speeds for step in steps]))
-    for i, k in enumerate(which):
-        expected = steps[k].at(t[i : i + 1])
-        np.testing.assert_allclose((q[i], v[i]), np.squeeze(expected, 1), rtol=1e-13, atol=1e-15)
-        np.testing.assert_allclose(speeds[i], expected[1][0], rtol=1e-13, atol=1e-15)
-
-
-def places(t: np.ndarray) -> np.ndarray:
-    return np.stack([1 + t - 3 * t**3, t**4, 2 * t**2], axis=1)
-
-
-def test_places_near_a_step_are_exact_for_polynomials() -> None:
-    """Of degree 4 in time, within the step and beyond; and linear in what is independent."""
-    t, h = 0.3, 0.2
-    stages = t + C * h
-    reach = np.tile(np.array([[2.0], [-1.0], [1.0]]), (len(C), 1, 1))
-    known = StepStages(stages, places(stages)[:, 2:], places(stages), reach)
-    for at in (stages, t + h * np.array([0.0, 0.35, 1.0]), t + h * np.array([1.2, 2.9])):
-        moved = known.near(at, places(at)[:, 2:] + 0.1)
-        # Two lengths beyond it rounding is multiplied by a thousand.
-        np.testing.assert_allclose(moved, places(at) + 0.1 * reach[0, :, 0], rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize("part", [-0.01, 3.1])
-def test_no_place_is_told_far_from_a_step(part) -> None:
-    """There another way of closing the loops may be nearer."""
-    known = StepStages(C, np.zeros((5, 1)), places(C), np.zeros((5, 3, 1)))
-    assert known.near(np.array([part]), np.zeros((1, 1))) is None

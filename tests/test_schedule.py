@@ -1,27 +1,22 @@
 """Ramps, the end of a run and the instants it keeps."""
 
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import (
     Ramp,
     end_of_run,
     half_period,
-    kept_interval,
     resolutions,
     sample_times,
     turn_goal,
-    wanted_interval,
 )
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
-
-MODELS = Path(__file__).parents[1] / "models"
 
 ROTOR = """title: rotor
 bodies:
@@ -58,13 +53,6 @@ def test_a_ramp_starts_at_rest_and_reaches_its_value_smoothly() -> None:
     assert ramp.rates(np.array([1e-4]))[0] < 1e-4  # the acceleration starts without a jump
     assert ramp.integral(0.4) == pytest.approx(0.4)  # half of value x duration
     assert Ramp(2.0).at(0.0) == 2.0
-
-
-@pytest.mark.parametrize("value", [3.0, -2.0])
-def test_the_time_of_an_integral(value: float) -> None:
-    ramp = Ramp(value, 0.5)
-    for time in (1e-3, 0.1, 0.499, 0.5, 0.501, 7.0):
-        assert ramp.time_of(ramp.integral(time)) == pytest.approx(time, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -111,42 +99,6 @@ def test_samples_are_even_and_reach_the_end(end: float) -> None:
     assert 0 < steps[-1] <= steps[0] * (1 + 1e-9)
     assert 2000 <= len(times) <= 6000
     assert float(f"{steps[0]:.0e}") == pytest.approx(steps[0])  # a round number
-
-
-def test_samples_as_the_scene_asks() -> None:
-    found = scene("run.sample=0.1")
-    mechanism = assemble_scene(found).mechanism
-    for end, times in (
-        (0.3, [0, 0.1, 0.2, 0.3]),
-        (0.35, [0, 0.1, 0.2, 0.3, 0.35]),
-        (0.05, [0, 0.05]),
-    ):
-        assert sample_times(found, mechanism, end).tolist() == pytest.approx(times)
-
-
-@pytest.mark.parametrize("turns", [1, 4, 40, 500])
-def test_samples_are_even_per_turn_however_long_the_run(turns: int) -> None:
-    found = load_scene(MODELS / "no_clearance.yaml", [f"run.turns={turns}", "bodies.link.rods=3"])
-    mechanism = assemble_scene(found).mechanism
-    times = sample_times(found, mechanism, end_of_run(found, mechanism))
-    assert len(times) >= 500 * turns
-
-
-def test_samples_show_a_quick_lever_too() -> None:
-    quick = "springs.lever_return.frequency=200 Hz"
-    found = load_scene(MODELS / "no_clearance.yaml", ["run.turns=40", quick])
-    mechanism = assemble_scene(found).mechanism
-    times = sample_times(found, mechanism, end_of_run(found, mechanism))
-    assert times[1] <= 1 / 200 / 20
-
-
-def test_samples_that_would_fill_the_memory_are_thinned() -> None:
-    found = load_scene(MODELS / "no_clearance.yaml", ["run.turns=5000"])
-    mechanism = assemble_scene(found).mechanism
-    end = end_of_run(found, mechanism)
-    count = len(sample_times(found, mechanism, end))
-    assert count * 6 * len(mechanism.parts) < 2e7
-    assert kept_interval(found, mechanism, end) > wanted_interval(found, mechanism, end)
 
 
 def test_a_contact_sets_the_step() -> None:

@@ -37,14 +37,6 @@ def test_round_bar_is_its_integral():
     assert (section.area, section.second_moment) == pytest.approx(expected, rel=1e-6)
 
 
-def test_strip_of_the_paper():
-    """Steel, 10 mm x 0.5 mm: EI = 2e11 * 1.0416667e-13 N m^2, rho A = 7850 * 5e-6 kg/m."""
-    beam = beam_with("{width: 10 mm, thickness: 0.5 mm}")
-    assert beam.bending_stiffness == pytest.approx(0.0208333333)
-    assert beam.mass_per_length == pytest.approx(0.03925)
-    assert beam.rod(0.07).mass == pytest.approx(2.7475e-3)
-
-
 def test_the_thickness_is_that_of_a_rectangle_with_the_same_second_moment():
     assert beam_with("{width: 10 mm, thickness: 0.5 mm}").thickness == pytest.approx(0.5e-3)
     round_bar = beam_with("{type: round, diameter: 10 mm}")

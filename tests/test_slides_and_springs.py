@@ -5,7 +5,7 @@ import pytest
 from results import scene_from
 
 from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.report import check_text
@@ -61,28 +61,10 @@ def test_check_names_ways_and_springs(scene: Scene) -> None:
     assert "damping simulated hold" in lines
 
 
-def test_springs_lose_their_damping_with_the_effect(scene: Scene) -> None:
-    smooth = idealise(scene, ["damping"])
-    assert [spring.damping for spring in smooth.springs.values()] == [0, 0]
-    assert idealise(smooth, ["damping"]) == smooth
-
-
-def test_without_impact_a_struck_buffer_goes_with_its_spring(scene: Scene) -> None:
-    alone = idealise(scene, ["impact"])
-    assert (list(alone.bodies), list(alone.joints)) == (["block"], ["way"])
-    assert list(alone.springs) == ["pull"]
-
-
 def test_a_buffer_that_a_spring_ties_to_another_body_stays(scene: Scene) -> None:
     tie = "  tie: {type: linear, points: [block.b, buffer.p], stiffness: 1}\ncontacts:"
     tied = idealise(scene_from(SPRUNG.replace("contacts:", tie)), ["impact"])
     assert list(tied.bodies) == ["block", "buffer"]
-
-
-def test_the_lagrangian_refuses_both_by_name(scene: Scene) -> None:
-    with pytest.raises(NotRepresentableError) as caught:
-        simulate(scene, engine="lagrangian")
-    assert caught.value.path == ("joints", "way")
 
 
 def test_forces_of_springs_are_stored(scene: Scene, tmp_path) -> None:

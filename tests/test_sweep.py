@@ -9,10 +9,8 @@ import pytest
 from results import PENDULUM, rigid_link, scene_from
 
 import exudyn_flexlink as fl
-from exudyn_flexlink import plots
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.report import sweep_text
 from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, Mistake
@@ -20,10 +18,8 @@ from exudyn_flexlink.sweeps import (
     Design,
     Observe,
     OneRun,
-    Row,
     Sweep,
     SweepTable,
-    Varied,
     carried_out,
     grid,
     in_this_process,
@@ -117,14 +113,6 @@ def test_a_seed_makes_the_same_points_again_and_another_seed_others(draw: object
     assert one == same != other
 
 
-def test_ids_are_those_of_scene_and_settings_alone() -> None:
-    one, again = plan_of({LENGTH: "1:2:2"}), plan_of({LENGTH: "1:3:3"})
-    assert one.points[0].id == again.points[0].id
-    assert len({point.id for point in again.points}) == 3
-    other = plan_of({LENGTH: "1:2:2"}, scene_from(PENDULUM.replace("-9.81", "-1.62")))
-    assert one.points[0].id != other.points[0].id
-
-
 def test_all_mistakes_come_at_once() -> None:
     with pytest.raises(fl.SceneError) as error:
         plan_of({LENGTH: [1, "2 kg", "3 mmm"], "bodies.rd.length": [1], ANGLE: "1:2", "run": []})
@@ -133,27 +121,6 @@ def test_all_mistakes_come_at_once() -> None:
                   "did you mean 'rod'?", "expected start:stop:count", "at least one value",
                   "5 mistakes"):  # fmt: skip
         assert words in told
-
-
-def test_a_range_after_one_with_a_mistake_is_named_by_its_own_path() -> None:
-    mistakes: list[Mistake] = []
-    made = random({LENGTH: "1:2 mmm:3", ANGLE: "0:90 kg"}, 5, 0, (), mistakes)
-    with pytest.raises(fl.SceneError) as error:
-        planned(scene_from(PENDULUM), made, Document("test"), mistakes=mistakes)
-    assert f"{ANGLE}: expected an angle" in str(error.value)
-
-
-def test_files_that_vary_are_those_beside_the_model() -> None:
-    found = table(plan_of({"curves.track.file": ["track_points.csv"]},
-                          fl.load_scene("spline_track")), lambda *_: {})  # fmt: skip
-    assert [(row.status, row.reason) for row in found.rows] == [("done", "")]
-
-
-@pytest.mark.parametrize("name", ["status", 3])
-def test_names_of_columns_are_texts_that_no_other_column_has(name: object) -> None:
-    [row] = table(plan_of({LENGTH: [1]}), lambda *_: {name: 1.0}).rows  # type: ignore[dict-item]
-    assert row.status == "failed"
-    assert "column" in row.reason
 
 
 def stops(scene: Scene) -> Result:
@@ -208,28 +175,6 @@ def test_a_clearance_is_varied_from_0_on(begins: str | int) -> None:
     plan = plan_of({"joints.sleeve.clearance": "0:5 mm:3"}, scene)
     found = table(plan, lambda each, _: {"walls": len(build_mechanism(each).channels)})
     assert found.columns()["walls"] == [0, 1, 1]
-
-
-def test_what_differs_by_no_digit_that_is_told_is_not_drawn() -> None:
-    """A coordinate that is the same in all runs but for errors is no first panel of a figure."""
-
-    def row(number: int) -> Row:
-        told = {"x_m": 0.1295 * (1 + 4e-9 * number), "v_m_per_s": 1.0 + number, "same_m": 0.2}
-        return Row(number, str(number), "done", "", 0, 0.1, told)
-
-    varied = (Varied("run.turns", "", ""),)
-    rows = tuple(map(row, (1, 2, 3)))
-    table = SweepTable("t", "exudyn", varied, 3, rows, ((1.0,), (2.0,), (3.0,)))
-    titles = [axes.get_title(loc="left") for axes in plots.sweep(table).axes]
-    assert [title.split()[-2:] for title in titles] == [["v", "(m/s)"]]
-    assert [line.split()[0] for line in sweep_text(table).splitlines()[-2:]] == [
-        "run.turns",
-        "v_m_per_s",
-    ]
-    # Asked for by name it is drawn, with whole numbers on its axis.
-    (axes,) = plots.sweep(table, ["x_m"]).axes
-    axes.figure.canvas.draw()
-    assert axes.yaxis.get_offset_text().get_text() == ""
 
 
 def lengths_within_a_pool(workers: int | None) -> list[object]:

@@ -111,15 +111,6 @@ def test_mistakes_of_a_study_are_shown_where_they_stand(
     assert not Path("out").exists()
 
 
-def test_a_study_leaves_its_folder_only_if_it_may(capsys: Capture) -> None:
-    Path("inner").mkdir()
-    Path("inner/study.yaml").write_text(STUDY.replace("model.yaml", "../model.yaml"))
-    arguments = ["sweep", "inner/study.yaml", "--workers", "1", "--out", "out", "--no-plots"]
-    assert main(arguments) == 2
-    assert "must be in the study's folder" in capsys.readouterr().err
-    assert main([*arguments, "--allow-outside"]) == 0
-
-
 BAD_OPTIONS = {
     "--vary gravity": "expected path=values",
     "--vary gravity=1:2:3 --vary gravity=1": "gravity: is varied twice",
@@ -136,14 +127,6 @@ def test_bad_options_are_told_and_nothing_is_written(
 ) -> None:
     assert main(["sweep", "model.yaml", *options.split(), "--out", "out"]) == 2
     assert words in capsys.readouterr().err
-    assert not Path("out").exists()
-
-
-def test_a_model_that_comes_with_the_program_is_no_study(capsys: Capture) -> None:
-    assert main(["sweep", "textbook/whitworth", "--out", "out"]) == 2
-    told = capsys.readouterr().err
-    assert "this is a model, no study" in told
-    assert "'--vary path=values'" in told
     assert not Path("out").exists()
 
 
@@ -193,21 +176,6 @@ def test_a_damaged_journal_is_told(why: str, capsys: Capture) -> None:
     journal.write_text("".join([lines[0], lines[2]]))
     assert main([*SWEEP, "--no-plots", "--resume", "--quiet"]) == 0
     assert [row["run"] for row in table()] == ["1", "2", "3"]
-
-
-def test_a_damaged_plan_is_told(capsys: Capture) -> None:
-    main([*SWEEP, "--no-plots", "--quiet"])
-    plan = Path("out/sweep.json")
-    whole = plan.read_text()
-    for old, new, why in (
-        ('"points"', '"p"', "no 'points' in it"),
-        ('"points":[[', '"points":[7,[', "it is not what was written"),
-    ):
-        assert old in whole
-        plan.write_text(whole.replace(old, new))
-        capsys.readouterr()
-        assert main(["plot", "out"]) == 2
-        assert capsys.readouterr().err == f"out/sweep.json is damaged: {why}; sweep again\n"
 
 
 def test_another_sweep_is_not_written_into_the_same_folder(capsys: Capture) -> None:
@@ -281,13 +249,3 @@ def test_a_sweep_is_drawn_over_any_number_of_values(
     assert "failed" in drawn
     assert main(["plot", "out", "--of", "lever.swin_rad"]) == 2
     assert "did you mean 'lever.swing_rad'?" in capsys.readouterr().err
-
-
-def test_a_folder_without_a_sweep_is_told_and_kept(capsys: Capture) -> None:
-    with pytest.raises(StorageError, match="has no sweep"):
-        load_sweep(Path())
-    Path("own").mkdir()
-    Path("own/notes.txt").write_text("mine")
-    assert main([*SWEEP[:-1], "own", "--no-plots"]) == 2
-    assert "holds files that are no run of this program" in capsys.readouterr().err
-    assert [file.name for file in Path("own").iterdir()] == ["notes.txt"]

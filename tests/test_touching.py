@@ -20,7 +20,6 @@ from exudyn_flexlink.observables import (
     pair_totals,
     path,
     perturbation,
-    sleeves_with_play,
 )
 from exudyn_flexlink.result import SleeveHistory
 
@@ -79,12 +78,6 @@ def test_the_four_cases(tilting):
     assert len(states.state) == len(states.time) - 1
 
 
-def test_parts_of_the_time_make_one(tilting):
-    states = contact_states(tilting, "sleeve")
-    assert sum(states.fractions().values()) == pytest.approx(1)
-    assert sum(states.fractions(0.7, 1.9).values()) == pytest.approx(1)
-
-
 @pytest.mark.parametrize(
     ("pairs", "state"),
     [
@@ -125,12 +118,6 @@ def test_the_link_meets_its_guide_from_free_flight_only():
     assert states.impacts(0.6, 1.0) == 1
 
 
-def test_what_still_touches_as_the_run_ends():
-    states = contact_states(made((0, 0.4, 1.0)), "sleeve")
-    assert states.state[-1] == State.ONE_POINT
-    assert states.fractions()[State.ONE_POINT] == pytest.approx(0.6)
-
-
 def test_a_run_of_one_instant_has_no_state(tilting):
     first = results.first_samples(tilting, 1)
     states = contact_states(first, "sleeve")
@@ -140,19 +127,6 @@ def test_a_run_of_one_instant_has_no_state(tilting):
     assert states.at(np.zeros(2)).tolist() == [State.FREE, State.FREE]
     (lap,) = lap_contacts(first, "sleeve")
     assert (lap.touches, lap.impacts) == (0, 0)
-
-
-def test_a_result_without_such_a_sleeve(tilting):
-    for look in (contact_states, contact_totals, lap_contacts, pair_totals):
-        with pytest.raises(ValueError, match="no joint 'tube'"):
-            look(tilting, "tube")
-
-
-def test_sleeves_with_play_are_those_with_walls(tilting):
-    assert sleeves_with_play(tilting) == ["sleeve"]
-    held = replace(tilting.sleeves["sleeve"], sides=(0.0,) * 8)
-    assert sleeves_with_play(replace(tilting, sleeves={"sleeve": held})) == []
-    assert sleeves_with_play(results.pendulum()) == []
 
 
 # --- totals, by laps and by pairs
@@ -172,16 +146,6 @@ def test_laps_of_the_tilting_link(tilting):
     area = 3e-3 * 2 * cos(a) - 1e-3 * (pi - 2 * a)
     assert found[1].impulse == pytest.approx(2 * 1e5 * area / results.SPEED, rel=2e-3)
     assert found[1].energy_lost == pytest.approx(0.1 * found[1].impulse)
-
-
-def test_laps_add_up_to_the_whole_run(tilting):
-    whole, parts = contact_totals(tilting, "sleeve"), lap_contacts(tilting, "sleeve")
-    assert whole.touches == sum(lap.touches for lap in parts)
-    assert whole.impacts == sum(lap.impacts for lap in parts)
-    assert whole.impulse == pytest.approx(sum(lap.impulse for lap in parts))
-    for case in State:
-        mean = np.mean([lap.fractions[case] for lap in parts])
-        assert whole.fractions[case] == pytest.approx(mean, abs=1e-9)
 
 
 def test_a_touch_belongs_to_the_time_in_which_it_begins():
@@ -228,17 +192,6 @@ def test_pairs_that_touch_longest_come_first(tilting):
     each = (beyond(TILTED) + beyond(LYING) + beyond(CORNER)) * LAP / 2
     assert [pair.time for pair in corners] == pytest.approx([each, each], rel=1e-3)
     assert corners[0].peak_force == pytest.approx(200, rel=5e-3)  # k (3 mm - 1 mm)
-
-
-def test_totals_of_a_pair():
-    (pair,) = pair_totals(made((2, 0.1, 0.2), (2, 0.5, 0.9)), "sleeve")
-    assert (pair.pair, pair.touches) == ("sleeve: pair 2", 2)
-    assert (pair.impulse, pair.energy_lost, pair.peak_force) == (3.0, 1.0, 20.0)
-    assert pair.time == pytest.approx(0.5)
-
-
-def test_two_points_are_those_of_either_kind():
-    assert set(TWO_POINTS) == {State.SAME_SIDE, State.OPPOSITE_SIDES}
 
 
 # --- how far S is from its ideal place

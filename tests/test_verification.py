@@ -80,16 +80,6 @@ def test_frequencies_of_a_cantilever_of_rods_are_of_order_two():
     assert np.all(orders > 1.6)
 
 
-def test_every_benchmark_has_a_source_and_reasons():
-    there = {"pendulum", "n_four_bar", "n_four_bar_40", "cantilever", "flores_slider",
-             "four_bar_clearance", "cam_jump", "cam_lift_off"}  # fmt: skip
-    assert there <= set(benchmark_files())
-    for file in benchmark_files().values():
-        benchmark = read_benchmark(file)
-        assert benchmark.source
-        assert all(n.because for one in benchmark.runs for n in one.numbers.values())
-
-
 def test_quantities_of_an_even_turn(files):
     (found,) = verified(files)
     assert found.fine, found
@@ -127,18 +117,6 @@ def test_results_are_printed_as_json_and_markdown(files, capsys):
     rows = capsys.readouterr().out.splitlines()
     assert len(rows) == 2 + 6
     assert len({row.count("|") for row in rows}) == 1
-
-
-def test_its_figure_is_written_and_replaces_no_other_file(files, capsys):
-    figure = files.with_name("differences.svg")
-    for _ in range(2):
-        assert main(["verify", str(files), "--figure", str(figure)]) == 0
-    assert "</svg>" in figure.read_text(encoding="utf-8")
-    figure.write_text("mine", encoding="utf-8")
-    assert main(["verify", str(files), "--figure", str(figure)]) == 2
-    assert "did not write what is in it" in capsys.readouterr().err
-    assert figure.read_text(encoding="utf-8") == "mine"
-    assert main(["verify", str(files), "--figure", str(figure), "--force"]) == 0
 
 
 MISTAKES = {

@@ -8,8 +8,6 @@ import pytest
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.comparison import compare
-from exudyn_flexlink.engines.exudyn.minimal import recording
-from exudyn_flexlink.integrate.collocation import C
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"
@@ -53,19 +51,3 @@ def test_a_rod_that_bends_past_the_end_of_its_guide_touches_however_short(
     exact = simulate(tight, engine="lagrangian", measure=False)
     scene = load_scene(MODELS / model, [*settings, f"accuracy.tolerance={tolerance}"])
     assert compare(exact, simulate(scene, measure=False)).deviation.largest < tolerance
-
-
-def test_what_steps_are_summed_up_by_belongs_to_where_they_end(monkeypatch) -> None:
-    """A step's end is moved to its event, by up to a hundredth: its stages go along."""
-    off = list[float]()
-    take = recording.Recorder.take
-
-    def looked_at(recorder, step, *states):
-        off.append(float(abs(step.stages.kept.t - step.t - C * step.h).max() / step.h))
-        take(recorder, step, *states)
-
-    monkeypatch.setattr(recording.Recorder, "take", looked_at)
-    model = MODELS / "textbook" / "slider_with_clearance.yaml"
-    simulate(load_scene(model, ["accuracy.tolerance=1e-4"]), measure=False)
-    assert len(off) > 100
-    assert max(off) < 1e-6
