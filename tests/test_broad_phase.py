@@ -1,7 +1,5 @@
 """Pairs of link and guide that may touch soon, against gaps and rates of the mechanism itself."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -11,19 +9,19 @@ from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE, BroadPhase
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import FaceContact, approach, pairs
+from exudyn_flexlink.mechanism import approach, pairs
 
 ROOT = Path(__file__).parents[1]
 
 
-def gaps(faces: tuple[FaceContact, ...], q: np.ndarray, v: np.ndarray) -> np.ndarray:
+def gaps(faces, q, v):
     """Gap, place, rate of the gap and slip of every pair, (4, pairs)."""
     seen = [approach(face, q, v) for face in faces]
     return np.array([(at.gap, at.place, at.gap_rate, at.slip) for at in seen]).T
 
 
 @pytest.mark.parametrize("model", ["clearance.yaml", "supported.yaml"])
-def test_near_are_pairs_whose_gaps_close_over_their_faces(model: str) -> None:
+def test_near_are_pairs_whose_gaps_close_over_their_faces(model):
     """Of 100 random motions: nothing that may touch is left out, nothing else is named."""
     assembly = assemble_scene(load_scene(ROOT / "models" / model))
     faces = pairs(assembly.mechanism.channels[0])

@@ -1,19 +1,16 @@
 """Where results go by default: no run replaces one of other options, or in silence."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import pytest
-from cli_runs import NO_CLEARANCE, Capture, Fake
+from cli_runs import NO_CLEARANCE
 from results import rigid_link
 
 from exudyn_flexlink.cli import main, program_parser
 from exudyn_flexlink.cli.placing import run_name
 from exudyn_flexlink.measured_error import MeasuredError
-from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
 
 NAMES = {
     "": "no_clearance",
@@ -35,18 +32,18 @@ NAMES = {
 }
 
 
-def name_of(line: str, command: str = "simulate", suffix: str = "") -> str:
+def name_of(line, command="simulate", suffix=""):
     """Return the folder's name; underscores of values stand for spaces."""
     words = [word.replace("_", " ") if "=" in word else word for word in line.split()]
     return run_name(program_parser().parse_args([command, NO_CLEARANCE, *words]), suffix)
 
 
 @pytest.mark.parametrize(("line", "name"), NAMES.items())
-def test_what_changes_the_motion_is_in_the_name(line: str, name: str) -> None:
+def test_what_changes_the_motion_is_in_the_name(line, name):
     assert name_of(line) == name
 
 
-def test_commands_have_folders_of_their_own_and_the_order_of_settings_does_not_matter() -> None:
+def test_commands_have_folders_of_their_own_and_the_order_of_settings_does_not_matter():
     one, other = "--set run.turns=1", "--set bodies.link.rods=5"
     assert name_of(f"{one} {other}") == name_of(f"{other} {one}")
     for command in ("compare", "accuracy"):
@@ -66,7 +63,7 @@ LONG = [
 ]
 
 
-def test_every_name_is_safe_short_and_its_own() -> None:
+def test_every_name_is_safe_short_and_its_own():
     found = [name_of(line) for line in LONG]
     for name in found:
         assert len(name) <= 80
@@ -76,13 +73,11 @@ def test_every_name_is_safe_short_and_its_own() -> None:
     assert found[0].startswith("no_clearance-crank.at=0.02,0-")
 
 
-def closed_form(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+def closed_form(scene, engine="exudyn", progress=None):
     return rigid_link(scene=scene)
 
 
-def test_a_run_by_another_engine_or_setting_stands_beside(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
+def test_a_run_by_another_engine_or_setting_stands_beside(run_of, capsys):
     run_of(closed_form)
     for more in ([], ["--engine", "lagrangian"], ["--set", "run.turns=2"]):
         assert main(["simulate", NO_CLEARANCE, "--no-plots", *more]) == 0
@@ -91,9 +86,7 @@ def test_a_run_by_another_engine_or_setting_stands_beside(
     assert "in place of" not in capsys.readouterr().out
 
 
-def test_an_earlier_run_is_not_replaced_in_silence(
-    run_of: Callable[[Fake], None], capsys: Capture
-) -> None:
+def test_an_earlier_run_is_not_replaced_in_silence(run_of, capsys):
     run_of(closed_form)
     for told in ("Written to runs/no_clearance/:\n  ",
                  "Written to runs/no_clearance/ in place of an earlier run:\n  "):  # fmt: skip
@@ -101,7 +94,7 @@ def test_an_earlier_run_is_not_replaced_in_silence(
         assert told in capsys.readouterr().out
 
 
-def test_a_second_run_replaces_no_earlier_one(run_of: Callable[..., None], capsys: Capture) -> None:
+def test_a_second_run_replaces_no_earlier_one(run_of, capsys):
     run_of(closed_form, lambda run: replace(run, error=MeasuredError(("a.b",), largest=1e-7)))
     assert main(["simulate", NO_CLEARANCE, "--no-plots"]) == 0
     said = capsys.readouterr().out

@@ -1,7 +1,5 @@
 """Points of splines that nearly repeat, and splines that are closed or open: told or refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -22,13 +20,13 @@ accuracy: {tolerance: 1.0e-6}
 """
 
 
-def ring(count: int, turn: float = 2 * np.pi) -> np.ndarray:
+def ring(count, turn=2 * np.pi):
     """Points of a circle; of a part of it with its end."""
     angles = np.linspace(0, turn, count, endpoint=turn < 6)
     return RADIUS * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def read(folder: Path, points: np.ndarray, closed: str = ""):
+def read(folder, points, closed=""):
     """The scene with a groove through points of a file, written with 7 decimals, as measured."""
     lines = [f"{x:.7f},{y:.7f}\n" for x, y in points]
     (folder / "ring.csv").write_text("".join(lines))

@@ -41,7 +41,7 @@ def _as_from_a_terminal():
         signal.signal(number, handler)
 
 
-def ask(name="SIGTERM") -> None:
+def ask(name="SIGTERM"):
     """Ask this process to end."""
     signal.raise_signal(getattr(signal, name))
 

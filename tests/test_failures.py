@@ -6,7 +6,6 @@ import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,7 +34,7 @@ def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def press() -> None:
+def press():
     """Press Ctrl-C."""
     signal.raise_signal(signal.SIGINT)
 
@@ -47,7 +46,7 @@ def files(folder):
 # --- Ctrl-C: what was computed is kept --------------------------------------------------------
 
 
-def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
+def engine_that(monkeypatch, act):
     """Put closed form in place of the engines; `act` (run from 0) tells whether a run is whole."""
     made = []
 
@@ -147,7 +146,7 @@ def test_a_comparison_keeps_two_runs(stops_in, monkeypatch, capsys):
 # --- disks that are full, places that can't be written ------------------------------------------
 
 
-def limited(kilobytes: int, *arguments: str) -> "subprocess.CompletedProcess[str]":
+def limited(kilobytes, *arguments):
     """Run the program where no file may be larger than so many kB, as on a disk that is full."""
     limit = (
         "import resource, sys; from exudyn_flexlink.cli import main;"

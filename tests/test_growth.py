@@ -1,6 +1,5 @@
 """How work grows with the size of a model, counted in operations: never by the clock."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,16 +29,16 @@ accuracy: {tolerance: 1.0e-5}
 """
 
 
-def check(model: str, rods: int, *settings: str) -> str:
+def check(model, rods, *settings):
     scene = load_scene(MODELS / f"{model}.yaml", [f"bodies.link.rods={rods}", *settings])
     return check_text(scene, assemble_scene(scene))
 
 
-def checks(model: str, *settings: str) -> Callable[[int], object]:
+def checks(model, *settings):
     return lambda rods: check(model, rods, *settings)
 
 
-def bent(rods: int) -> object:
+def bent(rods):
     return assemble_scene(scene_of(parse_document(BENT.replace("COUNT", str(rods)), "test")))
 
 
@@ -54,12 +53,12 @@ WORK = {
 
 
 @pytest.fixture
-def solved(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def solved(monkeypatch):
     """Shorter sides of all matrices that are factorised."""
-    sides: list[int] = []
+    sides = []
 
-    def watched(solver: Callable[..., object]) -> Callable[..., object]:
-        def call(matrix: np.ndarray, *others: object, **options: object) -> object:
+    def watched(solver):
+        def call(matrix, *others, **options):
             sides.append(min(np.shape(matrix)[-2:]))
             return solver(matrix, *others, **options)
 
@@ -71,15 +70,13 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 @pytest.mark.parametrize("work", WORK.values(), ids=WORK)
-def test_no_matrix_of_all_rods_is_factorised(
-    work: Callable[[int], object], solved: list[int]
-) -> None:
+def test_no_matrix_of_all_rods_is_factorised(work, solved):
     work(60)
     assert solved
     assert max(solved) <= 15  # joints that close loops, slots, drives; a block of frequencies
 
 
-def test_frequencies_of_a_long_chain_tend_to_those_of_a_short_one() -> None:
+def test_frequencies_of_a_long_chain_tend_to_those_of_a_short_one():
     """Bending of 1000 rods is bending of 100, but for the length of the clamped rod."""
     beam = Beam(0.07, 0.04, 0.01)
     long, short = (
@@ -90,7 +87,7 @@ def test_frequencies_of_a_long_chain_tend_to_those_of_a_short_one() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 4, 9])
-def test_frequencies_are_those_of_the_matrices(count: int) -> None:
+def test_frequencies_are_those_of_the_matrices(count):
     """By the angles of the rods: the centre of rod k is at sum_i arms[k, i] e(angle_i)."""
     chain = discretise(Beam(0.07, 0.04, 0.01, 5e-4), 10, "equal", "beam")
     lengths, masses, inertias = np.array([(r.length, r.mass, r.inertia) for r in chain.rods[1:]]).T
@@ -105,13 +102,13 @@ def test_frequencies_are_those_of_the_matrices(count: int) -> None:
 # --- samples ----------------------------------------------------------------------------------
 
 
-def refused(*settings: str) -> str:
+def refused(*settings):
     with pytest.raises(SceneError) as caught:
         load_scene(MODELS / "smooth.yaml", settings)
     return str(caught.value)
 
 
-def test_samples_are_limited_by_the_memory_they_take() -> None:
+def test_samples_are_limited_by_the_memory_they_take():
     end = 4 * np.pi / 5  # four turns at 10 rad/s
     few, many = "bodies.link.rods=5", "bodies.link.rods=100"
     load_scene(MODELS / "smooth.yaml", [few, f"run.sample={end / 5e5}"])
@@ -123,7 +120,7 @@ def test_samples_are_limited_by_the_memory_they_take() -> None:
 # --- mistakes ---------------------------------------------------------------------------------
 
 
-def many_mistakes(count: int) -> str:
+def many_mistakes(count):
     bodies = "".join(f"  b{i}: {{type: rod, lenght: 5 N}}\n" for i in range(count))
     joints = "".join(
         f"  j{i}: {{type: revolute, points: [ground, c{i}.start], at: [0, 0]}}\n"
@@ -132,13 +129,13 @@ def many_mistakes(count: int) -> str:
     return f"title: t\nbodies:\n{bodies}joints:\n{joints}run: {{duration: 1}}\n"
 
 
-def told_of(count: int) -> str:
+def told_of(count):
     with pytest.raises(SceneError) as caught:
         scene_of(parse_document(many_mistakes(count), "test"))
     return str(caught.value)
 
 
-def test_of_many_mistakes_the_first_are_shown_and_all_are_counted() -> None:
+def test_of_many_mistakes_the_first_are_shown_and_all_are_counted():
     lines = told_of(100).splitlines()
     assert lines[-1] == "401 mistakes; the first 50 are shown"
     assert sum(line.startswith("test:") for line in lines) == 50
@@ -147,7 +144,7 @@ def test_of_many_mistakes_the_first_are_shown_and_all_are_counted() -> None:
 # --- runs that can't go on ----------------------------------------------------------------------
 
 
-def test_elastic_bounces_without_end_stop_with_the_contact() -> None:
+def test_elastic_bounces_without_end_stop_with_the_contact():
     settings = ["contacts.strike.law.restitution=1", "run.turns=2"]
     scene = with_impact(load_scene(MODELS / "no_clearance.yaml", settings), "impulse")
     result = simulate(scene, "lagrangian")
@@ -159,7 +156,7 @@ def test_elastic_bounces_without_end_stop_with_the_contact() -> None:
     assert len(result.events) < 3000
 
 
-def test_a_run_that_gets_nowhere_is_a_result_of_its_start() -> None:
+def test_a_run_that_gets_nowhere_is_a_result_of_its_start():
     result = simulate(load_scene(MODELS / "smooth.yaml", ["gravity=[0, -1e20]"]))
     assert not result.outcome.completed
     assert result.outcome.advice
@@ -169,7 +166,7 @@ def test_a_run_that_gets_nowhere_is_a_result_of_its_start() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e3, 1e4, 1e6, 1e10])
-def test_a_state_that_diverges_ends_a_run_with_what_came_before(tolerance: float) -> None:
+def test_a_state_that_diverges_ends_a_run_with_what_came_before(tolerance):
     """By tolerances that no model file may ask for: told the same way wherever it diverges."""
     scene = load_scene(MODELS / "no_clearance.yaml", ["solver.integrator=dop853"])
     accuracy = scene.accuracy.model_copy(update={"tolerance": tolerance})
@@ -182,5 +179,5 @@ def test_a_state_that_diverges_ends_a_run_with_what_came_before(tolerance: float
 # --- settings that lead nowhere -----------------------------------------------------------------
 
 
-def test_entries_of_a_list_may_have_zeros_in_front() -> None:
+def test_entries_of_a_list_may_have_zeros_in_front():
     load_scene(MODELS / "no_clearance.yaml", ["curves.track.curves.000000000001=ellipse"])

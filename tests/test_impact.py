@@ -24,7 +24,6 @@ from exudyn_flexlink.source import SceneError
 
 MODELS = Path(__file__).parent.parent / "models"
 MODEL = MODELS / "no_clearance.yaml"
-IMPULSE = "contacts.strike.law={type: impulse, restitution: 0.5}"
 SHORT = ("run.turns=0.54", "bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 TIGHT = "accuracy.tolerance=1e-7"
 

@@ -1,7 +1,5 @@
 """The implicit method in the Lagrangian: tolerance, events, and places on the track."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 
@@ -40,7 +38,7 @@ PIECES = {
 
 
 @pytest.mark.parametrize("name", PIECES)
-def test_places_are_those_of_the_curves(name: str) -> None:
+def test_places_are_those_of_the_curves(name):
     piece = PIECES[name]
     at, every = evaluator(piece), np.linspace(piece.start - 0.01, piece.end + 0.01, 41)
     found = np.array(piece.places(every))
@@ -57,7 +55,7 @@ def crossed(piece, centre, theta, u):
 
 
 @pytest.mark.parametrize("name", ["ellipse", "circle", "line", "part of a spline"])
-def test_the_guides_axis_crosses_the_piece_where_it_should(name: str) -> None:
+def test_the_guides_axis_crosses_the_piece_where_it_should(name):
     piece, centre = PIECES[name], (0.005, -0.002)
     for u in np.linspace(piece.start, piece.end, 9)[1:-1]:
         x, y = piece.point(u)
@@ -77,7 +75,7 @@ BENT = Spline(np.array([*STAR, TIPS[-1]]), closed=True)
 
 
 @pytest.mark.parametrize("at", [-0.039, 0.0, 0.02, 0.039])
-def test_p_stays_on_its_side_of_the_pivot(at: float) -> None:
+def test_p_stays_on_its_side_of_the_pivot(at):
     """Whether the guide turns a little or nearly a right angle: an ellipse has a closed form."""
     for angle in np.linspace(0, 2 * np.pi, 37):
         before = _ray(at, angle)
@@ -88,7 +86,7 @@ def test_p_stays_on_its_side_of_the_pivot(at: float) -> None:
             assert places[0] == pytest.approx(after, abs=1e-14)
 
 
-def _ray(at: float, angle: float) -> tuple[float, float]:
+def _ray(at, angle):
     """Where the ray from (at, 0) meets the thin ellipse."""
     c, s = np.cos(angle), np.sin(angle)
     a, b, d = (c / 0.04) ** 2 + (s / 1e-3) ** 2, at * c / 0.04**2, (at / 0.04) ** 2 - 1
@@ -96,7 +94,7 @@ def _ray(at: float, angle: float) -> tuple[float, float]:
     return at + r * c, r * s
 
 
-def test_p_is_not_found_beyond_a_dead_centre() -> None:
+def test_p_is_not_found_beyond_a_dead_centre():
     """Nor another crossing than that which the track leads to: walked along it by hand."""
     u = np.linspace(0, BENT.period, 20_001)
     angles = np.unwrap(np.angle(BENT.places(u)[0]))
@@ -123,14 +121,14 @@ def test_p_is_not_found_beyond_a_dead_centre() -> None:
 
 
 @cache
-def run(*settings: str):
+def run(*settings):
     result = simulate(load_scene(MODELS / STRIKE[0], [*STRIKE[1:], *settings]), "lagrangian")
     assert result.outcome.completed
     return result
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
-def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance: float) -> None:
+def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance):
     """Over two turns, against the independent series, which knows S to 6e-8 m."""
     series = read_series(HERE / "data" / "strike_n5_beam.csv")
     result = run(f"accuracy.tolerance={tolerance}", "run.turns=2")
@@ -144,14 +142,14 @@ def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance: flo
 
 
 @pytest.mark.parametrize(("tolerance", "part"), [(1e-4, 2e-4), (1e-6, 5e-6)])
-def test_energies_are_those_of_the_stages_as_solved(tolerance: float, part: float) -> None:
+def test_energies_are_those_of_the_stages_as_solved(tolerance, part):
     """From rates before the last correction the balance misses 2.4e-3 and 4.2e-5 of the energy."""
     settings = [f"accuracy.tolerance={tolerance}", "run.turns=2"]
     checks = simulate(load_scene(MODELS / "no_clearance.yaml", settings), "lagrangian").checks
     assert checks.energy_residual < part * checks.largest_kinetic_energy
 
 
-def test_events_are_those_of_the_explicit_method() -> None:
+def test_events_are_those_of_the_explicit_method():
     ours, other = run("accuracy.tolerance=1e-10"), run(*EXPLICIT)
     assert ours.settings["integrator"] == "Radau IIA of order 9"
     assert other.settings["integrator"] == "DOP853"
@@ -175,7 +173,7 @@ def test_events_are_those_of_the_explicit_method() -> None:
     assert ours.checks.steps < other.checks.steps / 2
 
 
-def test_a_ramp_and_a_torque_are_met() -> None:
+def test_a_ramp_and_a_torque_are_met():
     """A drive that comes up over 50 ms, and a free guide under a torque and gravity."""
     ramp = "drives.motor={type: speed, joint: crank, value: 10, ramp: 50 ms}"
     torque = "drives.motor={type: torque, joint: crank, value: 0.01, ramp: 30 ms}"
@@ -201,13 +199,13 @@ def test_a_ramp_and_a_torque_are_met() -> None:
 )  # fmt: skip
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml", "supported.yaml"])
 def test_steps_and_impulses_are_for_the_explicit_method_and_who_asks_for_it(
-    model: str, setting: str, stepper: type
-) -> None:
+    model, setting, stepper
+):
     assert isinstance(prepare(load_scene(MODELS / model, [setting])).stepper, stepper)
 
 
 @pytest.mark.parametrize("integrator", ["radau", "dop853"])
-def test_a_dead_centre_ends_the_run_and_says_so(integrator: str) -> None:
+def test_a_dead_centre_ends_the_run_and_says_so(integrator):
     """A circle that does not go round C: the guide's axis comes to touch it."""
     scene = load_scene(
         MODELS / "smooth.yaml",
@@ -221,7 +219,7 @@ def test_a_dead_centre_ends_the_run_and_says_so(integrator: str) -> None:
     assert result.time[-1] == pytest.approx((np.arcsin(0.5) - 0.1) / 10, abs=1e-6)
 
 
-def test_steps_that_get_shorter_and_shorter_turn_no_point_round() -> None:
+def test_steps_that_get_shorter_and_shorter_turn_no_point_round():
     """Those of SciPy's method to a dead centre, where rounding moves P to and fro."""
     scene = load_scene(MODELS / "hard" / "dead_centre.yaml", ["solver.integrator=dop853"])
     result = simulate(scene, "lagrangian")

@@ -9,7 +9,6 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import build_curves
 from exudyn_flexlink.scene import (
     CircleSpec,
-    CurveSpec,
     JoinedSpec,
     LapsSpec,
     LineSpec,
@@ -19,15 +18,15 @@ from exudyn_flexlink.source import SceneError
 MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
 
 
-def line(first: float, last: float) -> LineSpec:
+def line(first, last):
     return LineSpec(from_=(first, 0.0), to=(last, 0.0))
 
 
-def ring(radius: float) -> CircleSpec:
+def ring(radius):
     return CircleSpec(centre=(0.0, 0.0), radius=radius)
 
 
-def test_a_setting_is_blamed_for_what_it_breaks() -> None:
+def test_a_setting_is_blamed_for_what_it_breaks():
     # The egg still passes (0.04, 0), the ellipse no longer: the laps do not meet. Both are told.
     with pytest.raises(SceneError) as found:
         load_scene(MODEL, ["curves.ellipse.semi_axes=[0.05, 0.03]", "run.turns=-1"])
@@ -37,11 +36,11 @@ def test_a_setting_is_blamed_for_what_it_breaks() -> None:
 
 
 @pytest.mark.parametrize("end", ["run.at_most=1", "run.duration=1"])
-def test_a_drive_at_rest_is_right_where_the_run_ends_without_it(end: str) -> None:
+def test_a_drive_at_rest_is_right_where_the_run_ends_without_it(end):
     assert load_scene(MODEL, ["drives.motor.value=0", end]).drives["motor"].value == 0
 
 
-def test_a_curve_is_built_from_those_it_names() -> None:
+def test_a_curve_is_built_from_those_it_names():
     curves, mistakes = build_curves(
         {"both": JoinedSpec(pieces=("one", line(1, 2))), "one": line(0, 1)}
     )
@@ -50,8 +49,8 @@ def test_a_curve_is_built_from_those_it_names() -> None:
     assert list(curves) == ["both", "one"]
 
 
-def test_a_wrong_curve_is_told_once_and_those_that_contain_it_are_left_out_in_silence() -> None:
-    specs: dict[str, CurveSpec | None] = {
+def test_a_wrong_curve_is_told_once_and_those_that_contain_it_are_left_out_in_silence():
+    specs = {
         "invalid": None,
         "of_invalid": JoinedSpec(pieces=("invalid",)),
         "of_unknown": JoinedSpec(pieces=("nobody", line(0, 1))),
@@ -73,7 +72,7 @@ def test_a_wrong_curve_is_told_once_and_those_that_contain_it_are_left_out_in_si
 CLEARANCE = MODEL.with_name("clearance.yaml")
 
 
-def test_of_all_nodes_in_a_wall_the_deepest_is_named() -> None:
+def test_of_all_nodes_in_a_wall_the_deepest_is_named():
     # P is 20 mm from C, the end some 60 mm further is still inside the guide of 90 mm.
     short = "bodies.link.length=0.06"
     depth = 0.06 * sin(radians(10)) - 0.005
@@ -86,7 +85,7 @@ def test_of_all_nodes_in_a_wall_the_deepest_is_named() -> None:
         load_scene(CLEARANCE, [short, "initial={angles: {guide: 0, link: -10 deg}}"])
 
 
-def test_a_link_that_leans_on_a_corner_at_the_start() -> None:
+def test_a_link_that_leans_on_a_corner_at_the_start():
     # P is 60 mm from C: the mouth is 30 mm ahead, on rod 5, whose nodes are clear of the walls.
     turned, ahead = radians(10), 0.03
     depth = ahead * sin(turned) - 0.005 * cos(turned)

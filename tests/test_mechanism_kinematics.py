@@ -7,12 +7,11 @@ import pytest
 
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.mechanism import (
-    Mechanism,
     approach,
     build_mechanism,
     joint_residuals,
 )
-from exudyn_flexlink.mechanism.constraints import Rows, constraint_rows
+from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
@@ -67,31 +66,31 @@ SEEDS = range(5)
 
 
 @pytest.fixture(scope="module")
-def mechanism() -> Mechanism:
+def mechanism():
     # As a whole it can't be assembled: it only has to have every joint once.
     return build_mechanism(parse_scene(parse_document(EVERYTHING, "test")))
 
 
-def random_state(mechanism: Mechanism, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def random_state(mechanism, seed):
     random = np.random.default_rng(seed)
     shape = (len(mechanism.parts), 3)
     return random.uniform(-1, 1, shape) * (0.3, 0.3, 3.0), random.uniform(-1, 1, shape)
 
 
-def feet(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
+def feet(mechanism, q):
     return np.array(
         [slot.curve.nearest(anchor_position(slot.anchor, q)) for slot in mechanism.slots]
     )
 
 
-def rows_at(mechanism: Mechanism, q: np.ndarray, near: np.ndarray) -> list[Rows]:
+def rows_at(mechanism, q, near):
     """Constraints with every slot at the foot point of its own anchor: residuals as they are."""
     places = places_near(mechanism, q, near)
     return list(constraint_rows(mechanism, q, places))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_every_jacobian_is_the_derivative_of_its_residual(mechanism: Mechanism, seed: int) -> None:
+def test_every_jacobian_is_the_derivative_of_its_residual(mechanism, seed):
     q, _ = random_state(mechanism, seed)
     near = feet(mechanism, q)
     rows = rows_at(mechanism, q, near)
@@ -108,13 +107,13 @@ def test_every_jacobian_is_the_derivative_of_its_residual(mechanism: Mechanism, 
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_residuals_of_many_instants_are_those_of_each(mechanism: Mechanism, seed: int) -> None:
+def test_residuals_of_many_instants_are_those_of_each(mechanism, seed):
     q, v = random_state(mechanism, seed)
     instants = np.stack([q, q + 0.01 * v])
     places = np.stack([feet(mechanism, at) for at in instants])
     found = joint_residuals(mechanism, instants, places)
     for at, place, values in zip(instants, places, found, strict=True):
-        expected: list[float] = []
+        expected = []
         for row in constraint_rows(replace(mechanism, speed_motors=()), at, place):
             if row.kind in ("revolute", "weld"):
                 expected.append(float(np.linalg.norm(row.lengths)))
@@ -126,7 +125,7 @@ def test_residuals_of_many_instants_are_those_of_each(mechanism: Mechanism, seed
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("part", [0, 4, GROUND])
-def test_velocities_of_anchors_are_derivatives(mechanism: Mechanism, seed: int, part: int) -> None:
+def test_velocities_of_anchors_are_derivatives(mechanism, seed, part):
     anchor = Anchor(part, 0.13, -0.07)
     q, v = random_state(mechanism, seed)
     step = 1e-6
@@ -138,7 +137,7 @@ def test_velocities_of_anchors_are_derivatives(mechanism: Mechanism, seed: int, 
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_rates_of_a_contact_are_derivatives(mechanism: Mechanism, seed: int) -> None:
+def test_rates_of_a_contact_are_derivatives(mechanism, seed):
     (contact,) = mechanism.contacts
     q, v = random_state(mechanism, seed)
     step = 1e-6
@@ -149,7 +148,7 @@ def test_rates_of_a_contact_are_derivatives(mechanism: Mechanism, seed: int) -> 
     assert np.hypot(*here.normal) == pytest.approx(1, abs=1e-14)
 
 
-def test_a_gap_is_positive_on_the_free_side() -> None:
+def test_a_gap_is_positive_on_the_free_side():
     text = """title: point above a face
 materials:
   steel: {density: 7850, youngs_modulus: 200 GPa}

@@ -1,7 +1,5 @@
 """A mechanism as a tree of links: what is one, where its links are, and how it moves."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 
@@ -15,7 +13,6 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import lever_response
-from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
 LEVER = 0.03  # m
@@ -23,17 +20,17 @@ FEW = ("bodies.link.rods=4", "run.turns=0.6", "run.sample=1 ms")
 
 
 @cache
-def run(model: str, *settings: str) -> Result:
+def run(model, *settings):
     return simulate(load_scene(MODELS / model, settings))
 
 
-def both(model: str, *settings: str, joints: str = "accuracy.step=1e-5") -> tuple[Result, Result]:
+def both(model, *settings, joints="accuracy.step=1e-5"):
     """The same scene as a tree and with joints, at steps that leave 1e-9 m."""
     tree = run(model, *settings, "solver.formulation=minimal", "accuracy.tolerance=1e-10")
     return tree, run(model, *settings, "solver.formulation=redundant", joints)
 
 
-def common(one: Result, other: Result) -> tuple[np.ndarray, np.ndarray]:
+def common(one, other):
     """Samples at the same instants."""
     _, first, second = np.intersect1d(
         np.round(one.time, 9), np.round(other.time, 9), return_indices=True
@@ -56,13 +53,13 @@ def common(one: Result, other: Result) -> tuple[np.ndarray, np.ndarray]:
         "supported.yaml",
     ],
 )
-def test_auto_takes_minimal_coordinates_for_every_mechanism(model: str) -> None:
+def test_auto_takes_minimal_coordinates_for_every_mechanism(model):
     scene = load_scene(MODELS / model)
     assert formulation(scene) == "minimal"
     assert formulations(scene, "exudyn")[:2] == ("minimal", "redundant")
 
 
-def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for() -> None:
+def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for():
     scene = load_scene(MODELS / "smooth.yaml", ["accuracy={step: 1e-3}"])
     assert formulation(scene) == "redundant"
 
@@ -71,7 +68,7 @@ def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "spline_track.yaml", "rigid.yaml"])
-def test_links_start_where_the_parts_are_put_together(model: str) -> None:
+def test_links_start_where_the_parts_are_put_together(model):
     """Poses, rates and accelerations of the tree are those of the mechanism's own equations."""
     assembly = assemble_scene(load_scene(MODELS / model))
     layout = tree_layout(assembly.mechanism)
@@ -88,14 +85,14 @@ def test_links_start_where_the_parts_are_put_together(model: str) -> None:
 # --- how it moves -----------------------------------------------------------------------------
 
 
-def test_the_smooth_motion_is_that_with_joints_to_1e_9() -> None:
+def test_the_smooth_motion_is_that_with_joints_to_1e_9():
     tree, joints = both("smooth.yaml", *FEW)
     first, second = common(tree, joints)
     assert len(first) > 300
     np.testing.assert_allclose(tree.poses[first], joints.poses[second], atol=1e-9)
 
 
-def test_reactions_are_those_with_joints() -> None:
+def test_reactions_are_those_with_joints():
     tree, joints = both("smooth.yaml", *FEW)
     first, second = common(tree, joints)
     calm = slice(5, -5)  # the integrator with joints knows no reactions at time 0
@@ -106,7 +103,7 @@ def test_reactions_are_those_with_joints() -> None:
             np.testing.assert_allclose(values[first][calm], expected, atol=2e-3 * scale)
 
 
-def test_a_guide_with_a_torque_moves_the_same() -> None:
+def test_a_guide_with_a_torque_moves_the_same():
     """Then the guide's angle is free, and the slide follows it along the track."""
     settings = (
         *FEW,
@@ -120,7 +117,7 @@ def test_a_guide_with_a_torque_moves_the_same() -> None:
     assert tree.checks.energy_residual < 1e-9 * tree.checks.largest_kinetic_energy
 
 
-def test_a_strike_with_friction_is_the_same() -> None:
+def test_a_strike_with_friction_is_the_same():
     settings = (*FEW, "contacts.strike.law.friction=0.3", "bodies.link.hinges.stiffness=beam")
     joints = ("accuracy.tolerance=1e-6", "solver.steps_per_contact=200")
     tree = run("no_clearance.yaml", *settings, "accuracy.tolerance=1e-8")
@@ -136,7 +133,7 @@ def test_a_strike_with_friction_is_the_same() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
-def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None:
+def test_no_step_misses_that_a_struck_lever_turns_back(tolerance):
     """The force leaps there. Against the Lagrangian, for a rigid link and few steps."""
     settings = ("run.turns=0.6", "run.sample=1 ms")
     scene = load_scene(MODELS / "rigid.yaml", (*settings, "accuracy.tolerance=1e-11"))
@@ -151,10 +148,10 @@ def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None
     assert off * LEVER < tolerance
 
 
-def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
+def test_steps_can_be_fixed_and_then_converge_with_order_nine():
     """Each step's equations are solved to rounding, which is all that is left at finer ones."""
 
-    def at_the_end(*settings: str) -> np.ndarray:
+    def at_the_end(*settings):
         soft = "bodies.link.hinges.stiffness=paper"
         return run("smooth.yaml", *FEW, soft, "run.turns=0.15", *settings).poses[-1]
 
@@ -168,7 +165,7 @@ def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
 
 
 @pytest.mark.parametrize(("step", "told"), [("30 ms", True), ("3 ms", False)])
-def test_a_users_step_that_misses_a_cusp_of_the_track_says_so(step: str, told: bool) -> None:
+def test_a_users_step_that_misses_a_cusp_of_the_track_says_so(step, told):
     """Between two stages the guide's slide went in and out by 33 mm, and no error shows that."""
     minimal = "solver.formulation=minimal"
     result = run("hard/near_cusp.yaml", f"accuracy.step={step}", minimal)
@@ -177,7 +174,7 @@ def test_a_users_step_that_misses_a_cusp_of_the_track_says_so(step: str, told: b
     assert all("from 0.3 s on" in warning and "it 0.033 m" in warning for warning in warnings)
 
 
-def test_a_users_step_that_an_event_cuts_short_of_a_cusp_is_not_told() -> None:
+def test_a_users_step_that_an_event_cuts_short_of_a_cusp_is_not_told():
     """A ball lands before the cusp, and contact asks for steps that follow the track."""
     settings = [
         "curves.floor={type: line, from: [-1, -1], to: [1, -1]}",
@@ -193,7 +190,7 @@ def test_a_users_step_that_an_event_cuts_short_of_a_cusp_is_not_told() -> None:
     assert not any("is too long from" in warning for warning in found.warnings)
 
 
-def test_forces_are_those_of_the_equations_at_every_sample() -> None:
+def test_forces_are_those_of_the_equations_at_every_sample():
     """A track's force is a tenth of the crank's: as a derivative of the steps it was 1 % off."""
     at = ("run={duration: 0.3, sample: 1 ms}",)
     loose = run("spline_track.yaml", *at, "accuracy.tolerance=1e-6")

@@ -102,7 +102,7 @@ def test_a_given_step_does_not_ask_for_a_solver_that_has_no_points_on_curves():
 
 
 @pytest.mark.parametrize(("speed", "lasts"), [("468.5 rpm", True), ("468.6 rpm", False)])
-def test_the_benchmark_jumps_above_the_published_jump_speed(speed: str, lasts: bool) -> None:
+def test_the_benchmark_jumps_above_the_published_jump_speed(speed, lasts):
     """Of 468.54 rpm: sqrt((P + 2 k e)/(m e)), with P = 2.5 N, k = 1 N/mm, e = 15 mm, m = 0.9 kg."""
     result = run_model("benchmarks/cam_jump.yaml", f"drives.motor.value={speed}")
     assert next(iter(result.intervals["lift"])).lasts == lasts

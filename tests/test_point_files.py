@@ -3,8 +3,6 @@
 import json
 import math
 import os
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,11 +12,11 @@ from test_scene import scene
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import input_notes
-from exudyn_flexlink.scene import Run, Scene, SplineSpec, parse_scene
+from exudyn_flexlink.scene import Run, SplineSpec, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 
 
-def spline_scene(folder: Path, file: str, **options: Any) -> Scene:
+def spline_scene(folder, file, **options):
     text = PENDULUM + f"curves:\n  outline: {{type: spline, file: '{file}'}}\n"
     return parse_scene(parse_document(text, "model.yaml", folder), **options)
 
@@ -46,7 +44,7 @@ SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
         '"x","y"\n"0","0"\n"1","0"\n"1","1"\n"0","1"',
     ],
 )
-def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
+def test_a_spline_reads_its_points(tmp_path, content):
     (tmp_path / "a.csv").write_text(content, encoding="utf-8", newline="")
     found = spline_scene(tmp_path, "a.csv")
     outline = found.curves["outline"]
@@ -70,7 +68,7 @@ def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
         ("x (of the rim),y (up)\n0,0\n1,0\n1,1\n0,1", "unknown unit 'of the rim'"),
     ],
 )
-def test_what_a_point_file_must_not_hold(tmp_path: Path, content: str, words: str) -> None:
+def test_what_a_point_file_must_not_hold(tmp_path, content, words):
     (tmp_path / "a.csv").write_text(content, encoding="utf-8")
     with pytest.raises(SceneError) as caught:
         spline_scene(tmp_path, "a.csv")
@@ -91,12 +89,12 @@ accuracy: {tolerance: 1.0e-6}
 DRIVE = "drives: {{motor: {{type: {}, joint: axle, value: {{file: a.csv, rule: linear}}}}}}\n"
 
 
-def driven(folder: Path, content: str, kind: str = "speed", text: str = SHAFT) -> Scene:
+def driven(folder, content, kind="speed", text=SHAFT):
     (folder / "a.csv").write_text(content, encoding="utf-8")
     return scene_of(parse_document(text + DRIVE.format(kind), "model.yaml", folder))
 
 
-def test_a_shaft_at_600_rpm_makes_20_turns_in_2_s(tmp_path: Path) -> None:
+def test_a_shaft_at_600_rpm_makes_20_turns_in_2_s(tmp_path):
     result = simulate(driven(tmp_path, "# t [s], n [rpm]\n0,600\n2,600\n"))
     turned = result.poses[-1, 0, 2] - result.poses[0, 0, 2]
     assert turned == pytest.approx(20 * 2 * math.pi, abs=1e-9)
@@ -122,7 +120,7 @@ TABLES = [
 
 
 @pytest.mark.parametrize("content", TABLES)
-def test_the_same_table_in_other_words(tmp_path: Path, content: str) -> None:
+def test_the_same_table_in_other_words(tmp_path, content):
     wanted = [[0, 20 * math.pi], [2, 660.5 * math.pi / 30]]
     found = driven(tmp_path, content).drives["motor"].value.points
     np.testing.assert_allclose(found, wanted, rtol=1e-15)
@@ -142,7 +140,7 @@ def test_the_same_table_in_other_words(tmp_path: Path, content: str) -> None:
         ("speed", "t,n", (1, 1)),
     ],
 )
-def test_units_of_tables(tmp_path: Path, kind: str, header: str, factors: tuple) -> None:
+def test_units_of_tables(tmp_path, kind, header, factors):
     text = DRIVE.format(kind).replace("linear", "cubic")
     (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n", encoding="utf-8")
     document = parse_document(SHAFT + text, "model.yaml", tmp_path)
@@ -162,13 +160,13 @@ def test_units_of_tables(tmp_path: Path, kind: str, header: str, factors: tuple)
         ("speed", "# t [s], n [rmp]", "'n [rmp]': unknown unit 'rmp'; did you mean 'rpm'?"),
     ],
 )
-def test_units_that_do_not_fit(tmp_path: Path, kind: str, header: str, words: str) -> None:
+def test_units_that_do_not_fit(tmp_path, kind, header, words):
     with pytest.raises(SceneError) as caught:
         driven(tmp_path, f"{header}\n0,0\n9,1\n", kind)
     assert f"a.csv line 1: {words}" in str(caught.value)
 
 
-def test_a_slide_takes_a_speed_in_metres(tmp_path: Path) -> None:
+def test_a_slide_takes_a_speed_in_metres(tmp_path):
     slide = SHAFT.replace("type: revolute", "type: prismatic, axis: [1, 0]")
     found = driven(tmp_path, "t,v [mm/s]\n0,500\n2,500\n", text=slide)
     assert found.drives["motor"].value.points == ((0, 0.5), (2, 0.5))
@@ -176,7 +174,7 @@ def test_a_slide_takes_a_speed_in_metres(tmp_path: Path) -> None:
         driven(tmp_path, "t,v [rpm]\n0,500\n2,500\n", text=slide)
 
 
-def test_rows_that_serve_nothing_are_told(tmp_path: Path) -> None:
+def test_rows_that_serve_nothing_are_told(tmp_path):
     t = np.linspace(0, 20, 20_001)
     for values, few in ((np.arange(20_001) % 2, 2_001), (60 + 1e-3 * t, 1)):
         lines = "\n".join(f"{a:.12g},{b:.12g}" for a, b in zip(t, values, strict=True))
@@ -190,7 +188,7 @@ def test_rows_that_serve_nothing_are_told(tmp_path: Path) -> None:
 # --- where files are ------------------------------------------------------------------------
 
 
-def test_point_files_stay_in_the_models_folder(tmp_path: Path) -> None:
+def test_point_files_stay_in_the_models_folder(tmp_path):
     inside = tmp_path / "model"
     inside.mkdir()
     outside = tmp_path / "secret.csv"

@@ -1,7 +1,5 @@
 """Radau IIA against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial

@@ -1,7 +1,5 @@
 """Mechanisms drawn at random: they are models of every kind, and judged by what they are off."""
 
-from __future__ import annotations
-
 import pytest
 from drawing.mechanisms import FAMILIES
 from random_mechanisms import RIGHT, drawn, judge
@@ -11,7 +9,7 @@ from exudyn_flexlink.loading import load_scene
 SEED = 1
 
 
-def first_of(family: str) -> str:
+def first_of(family):
     """Model file of the first mechanism of a family."""
     return next(text for of, text in (drawn(k, SEED) for k in range(200)) if of == family)
 

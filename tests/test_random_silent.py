@@ -1,7 +1,5 @@
 """Scenes with closed forms: these are what pieces of known motion give, and runs keep them."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

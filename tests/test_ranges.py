@@ -1,7 +1,5 @@
 """Bounds of formulas over intervals: they hold every value, and are as narrow as they may be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -26,7 +24,7 @@ FORMULAS = (
 
 
 @pytest.mark.parametrize("text", FORMULAS)
-def test_no_value_is_outside_the_bounds(text: str) -> None:
+def test_no_value_is_outside_the_bounds(text):
     formula = parse_expression(text)
     rng = np.random.default_rng(1)
     begin = rng.uniform(0.01, 2, 200)
@@ -56,9 +54,7 @@ def test_no_value_is_outside_the_bounds(text: str) -> None:
         ("1/t", 0.5, 2.0),
     ],
 )
-def test_what_takes_its_argument_once_has_its_own_range(
-    text: str, least: float, most: float
-) -> None:
+def test_what_takes_its_argument_once_has_its_own_range(text, least, most):
     """Over 0.5 to 2 s."""
     (addend,) = parse_expression(text).addends
     found = addend.ranges(Bounds(np.array([0.5]), np.array([2.0])), [])
@@ -66,6 +62,6 @@ def test_what_takes_its_argument_once_has_its_own_range(
     assert found.high[0] == pytest.approx(most, abs=1e-12)
 
 
-def test_a_formula_is_the_sum_of_its_addends() -> None:
+def test_a_formula_is_the_sum_of_its_addends():
     formula = parse_expression("5 + t*angle(hub) - (sin(t) - 3) - 2*(t + 1)")
     assert len(formula.addends) == 3

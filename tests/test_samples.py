@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from test_physics_tools import run
 
-from exudyn_flexlink import Result, load_scene, simulate
+from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.engines.exudyn.minimal import recording
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 
 MODELS = Path(__file__).parent.parent / "models"
 
 
-def same_joint_forces(one: Result, other: Result) -> None:
+def same_joint_forces(one, other):
     for name, force in other.joint_forces.items():
         largest = np.abs(force).max()
         np.testing.assert_allclose(one.joint_forces[name], force, rtol=0, atol=1e-9 * largest)
 
 
 @pytest.mark.parametrize("model", ["no_clearance", "clearance", "textbook/free_slider_crank"])
-def test_forces_found_together_are_those_found_at_every_step(model, monkeypatch) -> None:
+def test_forces_found_together_are_those_found_at_every_step(model, monkeypatch):
     """Strikes and touches fall between them, of which no sample may know too early or too late."""
     scene = load_scene(MODELS / f"{model}.yaml", ["run={duration: 0.4, sample: 1 ms}"])
     together = simulate(scene, measure=False)
@@ -46,12 +46,12 @@ accuracy: {tolerance: 1.0e-8}
 
 
 @pytest.mark.parametrize("value", ["7", "7 + 2*sin(5*t)"])
-def test_a_step_of_many_samples_is_summed_up_by_some_of_them(value, monkeypatch) -> None:
+def test_a_step_of_many_samples_is_summed_up_by_some_of_them(value, monkeypatch):
     """Exudyn is not asked for five stages between any two; the drive's work is exact."""
     looks = []
     found = MinimalModel.forces_at
 
-    def counted(model: MinimalModel, t: np.ndarray, *state: object) -> object:
+    def counted(model, t, *state):
         looks.append(len(t))
         return found(model, t, *state)
 

@@ -15,7 +15,6 @@ from exudyn_flexlink.mechanism import (
     sample_times,
     turn_goal,
 )
-from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
 
 ROTOR = """title: rotor
@@ -30,13 +29,13 @@ accuracy: {tolerance: 1.0e-5}
 """
 
 
-def scene(*settings: str) -> Scene:
+def scene(*settings):
     return scene_of(parse_document(ROTOR, "test"), settings)
 
 
 @pytest.mark.parametrize("value", [3.0, -2.0])
 @pytest.mark.parametrize("duration", [0.0, 0.5])
-def test_a_ramp_is_the_derivative_of_its_integral(value: float, duration: float) -> None:
+def test_a_ramp_is_the_derivative_of_its_integral(value, duration):
     ramp = Ramp(value, duration)
     step = 1e-5
     for time in np.linspace(0.01, 1, 23):
@@ -46,7 +45,7 @@ def test_a_ramp_is_the_derivative_of_its_integral(value: float, duration: float)
         assert ramp.rates(np.array([time])) == pytest.approx(slope, abs=1e-6)
 
 
-def test_a_ramp_starts_at_rest_and_reaches_its_value_smoothly() -> None:
+def test_a_ramp_starts_at_rest_and_reaches_its_value_smoothly():
     ramp = Ramp(2.0, 0.4)
     assert [ramp.at(t) for t in (-1, 0, 0.2, 0.4, 9)] == pytest.approx([0, 0, 1, 2, 2])
     assert ramp.rates(np.array([-1, 0, 0.4, 9])).tolist() == [0, 0, 0, 0]
@@ -68,12 +67,12 @@ def test_a_ramp_starts_at_rest_and_reaches_its_value_smoothly() -> None:
         (["drives.motor={type: torque, joint: pin, value: 1}", "run.at_most=2"], 2.0),
     ],
 )
-def test_the_end_of_a_run(settings: list[str], end: float) -> None:
+def test_the_end_of_a_run(settings, end):
     found = scene(*settings)
     assert end_of_run(found, assemble_scene(found).mechanism) == pytest.approx(end, rel=1e-12)
 
 
-def test_a_turn_goal_counts_turns_either_way() -> None:
+def test_a_turn_goal_counts_turns_either_way():
     torque = "drives.motor={type: torque, joint: pin, value: 1}"
     found = scene(torque, "run.at_most=2", "initial={angles: {rotor: 0.5}}")
     goal = turn_goal(found, assemble_scene(found))
@@ -89,7 +88,7 @@ def test_a_turn_goal_counts_turns_either_way() -> None:
 
 
 @pytest.mark.parametrize("end", [1.0, 0.37, 6 * pi / 4, 1e-4])
-def test_samples_are_even_and_reach_the_end(end: float) -> None:
+def test_samples_are_even_and_reach_the_end(end):
     found = scene()
     times = sample_times(found, assemble_scene(found).mechanism, end)
     assert times[0] == 0
@@ -101,7 +100,7 @@ def test_samples_are_even_and_reach_the_end(end: float) -> None:
     assert float(f"{steps[0]:.0e}") == pytest.approx(steps[0])  # a round number
 
 
-def test_a_contact_sets_the_step() -> None:
+def test_a_contact_sets_the_step():
     text = ROTOR.replace("drives:\n  motor: {type: speed, joint: pin, value: 4}\n", "").replace(
         "run: {turns: 3, of: pin}",
         """run: {duration: 1}
@@ -126,8 +125,9 @@ contacts:
 
 @pytest.mark.parametrize("formulation", ["minimal", "redundant"])
 @pytest.mark.parametrize("torque", [0.7, -0.7])
-def test_turns_end_a_run_either_way(formulation: str, torque: float) -> None:
-    # from rest at constant torque T: angle T t^2 / (2 J)
+def test_turns_end_a_run_either_way(
+    formulation, torque
+):  # from rest at constant torque T: angle T t^2 / (2 J)
     drive = f"drives.motor={{type: torque, joint: pin, value: {torque}}}"
     result = simulate(scene(drive, "run.at_most=10", f"solver.formulation={formulation}"))
     assert result.outcome.completed
@@ -135,7 +135,7 @@ def test_turns_end_a_run_either_way(formulation: str, torque: float) -> None:
 
 
 @pytest.mark.parametrize("formulation", ["minimal", "redundant"])
-def test_turns_that_are_never_made_are_counted(formulation: str) -> None:
+def test_turns_that_are_never_made_are_counted(formulation):
     """A free rotor at 2 rad/s makes 1/pi turns in a second; there is no drive to speak of."""
     found = scene("drives={}", "initial.speeds.rotor=-2", "run.at_most=1",
                   f"solver.formulation={formulation}")  # fmt: skip

@@ -9,7 +9,6 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.report import check_text
-from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage import load, save, staged_folder
 
 SPRUNG = """title: a buffer that a block strikes
@@ -32,11 +31,11 @@ accuracy: {tolerance: 1.0e-6}
 
 
 @pytest.fixture(scope="module")
-def scene() -> Scene:
+def scene():
     return scene_from(SPRUNG)
 
 
-def test_forces_of_slides_and_springs_have_errors_that_bound_the_true_ones(scene: Scene) -> None:
+def test_forces_of_slides_and_springs_have_errors_that_bound_the_true_ones(scene):
     run = simulate(scene, measure=True)
     tight = scene.changed(accuracy=type(scene.accuracy).model_validate({"tolerance": 1e-10}))
     true = force_deviations(run, simulate(tight, measure=False))
@@ -51,7 +50,7 @@ def test_forces_of_slides_and_springs_have_errors_that_bound_the_true_ones(scene
         assert off.largest <= bound.largest <= 1e-3 * bound.size
 
 
-def test_check_names_ways_and_springs(scene: Scene) -> None:
+def test_check_names_ways_and_springs(scene):
     lines = [
         " ".join(line.split()) for line in check_text(scene, assemble_scene(scene)).split("\n")
     ]
@@ -61,13 +60,13 @@ def test_check_names_ways_and_springs(scene: Scene) -> None:
     assert "damping simulated hold" in lines
 
 
-def test_a_buffer_that_a_spring_ties_to_another_body_stays(scene: Scene) -> None:
+def test_a_buffer_that_a_spring_ties_to_another_body_stays(scene):
     tie = "  tie: {type: linear, points: [block.b, buffer.p], stiffness: 1}\ncontacts:"
     tied = idealise(scene_from(SPRUNG.replace("contacts:", tie)), ["impact"])
     assert list(tied.bodies) == ["block", "buffer"]
 
 
-def test_forces_of_springs_are_stored(scene: Scene, tmp_path) -> None:
+def test_forces_of_springs_are_stored(scene, tmp_path):
     result = simulate(scene)
     with staged_folder(tmp_path / "run", force=False) as folder:
         save(result, folder)

@@ -1,11 +1,6 @@
 """`check --figure`: a model where it starts, drawn with its names."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
-from cli_runs import Capture
 from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
@@ -45,7 +40,7 @@ accuracy: {tolerance: 10 um}
 """
 
 
-def drawn(name: str):
+def drawn(name):
     file = model_file(name)
     assert file is not None
     scene = load_scene(file)
@@ -53,7 +48,7 @@ def drawn(name: str):
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_every_body_is_named_within_the_figure(name: str) -> None:
+def test_every_body_is_named_within_the_figure(name):
     scene, axes = drawn(name)
     axes.figure.draw_without_rendering()
     told = [text for text in axes.texts if isinstance(text, Annotation)]
@@ -65,7 +60,7 @@ def test_every_body_is_named_within_the_figure(name: str) -> None:
         assert whole.y0 <= box.y0 < box.y1 <= whole.y1, text.get_text()
 
 
-def test_nothing_beside_a_tall_mechanism_is_cut_off(tmp_path: Path) -> None:
+def test_nothing_beside_a_tall_mechanism_is_cut_off(tmp_path):
     (tmp_path / "shaper.yaml").write_text(SHAPER)
     scene = load_scene(tmp_path / "shaper.yaml")
     figure = start(scene, assemble_scene(scene))
@@ -76,7 +71,7 @@ def test_nothing_beside_a_tall_mechanism_is_cut_off(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["no_clearance", "clearance", "pump", "whitworth"])
-def test_names_lie_on_no_symbol(name: str) -> None:
+def test_names_lie_on_no_symbol(name):
     """The names of the short lever's ends once lay on the symbols of its pivot."""
     _, axes = drawn(name)
     symbols = [line for line in axes.lines if line.get_linestyle() == "None"]
@@ -87,7 +82,7 @@ def test_names_lie_on_no_symbol(name: str) -> None:
         assert not any(box.contains(*place) for place in places), text.get_text()
 
 
-def test_symbols_are_those_of_the_parts() -> None:
+def test_symbols_are_those_of_the_parts():
     """Rods that stretch are no joints or springs of the scene."""
     told, of_rods = (
         [text.get_text() for text in drawn(name)[1].get_legend().get_texts()]
@@ -99,14 +94,14 @@ def test_symbols_are_those_of_the_parts() -> None:
     assert not {*of_rods} & {"prismatic", "linear spring"}
 
 
-def test_a_drive_along_a_line_is_drawn_where_its_point_is() -> None:
+def test_a_drive_along_a_line_is_drawn_where_its_point_is():
     _, axes = drawn("driven_trammel")
     (drive,) = [line for line in axes.lines if line.get_marker() == r"$\circlearrowleft$"]
     (x,), (y,) = drive.get_xdata(), drive.get_ydata()
     assert (x, y) == pytest.approx((100, 0), abs=1e-6)  # mm: 0.1 m out, as its value at t = 0 says
 
 
-def test_the_figure_is_written_in_the_format_of_its_name(tmp_path: Path, capsys: Capture) -> None:
+def test_the_figure_is_written_in_the_format_of_its_name(tmp_path, capsys):
     heads = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
     for suffix, head in heads.items():
         file = tmp_path / f"start.{suffix}"

@@ -2,17 +2,14 @@
 
 import csv
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from cli_runs import Capture
 from results import PENDULUM, rigid_link
 
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.result import Outcome, Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.storage import StorageError, load, load_sweep
 from exudyn_flexlink.sweeps import read_study
 
@@ -29,14 +26,14 @@ grid:
 
 
 @pytest.fixture(autouse=True)
-def closed_form(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[float], None]:
+def closed_form(monkeypatch, tmp_path):
     """Put closed form in place of an engine; runs of one length may fail."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "model.yaml").write_text(PENDULUM)
     failing = [-1.0]
 
-    def simulate(scene: Scene, engine: str = "exudyn", **_: object) -> Result:
-        length = scene.bodies["rod"].length  # type: ignore[union-attr]
+    def simulate(scene, engine="exudyn", **_):
+        length = scene.bodies["rod"].length
         made = replace(rigid_link(samples=101), engine=engine)
         stopped = Outcome(False, 0.5, "no convergence")
         return replace(made, outcome=stopped) if length in failing else made
@@ -45,20 +42,20 @@ def closed_form(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[fl
     return failing.append
 
 
-def table() -> list[dict[str, str]]:
+def table():
     with Path("out/table.csv").open() as file:
         return list(csv.DictReader(file))
 
 
 @pytest.mark.parametrize(("values", "told"), [("1-3", True), ("1:3:2", False), ("1, 3", False)])
-def test_a_range_written_as_a_difference_is_told(values: str, told: bool, capsys: Capture) -> None:
+def test_a_range_written_as_a_difference_is_told(values, told, capsys):
     main(
         ["sweep", "model.yaml", "--vary", f"run.duration={values}", "--workers", "1", "--no-plots"]
     )
     assert (f"run.duration has one value, '{values}'" in capsys.readouterr().err) == told
 
 
-def test_a_sweep_writes_its_table_as_csv_and_parquet_and_tells_of_it(capsys: Capture) -> None:
+def test_a_sweep_writes_its_table_as_csv_and_parquet_and_tells_of_it(capsys):
     assert main([*SWEEP, "--no-plots"]) == 0
     assert [row[f"{LENGTH}_m"] for row in table()] == ["1", "2", "3"]
     assert "rows       3 of 3" in capsys.readouterr().out
@@ -68,7 +65,7 @@ def test_a_sweep_writes_its_table_as_csv_and_parquet_and_tells_of_it(capsys: Cap
     assert one["lever.swing_rad"].to_list() == pytest.approx(other["lever.swing_rad"].to_list())
 
 
-def test_a_study_file_says_what_varies() -> None:
+def test_a_study_file_says_what_varies():
     Path("study.yaml").write_text(STUDY)
     assert main(["sweep", "study.yaml", "--workers", "1", "--out", "out", "--no-plots"]) == 0
     assert [row[f"{LENGTH}_m"] for row in table()] == ["0.1", "0.1", "0.2", "0.2", "0.3", "0.3"]
@@ -76,7 +73,7 @@ def test_a_study_file_says_what_varies() -> None:
     assert json.loads(Path("out/sweep.json").read_text())["scene"]["run"]["duration"] == 2
 
 
-def test_the_study_of_the_documentation_can_be_read() -> None:
+def test_the_study_of_the_documentation_can_be_read():
     study = read_study(DOCS / "study.yaml")
     assert study.design is not None
     assert (len(study.design.points), study.mistakes) == (40, ())
@@ -100,9 +97,7 @@ BAD_STUDIES = {
 
 
 @pytest.mark.parametrize(("text", "words"), BAD_STUDIES.values(), ids=BAD_STUDIES)
-def test_mistakes_of_a_study_are_shown_where_they_stand(
-    text: str, words: list[str], capsys: Capture
-) -> None:
+def test_mistakes_of_a_study_are_shown_where_they_stand(text, words, capsys):
     Path("study.yaml").write_text(text)
     assert main(["sweep", "study.yaml", "--out", "out"]) == 2
     told = capsys.readouterr().err
@@ -122,15 +117,13 @@ BAD_OPTIONS = {
 
 
 @pytest.mark.parametrize(("options", "words"), BAD_OPTIONS.items(), ids=BAD_OPTIONS)
-def test_bad_options_are_told_and_nothing_is_written(
-    options: str, words: str, capsys: Capture
-) -> None:
+def test_bad_options_are_told_and_nothing_is_written(options, words, capsys):
     assert main(["sweep", "model.yaml", *options.split(), "--out", "out"]) == 2
     assert words in capsys.readouterr().err
     assert not Path("out").exists()
 
 
-def test_the_same_command_again_says_how_to_go_on(capsys: Capture) -> None:
+def test_the_same_command_again_says_how_to_go_on(capsys):
     main([*SWEEP, "--no-plots", "--quiet"])
     journal = Path("out/journal.jsonl")
     journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:2]))
@@ -156,7 +149,7 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("why", DAMAGES)
-def test_a_damaged_journal_is_told(why: str, capsys: Capture) -> None:
+def test_a_damaged_journal_is_told(why, capsys):
     """By file and line, in the program's words, and with what mends it."""
     main([*SWEEP, "--no-plots", "--quiet"])
     journal, (old, new) = Path("out/journal.jsonl"), DAMAGES[why]
@@ -178,7 +171,7 @@ def test_a_damaged_journal_is_told(why: str, capsys: Capture) -> None:
     assert [row["run"] for row in table()] == ["1", "2", "3"]
 
 
-def test_another_sweep_is_not_written_into_the_same_folder(capsys: Capture) -> None:
+def test_another_sweep_is_not_written_into_the_same_folder(capsys):
     main([*SWEEP, "--no-plots", "--quiet"])
     other = [*SWEEP[:3], f"{LENGTH}=1:4:4", *SWEEP[4:], "--no-plots", "--quiet"]
     assert main([*other, "--resume"]) == 2
@@ -188,12 +181,10 @@ def test_another_sweep_is_not_written_into_the_same_folder(capsys: Capture) -> N
     assert len(load_sweep(Path("out")).rows) == 4
 
 
-def test_ctrl_c_keeps_the_rows_that_are_there(
-    monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    made: list[object] = []
+def test_ctrl_c_keeps_the_rows_that_are_there(monkeypatch, capsys):
+    made = []
 
-    def twice(scene: Scene, engine: str = "exudyn", **_: object) -> Result:
+    def twice(scene, engine="exudyn", **_):
         made.append(scene)
         if len(made) == 3:
             raise KeyboardInterrupt
@@ -208,9 +199,7 @@ def test_ctrl_c_keeps_the_rows_that_are_there(
     assert len(made) == 4
 
 
-def test_a_failed_run_does_not_fail_the_sweep_but_all_of_them_do(
-    closed_form: Callable[[float], None], capsys: Capture
-) -> None:
+def test_a_failed_run_does_not_fail_the_sweep_but_all_of_them_do(closed_form, capsys):
     closed_form(2.0)
     assert main([*SWEEP, "--no-plots"]) == 0
     out = capsys.readouterr().out
@@ -221,7 +210,7 @@ def test_a_failed_run_does_not_fail_the_sweep_but_all_of_them_do(
                  "--no-plots"]) == 1  # fmt: skip
 
 
-def test_series_that_are_wanted_later_are_made() -> None:
+def test_series_that_are_wanted_later_are_made():
     main([*SWEEP, "--no-plots", "--quiet"])
     before = table()
     assert main([*SWEEP, "--no-plots", "--resume", "--series", "--quiet"]) == 0
@@ -235,9 +224,7 @@ def test_series_that_are_wanted_later_are_made() -> None:
 
 
 @pytest.mark.parametrize("varied", [1, 2, 3])
-def test_a_sweep_is_drawn_over_any_number_of_values(
-    varied: int, closed_form: Callable[[float], None], capsys: Capture
-) -> None:
+def test_a_sweep_is_drawn_over_any_number_of_values(varied, closed_form, capsys):
     closed_form(2.0)
     more = ["--vary", "gravity=1, 2"] * (varied > 1) + ["--vary", "run.duration=1, 2"] * (
         varied > 2

@@ -1,7 +1,5 @@
 """Textbook mechanisms run without warnings, and do what closed forms say of them."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np
@@ -10,7 +8,6 @@ import pytest
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import State, contact_states, crank_angle, path
-from exudyn_flexlink.result import Result
 from exudyn_flexlink.shipped import models_folder
 
 TEXTBOOK = models_folder() / "textbook"
@@ -19,22 +16,22 @@ NAMES = ("geneva_wheel", "peaucellier", "scotch_yoke", "slider_crank_flexible",
 
 
 @cache
-def run(name: str, *settings: str) -> Result:
+def run(name, *settings):
     return simulate(load_scene(TEXTBOOK / f"{name}.yaml", settings))
 
 
-def angle(result: Result, part: str) -> np.ndarray:
+def angle(result, part):
     return result.poses[:, result.part_names.index(part), 2]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_runs_without_warnings(name: str) -> None:
+def test_it_runs_without_warnings(name):
     result = run(name)
     assert result.outcome.completed
     assert result.warnings == ()
 
 
-def test_a_scotch_yoke_moves_as_the_cosine_of_its_crank() -> None:
+def test_a_scotch_yoke_moves_as_the_cosine_of_its_crank():
     result = run("scotch_yoke")
     far = path(result, "stem.far").position
     expected = 0.4 + 0.1 * np.cos(crank_angle(result))
@@ -43,7 +40,7 @@ def test_a_scotch_yoke_moves_as_the_cosine_of_its_crank() -> None:
 
 
 @pytest.mark.parametrize("speed", ["12 rad/s", "30 rad/s"])
-def test_a_geneva_wheel_indexes_in_every_turn_and_is_locked_meanwhile(speed: str) -> None:
+def test_a_geneva_wheel_indexes_in_every_turn_and_is_locked_meanwhile(speed):
     """tan(wheel) = sin(driver) / (sqrt(2) - cos(driver)) from -45 to 45 degrees; else it dwells.
 
     Off by the play of 0.2 mm alone: of the pin in its slot, at its distance from the axle; of the
@@ -71,7 +68,7 @@ def test_a_geneva_wheel_indexes_in_every_turn_and_is_locked_meanwhile(speed: str
     assert locked == {"ab", "bc", "cd", "da"}
 
 
-def test_the_pen_of_a_peaucellier_linkage_draws_a_straight_line() -> None:
+def test_the_pen_of_a_peaucellier_linkage_draws_a_straight_line():
     """At (long^2 - short^2) / (2 crank) from the pole; its height is that of an inversion."""
     result = run("peaucellier")
     pen, turned = path(result, "far_1.corner").position, angle(result, "crank")
@@ -82,7 +79,7 @@ def test_the_pen_of_a_peaucellier_linkage_draws_a_straight_line() -> None:
     assert np.ptp(pen[:, 1]) > 0.2  # m
 
 
-def test_a_toggle_press_presses_by_what_its_straight_knee_reaches() -> None:
+def test_a_toggle_press_presses_by_what_its_straight_knee_reaches():
     """Lowest at 0.4 m - 2 * 0.2 m: half a millimetre into a work of 2e7 N/m, whatever drives it."""
     result = run("toggle_press")
     (pressed,) = result.intervals["press"]
@@ -91,7 +88,7 @@ def test_a_toggle_press_presses_by_what_its_straight_knee_reaches() -> None:
     assert np.abs(result.drive_torques["motor"]).max() < 20
 
 
-def test_a_flexible_coupler_bends_as_a_beam_under_its_own_inertia() -> None:
+def test_a_flexible_coupler_bends_as_a_beam_under_its_own_inertia():
     """5/768 (q1 + q2) L^4 / EI in the middle, for a load that grows evenly from q1 to q2.
 
     Slow enough to be in balance; eight rods bend like a beam up to 1/n^2.
@@ -117,7 +114,7 @@ def test_a_flexible_coupler_bends_as_a_beam_under_its_own_inertia() -> None:
     assert np.abs(bent - beam)[late].max() < 0.05 * np.abs(beam[late]).max()
 
 
-def test_a_slider_with_clearance_stays_between_its_walls() -> None:
+def test_a_slider_with_clearance_stays_between_its_walls():
     result = run("slider_with_clearance")
     deepest = result.sleeves["way"].deepest
     assert deepest < 0.05e-3

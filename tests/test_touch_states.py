@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink.engines.touching import Change, Moment, Side, Touches
-from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 
 SOFT, RIGID = RestitutionPenalty(1e5, 0.5), Impulse(0.5)
@@ -14,11 +14,11 @@ FACE, WALL = 0, 1  # of two contacts the second one is a wall
 NO_PEAKS = SimpleNamespace(peaks=lambda *_: (0.0, 0.0))
 
 
-def two(law: RestitutionPenalty | Impulse) -> Touches:
+def two(law):
     return Touches([SimpleNamespace(law=law), SimpleNamespace(law=law)], faces=1)
 
 
-def told(touches: Touches, k: int, place: float = 0.0, totals=(0.0, 0.0)) -> Intervals:
+def told(touches, k, place=0.0, totals=(0.0, 0.0)):
     return touches.intervals(k, [(place, totals)], NO_PEAKS)
 
 

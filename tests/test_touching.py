@@ -28,7 +28,7 @@ LAP = 2 * pi / results.SPEED  # s
 TILTED, LYING, CORNER, NODE = 1 / 3, 1 / 1.2, 1 / 1.8, 1 / 1.2
 
 
-def beyond(sine: float) -> float:
+def beyond(sine):
     """Part of a lap in which the sine of its angle is beyond +- `sine`."""
     return 1 - 2 * asin(sine) / pi
 

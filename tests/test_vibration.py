@@ -9,10 +9,9 @@ import results
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.observables import State, spectrum, vibration
-from exudyn_flexlink.result import Result
 
 
-def shaken() -> Result:
+def shaken():
     """The paper's rigid link whose end vibrates in x by 2 mm rms, at 40 Hz."""
     run = results.rigid_link(turns=2.0, samples=4001)
     way = 2e-3 * sqrt(2) * np.sin(2 * pi * 40 * run.time)
@@ -22,7 +21,7 @@ def shaken() -> Result:
     return replace(run, poses=poses, rates=rates)
 
 
-def test_vibration_about_the_guides_axis() -> None:
+def test_vibration_about_the_guides_axis():
     seen = vibration(shaken())
     assert seen.off_ideal
     # The end is measured from where the link's start, moved as well, is along the guide: what is
@@ -32,18 +31,18 @@ def test_vibration_about_the_guides_axis() -> None:
 
 
 @pytest.mark.parametrize(("weak", "lines"), [(1e-3, (40, 90)), (1e-4, (40,))])
-def test_weak_lines_are_not_named(weak: float, lines: tuple[float, ...]) -> None:
+def test_weak_lines_are_not_named(weak, lines):
     time = np.linspace(0, 1.256, 4001)
     seen = spectrum(time, 2.8e-3 * np.sin(80 * pi * time) + weak * np.sin(180 * pi * time))
     assert seen.lines == pytest.approx(lines, abs=seen.resolution / 2)
 
 
-def test_the_resolution_is_that_of_half_the_run() -> None:
+def test_the_resolution_is_that_of_half_the_run():
     run = shaken()
     assert vibration(run).x.resolution == pytest.approx(2 / run.time[-1], rel=2e-2)
 
 
-def test_only_what_both_runs_have_lived_through_counts() -> None:
+def test_only_what_both_runs_have_lived_through_counts():
     run = shaken()
     whole = compare(run, run).statistics()
     part = compare(results.first_samples(run, int(0.2 / run.time[-1] * 4000)), run).statistics()
@@ -51,11 +50,11 @@ def test_only_what_both_runs_have_lived_through_counts() -> None:
     assert whole[0].levers["lever"][0] < -0.1
 
 
-def test_where_no_ideal_path_is_known() -> None:
+def test_where_no_ideal_path_is_known():
     assert not vibration(results.block(np.zeros_like, np.zeros_like)).off_ideal
 
 
-def test_parts_of_the_time_in_contact() -> None:
+def test_parts_of_the_time_in_contact():
     run = results.tilting_link()
     found = compare(run, run).second
     assert found.contact["sleeve"].fractions[State.SAME_SIDE] > 0.05

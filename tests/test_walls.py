@@ -1,7 +1,5 @@
 """Sleeves with clearance in minimal coordinates: against an independent integration and energy."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -13,7 +11,7 @@ HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"
 
 
-def test_walls_that_lose_nothing_keep_the_energy() -> None:
+def test_walls_that_lose_nothing_keep_the_energy():
     """The link bounces in its guide; no touch takes energy, and the balance is kept."""
     settings = ["joints.sleeve.law.restitution=1", "bodies.link.rods=3", "run.turns=0.4"]
     scene = load_scene(MODELS / "clearance.yaml", [*settings, "accuracy.tolerance=1e-6"])
@@ -25,7 +23,7 @@ def test_walls_that_lose_nothing_keep_the_energy() -> None:
     assert abs(touches.energy_lost[closed]).max() < 1e-5 * result.checks.largest_kinetic_energy
 
 
-def test_a_fixed_step_is_shortened_while_a_wall_is_touched() -> None:
+def test_a_fixed_step_is_shortened_while_a_wall_is_touched():
     """A touch lasts 0.09 ms: steps of 1 ms would go over it."""
     short = "run={duration: 0.2, sample: 1 ms}"
     fixed = ["accuracy={step: 1.0e-3}", "solver.formulation=minimal"]
@@ -39,9 +37,7 @@ def test_a_fixed_step_is_shortened_while_a_wall_is_touched() -> None:
 
 @pytest.mark.parametrize("model", ["clearance.yaml", "clearance_friction.yaml"])
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
-def test_a_rod_that_bends_past_the_end_of_its_guide_touches_however_short(
-    model: str, tolerance: float
-) -> None:
+def test_a_rod_that_bends_past_the_end_of_its_guide_touches_however_short(model, tolerance):
     """Of 26 touches some last 3e-7 to 2e-6 s: one rod's joint passes the end as the gap closes.
 
     A run that misses one is off by 1e-8 m. Against the Lagrangian.
