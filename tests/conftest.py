@@ -33,7 +33,7 @@ def study():
 @pytest.fixture(scope="session")
 def rigid():
     """Return the paper's run, a rigid link that strikes twice in four laps."""
-    return rigid_link(samples=401)
+    return rigid_link()
 
 
 @pytest.fixture(scope="session")
@@ -42,13 +42,18 @@ def tilting():
     return tilting_link()
 
 
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    """Put every test into an empty folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture
-def run_of(monkeypatch, tmp_path):
-    """Put a function in the engine's place, and the test into an empty folder.
+def run_of(monkeypatch):
+    """Put a function in the engine's place.
 
     Another one, if it is given, measures a run; else it is left as it is.
     """
-    monkeypatch.chdir(tmp_path)
 
     def put(fake, measure=None):
         def simulate(scene, engine, progress, **_):

@@ -57,7 +57,6 @@ def test_the_least_tolerance_can_be_kept():
     ],
 )
 def test_options_that_nothing_can_keep_are_refused(command, said, monkeypatch, capsys, tmp_path):
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(engines, "simulate", None)  # before anything runs
     assert main([command[0], SMOOTH, *command[1:]]) == 2
     shown = capsys.readouterr()

@@ -217,7 +217,7 @@ def test_a_range_that_runs_backwards_is_refused():
     assert range_of("1:2").low == 1
 
 
-def test_a_guarded_script_may_come_from_standard_input(tmp_path):
+def test_a_guarded_script_may_come_from_standard_input():
     script = (
         "import exudyn_flexlink as fl\n"
         "if __name__ == '__main__':\n"

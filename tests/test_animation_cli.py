@@ -20,11 +20,6 @@ def run():
     return own_result(results.rigid_link(turns=2.0, samples=201))
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.fixture
 def saved(run):
     results.put(run, "run")

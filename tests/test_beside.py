@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli_runs import BARE, ROOT
+from folders import posix
 
 from exudyn_flexlink.cli.ctrl_c import ends_runs
 from exudyn_flexlink.engines import LateInterruptError, beside, measured, simulate
@@ -15,7 +16,6 @@ from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.loading import load_scene
 
 SHORT = ["run.turns=0.3", "bodies.link.rods=3"]
-posix = pytest.mark.skipif(sys.platform == "win32", reason="signals to processes")
 
 
 @pytest.fixture

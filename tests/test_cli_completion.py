@@ -35,9 +35,8 @@ printf '%s\\n' "${COMPREPLY[@]}"
 
 
 @pytest.fixture
-def script(capsys, tmp_path, monkeypatch):
+def script(capsys):
     """Return bash's script, in a folder with some files of a user."""
-    monkeypatch.chdir(tmp_path)
     Path("runs").mkdir()
     for name in ("mine.yaml", "no_mine.yaml"):
         Path(name).touch()

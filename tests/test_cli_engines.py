@@ -39,10 +39,7 @@ def test_an_integrator_is_for_the_lagrangian(run_of, capsys):
         assert "is for '--engine lagrangian'" in capsys.readouterr().err
 
 
-def test_redundant_coordinates_refuse_impulses_where_they_are_asked_for(
-    tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
+def test_redundant_coordinates_refuse_impulses_where_they_are_asked_for(tmp_path, capsys):
     redundant = ["--set", "solver.formulation=redundant"]
     assert main(["simulate", NO_CLEARANCE, "--impact", "impulse", *redundant]) == 2
     said = capsys.readouterr().err

@@ -14,11 +14,6 @@ from exudyn_flexlink.source import load_document
 SCHEMA = "flexlink.schema.json"
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 def names(folder="."):
     return sorted(path.name for path in Path(folder).iterdir())
 

@@ -24,9 +24,8 @@ def without_figures(monkeypatch):
 
 
 @pytest.fixture
-def saved(tmp_path, monkeypatch):
+def saved():
     """Return the folder of a run, in the folder that the program is called in."""
-    monkeypatch.chdir(tmp_path)
     put(rigid_link(turns=1, samples=401), "run")
     return Path("run")
 

@@ -127,7 +127,7 @@ def test_an_effect_that_does_not_exist_is_bad_input(name, capsys):
     )
 
 
-def test_a_scene_that_cant_be_without_an_effect_is_bad_input(tmp_path, capsys):
+def test_a_scene_that_cant_be_without_an_effect_is_bad_input(capsys):
     """A link askew in its guide can't be in one without clearance."""
     tilted = ["--set", "initial={angles: {link: 2 deg, guide: 0}}"]
     assert main(["check", FRICTION, *tilted]) == 0

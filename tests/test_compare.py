@@ -32,11 +32,6 @@ def drifting(speed, **options):
     return block(lambda t: speed * t, lambda t: np.full_like(t, speed), **options)
 
 
-@pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link()
-
-
 def known(run, until, stopped=False):
     """The run, but measured up to an instant (s), where two runs of it part, or one stopped."""
     which = {"stopped": until} if stopped else {"horizon": until}

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import results
 from cli_runs import BARE
+from folders import posix
 from results import rigid_link
 
 from exudyn_flexlink import engines, storage
@@ -22,13 +23,7 @@ from exudyn_flexlink.storage import load
 ROOT = Path(__file__).parents[1]
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
 NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
-posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals and locks")
 REQUESTS = [("SIGTERM", 143), ("SIGHUP", 129)]
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture(autouse=True)

@@ -29,11 +29,6 @@ SMOOTH = str(ROOT / "models" / "smooth.yaml")
 NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 def press():
     """Press Ctrl-C."""
     signal.raise_signal(signal.SIGINT)

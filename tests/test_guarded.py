@@ -7,13 +7,13 @@ import pickle
 import pkgutil
 import re
 import signal
-import sys
 from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 import pytest
 import results
+from folders import posix
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.api.scenes import own_scene
@@ -21,8 +21,6 @@ from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import StorageError, staged_folder
 from exudyn_flexlink.storage.manifest import KINDS
-
-posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
 
 
 @pytest.fixture(scope="module")

@@ -13,11 +13,6 @@ from exudyn_flexlink.report import comparison_text, run_text
 from exudyn_flexlink.storage import load, save
 
 
-@pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link()
-
-
 def impact(time, impulse=1e-3, lost=1e-5):
     return Interval(time, time, 0.028, 0.028, 0.9, 0.45, impulse, lost, inf)
 

@@ -376,9 +376,8 @@ def test_the_error_is_kept_with_the_run(tmp_path):
 
 
 @pytest.mark.parametrize("option", [[], ["--no-measure"]])
-def test_simulate_measures_unless_told_not_to(option, monkeypatch, tmp_path, capsys):
+def test_simulate_measures_unless_told_not_to(option, monkeypatch, capsys):
     """The first run is saved before the second is waited for."""
-    monkeypatch.chdir(tmp_path)
     there = []
 
     def second(run, *_):

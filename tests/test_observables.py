@@ -29,11 +29,6 @@ from exudyn_flexlink.scene import SpeedDrive
 NONE = Extremes(np.zeros(0), np.zeros(0))
 
 
-@pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link()
-
-
 @pytest.mark.parametrize(
     ("ask", "told"),
     [

@@ -18,11 +18,6 @@ def rigid():
     return results.rigid_link(samples=101)
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 def plotted(result, capsys):
     """Save a run, and plot it: nothing is said but where figures are."""
     storage.save(result, Path("run"))

@@ -62,8 +62,7 @@ def test_figures_of_one_run_are_the_same_files(written):
         assert one.read_bytes() == other.read_bytes(), one.name
 
 
-def test_plot_writes_what_is_asked_for(rigid, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_plot_writes_what_is_asked_for(rigid):
     save(rigid, Path("run"))
     asked = ["--out", "figures", "--format", "pdf,svg", "--style", "print"]
     assert main(["plot", "run", *asked]) == 0

@@ -31,11 +31,6 @@ RUNS = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.fixture(scope="module")
 def run():
     return own_result(results.rigid_link())

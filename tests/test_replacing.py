@@ -14,12 +14,6 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.storage import KeptBesideError, StorageError, load, own_files, staged_folder
 
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 # --- what stays ---------------------------------------------------------------------------------
 
 

@@ -14,11 +14,6 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import load
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 @posix
 def test_a_link_to_a_folder_may_be_where_to_write():
     Path("big_disk").mkdir()

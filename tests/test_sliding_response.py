@@ -204,8 +204,7 @@ def test_two_runs_are_compared_in_metres(struck):
     assert np.abs(found.answer_differences["bumper"]).max() < 2e-8
 
 
-def test_the_summary_of_the_command_line(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_summary_of_the_command_line(tmp_path, capsys):
     text = SCENE.replace("POINTS", CARRIED).replace("LAW", IMPULSE)
     (tmp_path / "bumper.yaml").write_text(text)
     assert main(["simulate", "bumper.yaml", "--out", "run", "--no-plots"]) == 0

@@ -13,11 +13,6 @@ from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
 
 
 @pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link(samples=401)
-
-
-@pytest.fixture(scope="module")
 def saved(rigid, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "rigid"
     with staged_folder(folder) as staged:
@@ -79,11 +74,6 @@ def test_tables(saved, tmp_path):
 
 
 # --- sleeves
-
-
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link(samples=801)
 
 
 @pytest.fixture

@@ -28,7 +28,6 @@ grid:
 @pytest.fixture(autouse=True)
 def closed_form(monkeypatch, tmp_path):
     """Put closed form in place of an engine; runs of one length may fail."""
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "model.yaml").write_text(PENDULUM)
     failing = [-1.0]
 

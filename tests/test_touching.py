@@ -33,11 +33,6 @@ def beyond(sine):
     return 1 - 2 * asin(sine) / pi
 
 
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link()
-
-
 def made(*touches, sides=(1.0, -1.0, 1.0, -1.0), end=1.0):
     """A run with touches (pair, begin, end); impulse 1, 2, 3 .. N s, each loses 0.5 J."""
     base = results.slider()

@@ -19,11 +19,6 @@ from exudyn_flexlink.storage import load
 SMOOTH = str(MODELS / "smooth.yaml")
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 def names(folder="."):
     return sorted(path.name for path in Path(folder).iterdir())
 
