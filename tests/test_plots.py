@@ -1,7 +1,4 @@
-import subprocess
-import sys
 from math import sin
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,10 +20,6 @@ from exudyn_flexlink.plots import (
     save_figures,
 )
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
-from exudyn_flexlink.storage import save
-
-ROOT = Path(__file__).parents[1]
-
 
 CART = """
 title: A cart that hits a stop
@@ -196,46 +189,3 @@ def test_the_link_in_its_guide_on_no_one_and_two_points(tilting):
 
 def marked(axes):
     return [line for line in axes.lines if line.get_label() == "contact, force on the link"]
-
-
-# --- scripts about a saved run
-
-
-def run_script(name, *args):
-    command = [sys.executable, str(ROOT / "scripts" / name), *map(str, args)]
-    env_path = {"PYTHONPATH": str(ROOT), "PATH": "", "COLUMNS": "150"}
-    return subprocess.run(command, capture_output=True, text=True, env=env_path, check=False)
-
-
-@pytest.mark.parametrize(
-    ("script", "said"),
-    [("s_trajectory.py", "x least mm"), ("lever_response.py", "approach speed, m/s")],
-)
-def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
-    save(rigid, tmp_path / "run")
-    csv, png = tmp_path / "table.csv", tmp_path / "figure.png"
-    done = run_script(script, tmp_path / "run", "--csv", csv, "--png", png)
-    assert done.returncode == 0, done.stderr
-    assert said in done.stdout
-    assert csv.read_text().startswith("t_s,crank_angle_rad,")
-    assert png.read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    ("script", "make", "more", "said"),
-    [
-        ("s_trajectory.py", None, [], "has no result.nc"),
-        ("lever_response.py", None, [], "has no result.nc"),
-        ("lever_response.py", results.pendulum, [], "no contact"),
-        ("s_trajectory.py", results.pendulum, ["--csv", "no/such/x.csv"], "can't write"),
-    ],
-)
-def test_scripts_refuse_what_they_can_not_do(tmp_path, script, make, more, said):
-    folder = tmp_path / "run"
-    folder.mkdir()
-    if make:
-        save(make(), folder)
-    done = run_script(script, folder, *more)
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
