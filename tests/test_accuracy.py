@@ -14,8 +14,6 @@ from exudyn_flexlink.accuracy import (
     judge,
     methods_of,
 )
-from exudyn_flexlink.accuracy.methods import ladder
-from exudyn_flexlink.accuracy.runs import predict
 from exudyn_flexlink.accuracy.study import Studying
 from exudyn_flexlink.plots import work_precision
 from exudyn_flexlink.report import accuracy_text, recommendation
@@ -93,15 +91,6 @@ def test_no_run_is_started_that_would_exceed_the_budget():
     assert {s.kind for s in study.sources} == {"time", "rods", "contact"}
 
 
-def test_a_run_that_takes_too_long_gives_way_to_coarser_ones():
-    """At 4e-5 m the run takes 0.05 s: with 0.04 s there is time for 4e-4 and 4e-3 m at most."""
-    world = World(refused=("lagrangian",))
-    runs = Runs(scene_with(), 4e-5, methods_of(scene_with(), BOTH))
-    made = Studying(runs, world.solve, 0.05, world.clock).run()
-    assert all(trial.value > 4e-5 for trial in made.trials)
-    assert "4e-05" in made.left_out[0]
-
-
 # --- what can't be done
 
 
@@ -158,29 +147,6 @@ def test_a_run_that_fails_is_left_out_and_told():
     study = judge(Studying(runs, solve, 60.0, world.clock).run())
     assert "stopped at t = 0.1 s: no step is short enough" in accuracy_text(study, "simulate it")
     assert not points_of(study, "Lagrangian")
-
-
-# --- costs and ladders
-
-
-def test_costs_follow_the_power_law_of_the_two_finest():
-    """One alone grows like a second-order method; noise makes no finer run cheaper, or absurd."""
-    costs = {1e-4: 1.0, 1e-5: 2.0, 1e-6: 8.0}  # fourfold per decade at the end
-    assert [predict(costs, x) for x in (1e-7, 1e-8, 1e-3)] == pytest.approx([32.0, 128.0, 1.0])
-    assert predict({1e-4: 1.0}, 1e-6) == pytest.approx(10.0)
-    assert predict({1e-4: 1.0}, 1e-6, "step") == pytest.approx(100.0)
-    assert predict({1e-4: 2.0, 1e-5: 1.0}, 1e-6) == 1.0
-    assert predict({1e-4: 1e-3, 1e-5: 1.0}, 1e-6) == pytest.approx(10.0)
-
-
-def test_a_ladder_reaches_from_above_the_target_to_below_it():
-    """A decade above, or up to about 1e-3 m."""
-    assert ladder("tolerance", 1e-6, 1e-6)[:2] == pytest.approx([1e-3, 1e-4])
-    rungs = ladder("tolerance", 4e-5, 4e-5)
-    np.testing.assert_allclose(rungs, [4e-4, 4e-5, 4e-6, 4e-7, 4e-8, 4e-9])
-    assert ladder("tolerance", 1e-5, 1e-2)[0] == pytest.approx(1e-2)
-    assert ladder("tolerance", 1e-5, 1e-10)[-1] <= 1.01e-11
-    np.testing.assert_allclose(ladder("step", 1e-3, 1e-5)[:3], [10**-2.5, 1e-3, 10**-3.5])
 
 
 # --- methods

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.colors import same_color
-from studies import RODS, World, points_of, scene_with, studied
+from studies import RODS, points_of, scene_with, studied
 
 from exudyn_flexlink.accuracy import Method
 from exudyn_flexlink.effects import idealise
@@ -58,13 +58,6 @@ def test_a_contact_that_limits_is_told():
     assert "'paper' hinges tends to no beam as rods are added; n = 4 is part of the model" in text
 
 
-def test_a_target_out_of_reach_is_told(study):
-    assert "the references agree to" in recommendation(replace(study, target=1e-12))
-    exudyn = tuple(points_of(study, "Exudyn"))
-    coarse = replace(study, target=1e-6, points=exudyn[:2])
-    assert "no setting tried is accurate enough; the best is Exudyn" in recommendation(coarse)
-
-
 @pytest.mark.parametrize(
     ("without", "told"),
     [
@@ -78,13 +71,6 @@ def test_causes_that_a_scene_lacks_are_told(study, without, told):
     text = accuracy_text(replace(study, scene=scene, sources=kept), "simulate it")
     assert told in text
     assert "There is only one known source of error" in text
-
-
-def test_nothing_moves():
-    study = studied(World(still=True))
-    assert study.still
-    assert "nothing moves, so that any setting will do" in accuracy_text(study, "simulate it")
-    work_precision(study)
 
 
 # --- figure and files

@@ -12,7 +12,6 @@ from exudyn_flexlink.animation.look import GLOW_SECONDS
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of
 from exudyn_flexlink.intervals import Interval, Intervals
-from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.plots.style import ENGINE_COLOURS
 
 TURN = 2 * pi / results.SPEED  # s
@@ -34,35 +33,6 @@ def test_two_runs_have_the_colours_of_their_engines_and_end_together(run):
     alike = film_of(run, run)
     assert len({take.colour for take in alike.takes} - set(ENGINE_COLOURS.values())) == 2
     assert [take.name for take in alike.takes] == ["exudyn (first)", "exudyn (second)"]
-
-
-def test_of_two_runs_the_nearer_horizon_counts(run):
-    def known_until(instant):
-        error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, horizon=instant)
-        return replace(run, error=error)
-
-    assert film_of(run).horizon is None
-    assert film_of(run, known_until(0.7)).horizon == (
-        0.7, "beyond the horizon:\ntwo runs part",
-    )  # fmt: skip
-    assert film_of(known_until(1.5), known_until(0.7)).horizon[0] == 0.7
-
-
-@pytest.mark.parametrize(
-    ("window", "slow", "told"),
-    [
-        ((0.5, 0.5), None, "nothing to animate: it would begin at 0.5 s and end at 0.5 s"),
-        ((0.9, 0.5), None, "it would begin at 0.9 s and end at 0.5 s"),
-        ((None, float("nan")), None, "the end nan s is not within the run"),
-        ((None, None), Slow("strike", 3), "no strike number 3 of 'strike': it struck 2 times"),
-        ((None, 0.2), Slow("strike"), "'strike' is not between 0 s and 0.2 s"),
-    ],
-)
-def test_what_cannot_be_shown_is_told(run, window, slow, told):
-    with pytest.raises(FilmError, match=told):
-        film_of(run, window=window, slow=slow)
-    with pytest.raises(FilmError, match="the run has one instant only"):
-        film_of(replace(run, time=run.time[:1]))
 
 
 def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):

@@ -13,7 +13,6 @@ from pages import read_page
 
 from exudyn_flexlink.animation import film_of, page, player
 from exudyn_flexlink.animation.data import film_data
-from exudyn_flexlink.animation.zooms import zooms_of
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 
@@ -135,25 +134,6 @@ def test_a_browser_shows_where_things_are(run, tilting, window, tmp_path):
     assert sum(shown.values()) == pytest.approx(sum(pressing.values()), rel=0.1)
     assert told["slider"].startswith("t = 2.5")
     assert "crank" in told["slider"]
-
-
-def test_a_browser_sees_a_strike_from_the_face_that_is_struck(run, window, tmp_path):
-    film = film_of(run)
-    [zoom] = zooms_of(film, film.takes[0])
-    instants = [0.25, 0.317, 0.35, 1.58]
-    told = seen_in(window, page(film), tmp_path, f"""
-        const [one] = players;
-        const [zoom] = one.takes[0].zooms;
-        return {instants}.map((t) => {{
-          one.go(t);
-          const {{ part, x, y }} = one.takes[0].data.points.S;
-          return one.takes[0].from(zoom.view, one.takes[0].at(part, x, y));
-        }});
-    """)  # fmt: skip
-    poses = film.takes[0].poses(np.array(instants))
-    s = anchor_position(film.takes[0].watched, poses)
-    exact = zoom.view.seen(s[:, None], poses)[:, 0]
-    assert np.array(told) == pytest.approx(exact, abs=film.size / 2000)
 
 
 def test_a_player_fits_a_phone_and_tells_what_lies_beyond_the_horizon(run, window, tmp_path):

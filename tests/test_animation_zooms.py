@@ -7,7 +7,6 @@ import pytest
 import results
 
 from exudyn_flexlink.animation import film_of, zooms
-from exudyn_flexlink.animation.samples import PRECISE, kept_instants
 from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import faces
@@ -47,19 +46,3 @@ def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, m
     left = Anchor(face.start.part, face.start.x, face.start.y + 1e-3)  # of the way to its end
     above = zoom.view.seen(anchor_position(left, poses)[:, None], poses)[..., 1]
     assert above == pytest.approx(1e-3 * side)
-
-
-def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
-    film = film_of(run)
-    [take], zoom = film.takes, zoom_of(film)
-    times, coarse = kept_instants(film, take)
-    rods = run.poses[..., :2].reshape(len(run.time), -1)
-    kept = take.poses(times)[..., :2].reshape(len(times), -1)
-    between = np.stack([np.interp(run.time, times, column) for column in kept.T], axis=1)
-    off = np.max(np.abs(between - rods), axis=1)
-    striking = np.zeros(len(run.time), dtype=bool)
-    for own in film.strikes:
-        striking |= (run.time >= own.begin) & (run.time <= own.end)
-    fine = PRECISE * (zoom.length)
-    assert np.max(off[striking]) <= fine < coarse / 10
-    assert fine < np.max(off) <= coarse

@@ -90,13 +90,6 @@ def test_the_list_has_every_model_and_fits_80_columns(capsys):
     assert names() == []
 
 
-@pytest.mark.parametrize("command", [["new", "--list"], ["check", "no_clearance"], ["verify"]])
-def test_an_installation_without_models_is_told(command, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("exudyn_flexlink.shipped.HERE", tmp_path / "package")
-    assert main(command) == 2
-    assert capsys.readouterr().err.startswith("the models are missing beside ")
-
-
 def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys):
     """Who changed his copy, and forgets the suffix, must not take the other's numbers for his."""
     assert main(["new", "rigid"]) == 0

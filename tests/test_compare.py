@@ -16,7 +16,6 @@ from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
     between_samples,
-    common_times,
     lever_response,
 )
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
@@ -79,15 +78,6 @@ def test_grids_that_differ_are_met_by_the_cubic():
     assert 0 < found < 1.1 * (1 / 63) ** 4 / 384 * 6**4
 
 
-def test_a_run_of_one_sample_can_be_compared(rigid):
-    one = results.first_samples(rigid, 1)
-    assert list(compare(rigid, one).time) == [0.0]
-    shorter = common_times(still(), still(samples=36, end=0.355))
-    np.testing.assert_allclose(shorter, [*(0.01 * np.arange(36)), 0.355], atol=1e-12)
-    assert comparison(compare(rigid, one)) is None
-    assert "whole run" in comparison_text(compare(rigid, one))
-
-
 def test_runs_of_other_scenes_are_refused(rigid):
     with pytest.raises(ValueError, match=r"watched points are link.end and rod.end"):
         compare(rigid, results.pendulum())
@@ -137,12 +127,6 @@ def test_a_horizon_at_the_start_and_what_is_no_number_is_no_pass():
     assert "no samples" in comparison_text(found)
     lost = block(lambda t: np.where(t > 0.5, np.nan, 0.0), np.zeros_like)
     assert compare(still(), lost).exceeds(1.0)
-
-
-def test_a_second_run_that_stopped_ends_the_comparison():
-    found = compare(still(), known(still(engine="lagrangian"), 0.3, stopped=True))
-    assert found.horizon == 0.3
-    assert "where the second run of lagrangian stopped" in horizon_text(found)
 
 
 def test_statistics_beyond_the_horizon():

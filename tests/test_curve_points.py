@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from exudyn_flexlink.curves import CurveError, Spline
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import build_curves
@@ -73,19 +72,6 @@ def test_a_point_of_the_model_file_is_refused_at_its_line():
     text = "curves:\n  groove:\n   type: spline\n   points:\n" + rows + BEAD
     with pytest.raises(SceneError, match=r"model:10:7: curves.groove.points.5: 0 m from the point"):
         scene_of(parse_document(text, "model"))
-
-
-@pytest.mark.parametrize(("part", "most"), [(0.011, 20), (0.05, 5), (0.1, 3), (0.5, 1.5)])
-def test_what_a_short_chord_does_to_a_spline(part, most):
-    """Why a hundredth: what is across the chord moves a circle by so many times that, and less."""
-    circle, angle, off = ring(48), part * 2 * np.pi / 48, 1e-6
-    beside = (RADIUS + off) * np.array([[np.cos(angle), np.sin(angle)]])
-    curve = Spline(np.concatenate([circle[:1], beside, circle[1:]]), closed=True)
-    radii = np.linalg.norm(curve.point(np.linspace(0, curve.period, 50_000)), axis=1)
-    assert abs(radii - RADIUS).max() < most * off
-    nearer = np.insert(circle, 1, circle[0] + (beside[0] - circle[0]) * 0.009 / part, axis=0)
-    with pytest.raises(CurveError, match="small part of the chords beside"):
-        Spline(nearer, closed=True)
 
 
 @pytest.mark.parametrize("turn", [0.5, 1.0, 1.5])

@@ -191,15 +191,6 @@ def test_laps_may_change_elsewhere(meet):
     np.testing.assert_allclose(rotated.point(1.0 + 2 * math.pi), laps.point(1.0), atol=1e-15)
 
 
-def test_spline_among_the_laps_is_cut_anywhere():
-    spline = Spline(ring(12), closed=True)
-    meet = spline.point(0.0271)
-    laps = Laps((spline, spline), meet=tuple(meet))
-    np.testing.assert_allclose(laps.point([0, spline.period]), [meet, meet], atol=1e-12)
-    u = np.linspace(0, spline.period, 9)
-    np.testing.assert_allclose(laps.point(u), spline.point(0.0271 + u), atol=1e-12)
-
-
 def refused(build, *words, piece=None):
     with pytest.raises(CurveError) as caught:
         build()
@@ -288,19 +279,6 @@ def test_spline_through_twelve_points_of_a_circle():
     v = np.linspace(0, finer.period, 500)
     gain = np.ptp(radius) / np.ptp(np.linalg.norm(finer.point(v), axis=1))
     assert math.log2(gain) == pytest.approx(4, abs=0.2)
-
-
-@every_curve
-def test_third_derivative_is_constant_but_at_knots_and_breaks(curve):
-    """Of splines; that of arcs is smooth, that of lines zero: they have no knots."""
-    places, jumps = curve.knots
-    assert len(places) == len(jumps)
-    h = 1e-4 * curve.period / 40
-    second = curve.second_derivative
-    before = (second(places - h) - second(places - 2 * h)) / h
-    after = (second(places + 2 * h) - second(places + h)) / h
-    scale = np.abs(jumps).max(initial=1.0)
-    np.testing.assert_allclose(after - before, jumps, atol=1e-5 * scale)
 
 
 def test_nearest_stays_on_its_branch_of_a_crossing():

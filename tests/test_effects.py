@@ -134,18 +134,6 @@ def test_what_is_given_of_a_joint_goes_with_it_though_a_body_has_its_name():
 
 
 @pytest.mark.parametrize(
-    "more",
-    [
-        "outputs: {watch: buffer.c}",
-        "drives: {push: {type: force, point: way.tip, value: [1, 0], axes: buffer}}",
-    ],
-)
-def test_a_struck_body_stays_where_somebody_watches_it_or_a_force_turns_with_it(more):
-    scene = scene_of(parse_document(BUFFER + more, "test"))
-    assert "buffer" in idealise(scene, ["impact"]).bodies
-
-
-@pytest.mark.parametrize(
     ("old", "new"),
     [
         ("run: {duration: 0.1}", "run: {turns: 1, of: two, at_most: 0.1}"),

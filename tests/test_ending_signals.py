@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +15,7 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, interrupts
-from exudyn_flexlink.cli.ending import ended_by_signals
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.storage import load
 
 ROOT = Path(__file__).parents[1]
@@ -113,26 +111,6 @@ def test_asked_to_end_before_anything_is_computed(monkeypatch, capsys):
             signal.signal(signal.SIGINT, before)
         assert capsys.readouterr().err == "interrupted; nothing was written\n"
         assert names() == []
-
-
-@posix
-@pytest.mark.parametrize("deferrable", [False, True])
-def test_an_ignored_ctrl_c_ends_no_run(deferrable):
-    """A shell's background jobs ignore it, as one at its terminal is for the job in front."""
-    ended, before = [], signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        with (
-            ended_by_signals(),
-            deferrable_interrupts() if deferrable else nullcontext(),
-            interrupts(lambda: ended.append(True)),
-        ):
-            ask("SIGINT")
-            assert not ended
-            ask("SIGTERM")
-            assert ended == [True]
-        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 CLOSED = """

@@ -2,7 +2,6 @@
 
 import errno
 import os
-import shlex
 import signal
 import subprocess
 import sys
@@ -124,20 +123,6 @@ def test_ctrl_c_is_as_ever_before_the_solve_and_after():
         press()
 
 
-@pytest.mark.parametrize("stops_in", [2, 3])
-def test_a_comparison_keeps_two_runs(stops_in, monkeypatch, capsys):
-    """In the second one itself, and in the one that measures it."""
-    engine_that(monkeypatch, lambda run: run < stops_in)
-    assert main(["compare", NO_CLEARANCE, "--quiet", "--out=o"]) == 130
-    assert "interrupted: what was compared until then is in o/" in capsys.readouterr().err
-    assert files("o") == [
-        "comparison.csv", "comparison.json", "exudyn", "lagrangian", "manifest.json",
-    ]  # fmt: skip
-    # It is a comparison: the next one may take its place.
-    with staged_folder(Path("o")) as folder:
-        (folder / "comparison.json").write_text('{"title": "t", "completed": true}')
-
-
 # --- disks that are full, places that can't be written ------------------------------------------
 
 
@@ -212,36 +197,6 @@ def test_an_output_that_is_full_or_closed():
         assert ran.returncode == code
         assert ran.stderr.startswith(said)
         assert "Traceback" not in ran.stderr
-
-
-FAILS = """
-import sys, time
-sys.path.insert(0, 'tests')
-from dataclasses import replace
-from results import rigid_link
-from exudyn_flexlink import cli, engines
-from exudyn_flexlink.result import Outcome
-
-def fake(scene, engine, progress, **_):
-    time.sleep(float(sys.argv[1]))  # the reader has gone
-    return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, 'it stalled'))
-
-engines.simulate = fake
-sys.exit(cli.main(['simulate', *sys.argv[2:]]))
-"""
-
-
-def test_a_failed_run_has_failed_for_a_reader_that_has_seen_enough_too(tmp_path):
-    pytest.importorskip("fcntl")  # pipes of a shell
-    run = [sys.executable, "-c", FAILS, "0.5", NO_CLEARANCE, "--no-plots", f"--out={tmp_path}/o"]
-    line = f"{shlex.join(run)} | true"
-    ran = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", line], cwd=ROOT,
-        capture_output=True, text=True, check=False, timeout=120, env=BARE,
-    )  # fmt: skip
-    assert ran.returncode == 1
-    assert ran.stderr.startswith("warning: made up\n")
-    assert "it stalled" in ran.stderr
 
 
 # --- two runs into one folder -------------------------------------------------------------------

@@ -260,12 +260,6 @@ initial: {positions: {bob: [3, 0]}}
 """)
 
 
-def test_a_position_of_no_body_is_refused_with_its_line():
-    with pytest.raises(SceneError, match=r"initial\.positions\.bol: unknown body 'bol'"):
-        assembled("bodies: {ball: {type: rigid, mass: 1, inertia: 0}}\n"
-                  "initial: {positions: {bol: [3, 0]}}\n")  # fmt: skip
-
-
 def test_a_point_deep_behind_its_face_is_refused_by_name():
     """Ever so deep, up to the length of the face: its contact would be dead from the start."""
     text = KILOGRAM_PLATE.format(y=-0.3)

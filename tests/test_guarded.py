@@ -46,14 +46,6 @@ def test_a_result_of_one_kind_never_replaces_one_of_another(there, new, tmp_path
     write(there)  # one of its own kind does
 
 
-def test_a_run_over_a_sweep_is_refused_before_it_is_written(tmp_path):
-    scene = fl.load_scene("rigid", turns=0.02)
-    fl.sweep(scene, {"drives.motor.value": [5, 6]}, folder=tmp_path / "o", workers=1)
-    with pytest.raises(StorageError, match="holds a sweep"):
-        fl.simulate(scene, measure=False).save(tmp_path / "o", force=True)
-    assert (tmp_path / "o" / "table.csv").is_file()
-
-
 # --- numbers ----------------------------------------------------------------------------------
 
 
@@ -196,12 +188,6 @@ def test_two_paths_of_a_sweep_to_one_value_are_refused(swapped):
     found = dict(varied[::-1] if swapped else varied)
     with pytest.raises(fl.SceneError, match="is varied twice with"):
         fl.sweep(fl.load_scene("textbook/friction_wheels"), found, workers=1)
-
-
-def test_a_path_with_blanks_is_no_other_path():
-    scene, paths = fl.load_scene("smooth"), ("drives.motor.value", "drives.motor.value ")
-    with pytest.raises(fl.SceneError, match=r"'drives\.motor\.value' is varied twice"):
-        fl.sweep(scene, {path: [5, 6] for path in paths})
 
 
 # --- exceptions -------------------------------------------------------------------------------

@@ -9,11 +9,8 @@ from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.explicit import ExplicitStepper
-from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Anchor, Slot
 
@@ -188,20 +185,6 @@ def test_a_ramp_and_a_torque_are_met():
             assert force == pytest.approx(
                 runs[1].joint_forces[name], abs=2e-4 * np.abs(force).max()
             )
-
-
-@pytest.mark.parametrize(
-    ("stepper", "setting"),
-    [(ExplicitStepper, "solver.integrator=dop853"),
-     (ExplicitStepper, "contacts.strike.law={type: impulse, restitution: 0.5}"),
-     (ExplicitStepper, "accuracy={step: 1e-4}"),
-     (ImplicitStepper, "solver.integrator=radau")],
-)  # fmt: skip
-@pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml", "supported.yaml"])
-def test_steps_and_impulses_are_for_the_explicit_method_and_who_asks_for_it(
-    model, setting, stepper
-):
-    assert isinstance(prepare(load_scene(MODELS / model, [setting])).stepper, stepper)
 
 
 @pytest.mark.parametrize("integrator", ["radau", "dop853"])

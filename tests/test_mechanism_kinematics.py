@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
@@ -146,29 +145,3 @@ def test_rates_of_a_contact_are_derivatives(mechanism, seed):
     assert here.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * step), abs=1e-8)
     assert here.slip == pytest.approx((ahead.place - behind.place) / (2 * step), abs=1e-8)
     assert np.hypot(*here.normal) == pytest.approx(1, abs=1e-14)
-
-
-def test_a_gap_is_positive_on_the_free_side():
-    text = """title: point above a face
-materials:
-  steel: {density: 7850, youngs_modulus: 200 GPa}
-bodies:
-  face: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
-  ball: {type: rigid, mass: 1, inertia: 1}
-joints:
-  fixed: {type: weld, points: [ground, face.start], at: [1, 0], angle: 90 deg}
-  held: {type: revolute, points: [ground, ball.centre], at: [0.97, 0.05]}
-contacts:
-  strike:
-    {type: point_on_line, point: ball.centre, line: [face.start, face.end],
-     law: {stiffness: 1.0e4, restitution: 0.5}}
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-5}
-"""
-    # A face that points up: its left is -x.
-    mechanism = build_mechanism(scene_of(parse_document(text, "test")))
-    q = np.array([[1, 0, np.pi / 2], [0.97, 0.05, 0]])
-    found = approach(mechanism.contacts[0], q, np.zeros((2, 3)))
-    assert found.gap == pytest.approx(0.03)
-    assert found.place == pytest.approx(0.05)
-    assert found.normal == pytest.approx([-1, 0])

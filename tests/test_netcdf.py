@@ -13,7 +13,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.api.results import own_result
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import Array, StorageError, arrays_of, load, save
+from exudyn_flexlink.storage import Array, arrays_of, load, save
 from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
 
 INF = float("inf")
@@ -81,13 +81,6 @@ def test_what_has_no_bound_is_inf(tmp_path):
     assert "inf" not in text.lower().replace("infinit", "")
     assert "nan" not in text.lower()
     assert_same(result, load(tmp_path))
-
-
-def test_an_array_beyond_two_gigabytes(tmp_path):
-    large = Array(("time",), np.broadcast_to(0.0, (2**28,)), {})
-    with pytest.raises(StorageError, match=r"'big' is larger than 2 GiB; .* 'run\.sample'"):
-        write_netcdf(tmp_path / "a.nc", {"big": large}, {})
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("size", [0, 3])

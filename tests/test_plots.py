@@ -116,22 +116,6 @@ def test_lever_marks_strikes_and_peaks(rigid):
     assert peak in said
 
 
-def test_mechanism_shows_the_strike_larger(rigid):
-    figure = mechanism(rigid)
-    panels = [axes for axes in figure.axes if axes.axison]
-    assert len(panels) == 5
-    assert "first contact" in words(figure)
-    assert all(axes.get_aspect() == 1 for axes in panels)
-    sizes = [np.ptp(axes.get_xlim()) for axes in panels]
-    assert sizes[-1] < 0.6 * sizes[0]
-    assert len(marked_by(panels[-1], "link")) > 3  # at several instants: it vibrates
-
-
-def marked_by(axes, body):
-    """Lines in the colour of the flexible link, `body`, in the mechanism figure."""
-    return [line for line in axes.lines if same_color(line.get_color(), "#0072B2")]
-
-
 def test_a_cart_that_hits_a_stop_has_neither_a_pivot_nor_a_force_of_impacts_without_duration():
     """The line at zero that a rigid contact would have looks as if nothing had been struck."""
     cart = simulate(results.scene_from(CART), measure=False)

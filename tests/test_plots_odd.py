@@ -54,19 +54,6 @@ def test_a_title_is_wrapped_into_the_figure(title, rigid):
         assert text.get_window_extent().x1 <= width
 
 
-SAME = {
-    "the first two": lambda time: np.concatenate([time[:1], time[:1], time[2:]]),
-    "the last two": lambda time: np.concatenate([time[:-2], time[-1:], time[-1:]]),
-    "the last half": lambda time: np.where(time > time[-1] / 2, time[-1], time),
-}
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("which", SAME)
-def test_samples_of_one_instant_are_drawn(which, rigid, capsys):
-    plotted(replace(rigid, time=SAME[which](rigid.time)), capsys)
-
-
 @pytest.mark.filterwarnings("error")
 def test_what_does_not_move_is_drawn(rigid, capsys):
     plotted(replace(rigid, poses=0 * rigid.poses, rates=0 * rigid.rates), capsys)

@@ -1,7 +1,7 @@
 """Figures fit to print: formats, a column's width, and nothing hidden, unnamed or overstated."""
 
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -119,43 +119,6 @@ def test_no_lap_is_hidden_by_another(rigid):
             drawn = sorted(own, key=lambda line: line.get_zorder())
             widths = [line.get_linewidth() for line in drawn]
             assert all(below > over for below, over in pairwise(widths))
-
-
-@pytest.mark.parametrize("turns", [0.7, 0.8, 0.9, 1.0, 1.3, 1.6])
-def test_peaks_are_told_within_the_axes(turns):
-    """Wherever in the run they are: the strike is half a turn from its begin."""
-    whole = lever(results.rigid_link(turns=turns, samples=401), style=PRINT).axes[0]
-    whole.figure.draw_without_rendering()
-    assert len(whole.texts) == 2
-    for text in whole.texts:
-        box = text.get_window_extent()
-        assert whole.bbox.x0 <= box.x0 < box.x1 <= whole.bbox.x1
-
-
-def test_texts_do_not_lie_on_each_other(rigid):
-    for style in (SCREEN, PRINT):
-        for name in ("lever", "energy", "forces", "coordinates"):
-            figure = figures(rigid, style)[name]
-            figure.draw_without_rendering()
-            boxes = [
-                (text.get_text(), text.get_window_extent().padded(-1.5))
-                for text in _told(figure)
-                if text.get_text()
-            ]
-            for (a, one), (b, other) in combinations(boxes, 2):
-                assert not one.overlaps(other), f"{name}, {style.name}: {a!r} and {b!r}"
-
-
-def _told(figure):
-    """Titles, labels, legend entries and notes; numbers at ticks are left to matplotlib."""
-    yield from figure.texts
-    for axes in figure.axes:
-        yield from axes.texts
-        yield from (axes.xaxis.label, axes.yaxis.label, axes._left_title)
-        if axes.get_legend() is not None:
-            yield from axes.get_legend().get_texts()
-        for child in axes.child_axes:
-            yield from (child.xaxis.label, child.yaxis.label)
 
 
 # --- what is known

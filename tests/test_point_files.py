@@ -10,9 +10,8 @@ from results import PENDULUM
 from test_scene import scene
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import assemble_scene, scene_of
-from exudyn_flexlink.mechanism import input_notes
-from exudyn_flexlink.scene import Run, SplineSpec, parse_scene
+from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.scene import SplineSpec, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 
 
@@ -172,17 +171,6 @@ def test_a_slide_takes_a_speed_in_metres(tmp_path):
     assert found.drives["motor"].value.points == ((0, 0.5), (2, 0.5))
     with pytest.raises(SceneError, match="'rpm' is no unit of a speed"):
         driven(tmp_path, "t,v [rpm]\n0,500\n2,500\n", text=slide)
-
-
-def test_rows_that_serve_nothing_are_told(tmp_path):
-    t = np.linspace(0, 20, 20_001)
-    for values, few in ((np.arange(20_001) % 2, 2_001), (60 + 1e-3 * t, 1)):
-        lines = "\n".join(f"{a:.12g},{b:.12g}" for a, b in zip(t, values, strict=True))
-        found = driven(tmp_path, f"t,w\n{lines}\n")
-        told = list(input_notes(found, assemble_scene(found)))
-        assert f"{20_001 - few:,} of 20,001 rows are outside of the run, or" in told[0]
-        whole = found.changed(run=Run(duration=20))
-        assert bool(list(input_notes(whole, assemble_scene(whole)))) == (few == 1)
 
 
 # --- where files are ------------------------------------------------------------------------

@@ -1,19 +1,13 @@
 """Scenes with closed forms: these are what pieces of known motion give, and runs keep them."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
-import random_silent
-from benchmarks.verdicts import CRASHED, RIGHT, SILENT, TOLD
+from benchmarks.verdicts import CRASHED, SILENT
 from random_silent import (
-    DOUBTED,
     NAMES,
     NEEDLESS,
     PULSES,
-    drawn,
     exact,
-    judge,
     worst,
 )
 
@@ -42,26 +36,6 @@ def test_a_stop_throws_a_mass_back_within_half_its_period():
     right = np.where(g > TIME, TIME, 2 * g + np.pi / w - TIME)
     right[within] = g + np.sin(w * (TIME[within] - g)) / w
     assert moved(TIME) == pytest.approx(right, abs=1e-11)
-
-
-@pytest.mark.parametrize(
-    ("off", "warning", "kind"),
-    [
-        (0.5e-6, "", RIGHT),
-        (0.5e-6, "off by an error", DOUBTED),
-        (3e-6, "", SILENT),
-        (3e-6, "samples are far apart", SILENT),
-        (3e-6, "off by an error", TOLD),
-    ],
-)
-def test_what_a_run_is_off_by_decides(off, warning, kind, monkeypatch):
-    result = SimpleNamespace(
-        warnings=[warning] if warning else [],
-        outcome=SimpleNamespace(completed=True),
-        scene=SimpleNamespace(accuracy=SimpleNamespace(tolerance=1e-6)),
-    )
-    monkeypatch.setattr(random_silent, "simulate", lambda _, **__: result)
-    assert judge(drawn(10000, seed=1)[0]._replace(off=lambda _: off)).kind == kind
 
 
 @pytest.mark.parametrize("scene", SMALL)

@@ -51,14 +51,6 @@ def test_a_folder_without_manifest_is_left_alone(summary, ends, capsys):
     assert "trajectory_rod.end.csv" in tree("o")  # of the pendulum: no manifest says whose it is
 
 
-@pytest.mark.parametrize("command", ["compare", "accuracy", "stability"])
-def test_every_study_tells_what_would_write_it(command, capsys):
-    mine("o/thesis.tex")
-    assert main([command, NO_CLEARANCE, "--out=o"]) == 2
-    assert capsys.readouterr().err.endswith("hint: '--force' forces it\n")
-    assert tree("o") == {"thesis.tex": b"mine"}
-
-
 def test_a_file_that_the_user_changed_is_not_replaced(ends, capsys):
     assert simulate() == 0
     changed = Path("o/trajectory_link.end.csv")
@@ -165,20 +157,6 @@ def test_figures_of_the_users_are_not_replaced(ends, capsys):
     assert tree("o")["polar.png"] != b"mine"
     assert main(["simulate", NO_CLEARANCE, "--quiet", "--no-plots", "--out=o"]) == 0
     assert not list(Path("o").glob("*.png"))  # they were of the earlier run
-
-
-def test_figures_may_be_added_to_any_folder_and_take_nothing_away(ends, capsys):
-    assert main(["compare", NO_CLEARANCE, "--quiet", "--no-plots", "--out=o"]) == 0
-    mine("figures/forces.png")
-    assert main(["plot", "o/exudyn", "--out=figures"]) == 2
-    assert "forces.png is the user's: no manifest.json names it" in capsys.readouterr().err
-    assert tree("figures") == {"forces.png": b"mine"}
-    before = set(tree("o"))
-    for folder in ("o", "o/exudyn"):
-        assert main(["plot", "o/exudyn", "--out", folder]) == 0
-    assert before < set(tree("o"))
-    assert main(["compare", NO_CLEARANCE, "--quiet", "--no-plots", "--out=o"]) == 0
-    assert set(tree("o")) == before
 
 
 def test_a_schema_replaces_only_a_schema(capsys):

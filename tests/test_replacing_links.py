@@ -1,14 +1,12 @@
 """Links, devices and pipes are neither replaced nor waited for."""
 
 import os
-import stat
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 import results
 from cli_runs import NO_CLEARANCE, SPLINE
-from folders import mine, posix, simulate, tree
+from folders import posix, simulate, tree
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import load
@@ -61,35 +59,3 @@ def test_models_and_points_are_not_read_from_pipes_and_devices(capsys):
     assert main(["check", "track.yaml"]) == 2
     said = capsys.readouterr().err
     assert "track.yaml:13:31: curves.track.file: 'points.csv' is a pipe or a device" in said
-
-
-@posix
-@pytest.mark.parametrize("name", ["summary.json", "result.nc", "manifest.json"])
-def test_a_run_is_not_read_from_a_pipe(name, ends, capsys):
-    assert simulate() == 0
-    Path("o", name).unlink()
-    os.mkfifo(Path("o", name))
-    if name != "summary.json":  # which is not read back
-        assert main(["plot", "o"]) == 2
-        assert f"{name}" in capsys.readouterr().err
-    assert simulate() == 2
-    assert main(["plot", f"o/{name}"]) == 2  # a pipe is no run
-
-
-@posix
-@pytest.mark.parametrize("force", [[], ["--force"]])
-def test_a_schema_replaces_no_link_device_or_pipe(force, capsys):
-    mine("real.json")
-    Path("link.json").symlink_to("real.json")
-    os.mkfifo("pipe")
-    places = [("link.json", "link"), ("pipe", "pipe")]
-    with suppress(PermissionError):  # only root makes devices, and only for root is this a danger
-        os.mknod("full", stat.S_IFCHR | 0o666, os.makedev(1, 7))
-        places.append(("full", "device"))
-    for place, kind in places:
-        assert main(["schema", "--out", place, *force]) == 2
-        said = capsys.readouterr().err
-        assert said == f"can't write {place}: it is a {kind}; give a new name\n"
-    assert Path("pipe").is_fifo()
-    assert Path("full").is_char_device() == (len(places) == 3)
-    assert tree() == {"link.json": "real.json", "real.json": b"mine"}

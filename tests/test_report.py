@@ -20,13 +20,12 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text
-from exudyn_flexlink.report.text import WIDTH, table
+from exudyn_flexlink.report.text import WIDTH
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 WAYS = ("minimal", "redundant")
-SPLINE = str(MODELS / "spline_track.yaml")
 
 
 def row(text, first):
@@ -77,13 +76,6 @@ def test_check_tells_the_frequency_of_the_lever(capsys):
     main(["check", NO_CLEARANCE, "--set", "springs.lever_return.stiffness=0.04462924"])
     lever = [line for line in capsys.readouterr().out.splitlines() if "about pivot" in line]
     assert [line.split()[3] for line in lever] == ["40.00"]
-
-
-@pytest.mark.parametrize("name", ["guide", "link"])
-def test_check_leaves_out_frequencies_of_what_is_not_free(name, capsys):
-    spring = "springs={spring: {type: torsional, joint: crank, stiffness: 1}}"
-    assert main(["check", SPLINE, "--set", spring]) == 0
-    assert f"  {name}  about" not in capsys.readouterr().out
 
 
 STEPS = "at most 3.142e-06 s in contact: 60 steps per contact, or more"
@@ -154,19 +146,6 @@ def test_a_run_says_how_the_link_stood_in_its_guide():
 
 
 # --- tables -------------------------------------------------------------------------------------
-
-
-def test_a_wide_table_keeps_its_columns_and_numbers_their_units():
-    long = "a contact of a point with the face of a body, for a long time"
-    rows = [["name", "what", "largest"], ["strike", long, "0.25 N m/rad"], ["", "x", "1 m"]]
-    lines = table([[*row, *row[1:]] for row in rows])
-    assert max(map(len, lines)) <= WIDTH
-    starts = [lines[0].index("what"), lines[0].index("largest")]
-    assert lines[-1][starts[0]] == "x"
-    assert lines[-1][starts[1] :].startswith("1 m")
-    said = " ".join(lines)
-    assert said.count("0.25 N m/rad") == 2
-    assert sorted(said.split()) == sorted(" ".join(" ".join([*r, *r[1:]]) for r in rows).split())
 
 
 @pytest.mark.parametrize("run", [rigid_link(), tilting_link()], ids=["strikes", "touches"])

@@ -10,8 +10,6 @@ from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import (
     Ramp,
     end_of_run,
-    half_period,
-    resolutions,
     sample_times,
     turn_goal,
 )
@@ -98,29 +96,6 @@ def test_samples_are_even_and_reach_the_end(end):
     assert 0 < steps[-1] <= steps[0] * (1 + 1e-9)
     assert 2000 <= len(times) <= 6000
     assert float(f"{steps[0]:.0e}") == pytest.approx(steps[0])  # a round number
-
-
-def test_a_contact_sets_the_step():
-    text = ROTOR.replace("drives:\n  motor: {type: speed, joint: pin, value: 4}\n", "").replace(
-        "run: {turns: 3, of: pin}",
-        """run: {duration: 1}
-contacts:
-  strike:
-    type: point_on_line
-    point: rotor.tip
-    line: [wall.a, wall.b]
-    law: {stiffness: 2.5e3, restitution: 1}""",
-    )
-    wall = "  wall: {type: rigid, mass: 1, inertia: 1, points: {a: [0, 0], b: [0, 1]}}\njoints:\n"
-    wall += "  held: {type: weld, points: [ground, wall.a], at: [5, 0]}\n"
-    found = scene_of(parse_document(text.replace("joints:\n", wall), "test"))
-    assembly = assemble_scene(found)
-    expected = pi * (0.1 / 0.5**2 / 2.5e3) ** 0.5  # pi sqrt(m/k), m = J/l^2
-    assert half_period(assembly, assembly.mechanism.contacts[0]) == pytest.approx(expected)
-    # As the engine: an impact that loses nothing takes twice the 60 steps of others.
-    steps = [own.step for own in resolutions(found, assembly)]
-    assert steps == [pytest.approx(expected / 120)]
-    assert resolutions(scene(), assemble_scene(scene())) == []
 
 
 @pytest.mark.parametrize("formulation", ["minimal", "redundant"])

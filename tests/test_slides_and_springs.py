@@ -1,6 +1,5 @@
 """What the rest of the program says and does with prismatic joints and linear springs."""
 
-import numpy as np
 import pytest
 from results import scene_from
 
@@ -9,7 +8,6 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.report import check_text
-from exudyn_flexlink.storage import load, save, staged_folder
 
 SPRUNG = """title: a buffer that a block strikes
 bodies:
@@ -64,12 +62,3 @@ def test_a_buffer_that_a_spring_ties_to_another_body_stays(scene):
     tie = "  tie: {type: linear, points: [block.b, buffer.p], stiffness: 1}\ncontacts:"
     tied = idealise(scene_from(SPRUNG.replace("contacts:", tie)), ["impact"])
     assert list(tied.bodies) == ["block", "buffer"]
-
-
-def test_forces_of_springs_are_stored(scene, tmp_path):
-    result = simulate(scene)
-    with staged_folder(tmp_path / "run", force=False) as folder:
-        save(result, folder)
-    again = load(tmp_path / "run")
-    for name in ("hold", "pull"):
-        np.testing.assert_array_equal(again.spring_forces[name], result.spring_forces[name])

@@ -74,14 +74,6 @@ def test_the_interval_holds_the_mean_of_batches_that_correlate(r, count, least):
     assert least < np.mean(held) < 0.98
 
 
-@pytest.mark.parametrize("r", [0.0, 0.6])
-def test_the_interval_of_many_batches_is_that_of_their_correlation(r):
-    """The variance of the mean of n is (1 + r)/(1 - r)/n: 1.96 of its root hold 95 %."""
-    [means] = correlated(r, 1, 20000)
-    exact = 1.96 * sqrt((1 + r) / (1 - r) / len(means))
-    assert half_width(means) == pytest.approx(exact, rel=0.04)
-
-
 def test_the_error_of_a_solver_shows_as_noise():
     """A solver off by 1e-9 in each stretch moves the rate by that over the neighbours' distance."""
     times, off = np.arange(0.0, 40.5, 0.5), np.random.default_rng(0)
@@ -95,13 +87,6 @@ def test_the_error_of_a_solver_shows_as_noise():
     assert abs(found.value) < found.noise
     coarse = exponent(solved, [0, 0], times, distance=1e-8)
     assert coarse.by_solver or coarse.noise > 20 * found.noise
-
-
-def test_what_a_horizon_is():
-    """An error grows tenfold every ln 10 / rate."""
-    found = exponent(exact((2.0, -1.0)), [0, 0], np.arange(0.0, 40.5, 0.5))
-    assert found.horizon(1e-9, 1e-3) == pytest.approx(6 * log(10) / 2, rel=1e-6)
-    assert found.horizon(1e-2, 1e-3) == 0.0
 
 
 # --- mechanisms -----------------------------------------------------------------------------

@@ -16,30 +16,6 @@ MODELS = (
 )
 
 
-SHAPER = """
-title: A crank shaper, tall and narrow beside a broad legend
-materials: {steel: {density: 7850, youngs_modulus: 210 GPa}}
-curves: {groove: {type: line, on: arm, from: [50 mm, 0], to: [400 mm, 0]}}
-bodies:
-  crank: {type: rod, length: 100 mm, material: steel, section: {width: 30 mm, thickness: 20 mm}}
-  arm: {type: rod, length: 450 mm, material: steel, section: {width: 30 mm, thickness: 40 mm}}
-  link: {type: rod, length: 200 mm, material: steel, section: {width: 20 mm, thickness: 20 mm}}
-  ram: {type: rigid, mass: 20 kg, inertia: 0.5, points: {pin: [0, 0], tool: [-300 mm, 0]}}
-joints:
-  bull: {type: revolute, points: [ground, crank.start], at: [0, 200 mm]}
-  pivot: {type: revolute, points: [ground, arm.start], at: [0, 0]}
-  block: {type: slot, point: crank.end, curve: groove}
-  B: {type: revolute, points: [arm.end, link.start]}
-  C: {type: revolute, points: [link.end, ram.pin]}
-  way: {type: prismatic, points: [ground, ram.pin], at: [0, 430 mm], axis: [1, 0]}
-drives:
-  motor: {type: speed, joint: bull, value: 60 rpm}
-initial: {angles: {crank: 90 deg}}
-run: {turns: 1, of: bull}
-accuracy: {tolerance: 10 um}
-"""
-
-
 def drawn(name):
     file = model_file(name)
     assert file is not None
@@ -58,16 +34,6 @@ def test_every_body_is_named_within_the_figure(name):
         box = text.get_window_extent()
         assert whole.x0 <= box.x0 < box.x1 <= whole.x1, text.get_text()
         assert whole.y0 <= box.y0 < box.y1 <= whole.y1, text.get_text()
-
-
-def test_nothing_beside_a_tall_mechanism_is_cut_off(tmp_path):
-    (tmp_path / "shaper.yaml").write_text(SHAPER)
-    scene = load_scene(tmp_path / "shaper.yaml")
-    figure = start(scene, assemble_scene(scene))
-    figure.draw_without_rendering()  # as when it is saved
-    box = figure.axes[0].get_tightbbox()
-    assert box is not None
-    assert 0 <= box.x0 < box.x1 <= figure.bbox.width
 
 
 @pytest.mark.parametrize("name", ["no_clearance", "clearance", "pump", "whitworth"])

@@ -10,7 +10,7 @@ from results import PENDULUM, rigid_link
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.result import Outcome
-from exudyn_flexlink.storage import StorageError, load, load_sweep
+from exudyn_flexlink.storage import load_sweep
 from exudyn_flexlink.sweeps import read_study
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -207,19 +207,6 @@ def test_a_failed_run_does_not_fail_the_sweep_but_all_of_them_do(closed_form, ca
     assert [row["status"] for row in table()] == ["doubtful", "failed", "doubtful"]
     assert main(["sweep", "model.yaml", "--vary", f"{LENGTH}=2", "--workers", "1", "--out", "2",
                  "--no-plots"]) == 1  # fmt: skip
-
-
-def test_series_that_are_wanted_later_are_made():
-    main([*SWEEP, "--no-plots", "--quiet"])
-    before = table()
-    assert main([*SWEEP, "--no-plots", "--resume", "--series", "--quiet"]) == 0
-    for row in table():
-        end = load(Path("out/series") / row["id"]).outcome.time
-        assert end == pytest.approx(float(row["end_s"]), rel=1e-11)
-    with pytest.raises(StorageError, match="holds a sweep, no run"):
-        load(Path("out"))
-    again = [{key: v for key, v in row.items() if key != "wall_s"} for row in table()]
-    assert again == [{key: v for key, v in row.items() if key != "wall_s"} for row in before]
 
 
 @pytest.mark.parametrize("varied", [1, 2, 3])
