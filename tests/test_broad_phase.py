@@ -1,17 +1,14 @@
 """Pairs of link and guide that may touch soon, against gaps and rates of the mechanism itself."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import ROOT
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE, BroadPhase
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach, pairs
-
-ROOT = Path(__file__).parents[1]
 
 
 def gaps(faces, q, v):

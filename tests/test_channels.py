@@ -1,15 +1,12 @@
 """What can touch in a sleeve: numbers, gaps against hand computation, rates against differences."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import approach, pairs
 from exudyn_flexlink.source import parse_document
-
-MODELS = Path(__file__).parents[1] / "models"
 
 
 def assembled(*settings, model="clearance.yaml"):

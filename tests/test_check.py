@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 from math import pi, sqrt
-from pathlib import Path
 
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import EFFECTS, absent, idealise
@@ -13,7 +13,6 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.report.text import number
 
-MODELS = Path(__file__).parents[1] / "models"
 MASS_PER_LENGTH = 7850 * 10e-3 * 0.5e-3  # kg/m, of the link
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import results
-from cli_runs import BARE
+from cli_runs import BARE, NO_CLEARANCE, ROOT
 from folders import posix
 from results import rigid_link
 
@@ -18,9 +18,7 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.storage import load
 
-ROOT = Path(__file__).parents[1]
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
-NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
 REQUESTS = [("SIGTERM", 143), ("SIGHUP", 129)]
 
 

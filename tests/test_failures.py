@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import results
-from cli_runs import BARE
+from cli_runs import BARE, NO_CLEARANCE, ROOT
 from results import rigid_link
 
 from exudyn_flexlink import engines, storage
@@ -23,9 +23,7 @@ from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.storage import load, staged_folder
 
-ROOT = Path(__file__).parents[1]
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
-NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
 
 
 def press():

@@ -3,11 +3,11 @@
 import json
 from dataclasses import replace
 from math import inf, pi, sin, sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
 import results
+from cli_runs import MODELS
 from scipy.special import ellipj, ellipk
 
 from exudyn_flexlink.accuracy import errors
@@ -25,7 +25,6 @@ from exudyn_flexlink.report.text import lines_of
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save, save_comparison
 
-MODELS = Path(__file__).parents[1] / "models"
 CRANK = "joint force of crank"
 G, LENGTH, MASS = 9.81, 0.2, 7850 * 0.2 * 0.01 * 0.002  # of results.PENDULUM
 

@@ -1,17 +1,14 @@
 """How work grows with the size of a model, counted in operations: never by the clock."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.chain import Beam, discretise
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.source import SceneError, parse_document
-
-MODELS = Path(__file__).parents[1] / "models"
 
 
 def test_frequencies_of_a_long_chain_tend_to_those_of_a_short_one():

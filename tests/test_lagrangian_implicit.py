@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.series import deviation, read_series
+from cli_runs import MODELS
 
 from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator
 from exudyn_flexlink.engines import simulate
@@ -15,7 +16,6 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Anchor, Slot
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 EXPLICIT = ("solver.integrator=dop853", "accuracy.tolerance=1e-8")
 FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")

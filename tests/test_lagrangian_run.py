@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.series import deviation, read_series
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
@@ -18,7 +19,6 @@ from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.source import parse_document
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 BEAM, FIVE = "bodies.link.hinges.stiffness=beam", "bodies.link.rods=5"
 TIGHT = ("solver.integrator=dop853", "accuracy.tolerance=1e-7")
 SCENES = {

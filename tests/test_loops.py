@@ -1,10 +1,10 @@
 """Mechanisms with loops and welds, in minimal coordinates, against laws of their own."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from results import scene_from
 from scipy.integrate import solve_ivp
 
@@ -13,7 +13,6 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import SceneError
 
-MODELS = Path(__file__).parent.parent / "models"
 TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
 
 

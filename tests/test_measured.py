@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import results
 from benchmarks.series import deviation, read_series
-from cli_runs import NO_CLEARANCE
+from cli_runs import MODELS, NO_CLEARANCE
 from random_strikes import draw
 from scipy.integrate import solve_ivp
 
@@ -27,7 +27,6 @@ from exudyn_flexlink.scene import Outputs
 from exudyn_flexlink.storage import load, save
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 G = 9.81
 BOTH = pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 

@@ -1,10 +1,10 @@
 """A mechanism as a tree of links: what is one, where its links are, and how it moves."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import formulations, simulate
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
@@ -14,7 +14,6 @@ from exudyn_flexlink.mechanism import formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import lever_response
 
-MODELS = Path(__file__).parent.parent / "models"
 LEVER = 0.03  # m
 FEW = ("bodies.link.rods=4", "run.turns=0.6", "run.sample=1 ms")
 

@@ -1,16 +1,15 @@
 """Peaks belong to the run: whatever is sampled, however long it is, in every engine."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, path, strikes
 
-MODELS = Path(__file__).parents[1] / "models"
 STIFF = ("bodies.link.rods=3", "bodies.link.hinges.stiffness=beam")
 MINIMAL, REDUNDANT = ("exudyn", "minimal"), ("exudyn", "redundant")
 LAGRANGIAN = ("lagrangian", "auto")

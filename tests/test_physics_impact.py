@@ -1,9 +1,8 @@
 """Laws of nature: impacts of a point on a face."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from test_physics_tools import (
     STEEL,
     angle,
@@ -22,7 +21,6 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import common_times, separation
 
 G = 9.81
-MODELS = Path(__file__).parents[1] / "models"
 
 # A point mass at the end of a light arm, falling on a rod that is welded to the ground.
 HAMMER = """

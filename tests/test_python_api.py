@@ -12,6 +12,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import results
+from cli_runs import MODELS, ROOT
 
 import exudyn_flexlink as fl
 from exudyn_flexlink import observables
@@ -20,8 +21,6 @@ from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.plots import FIGURES
 
-ROOT = Path(__file__).parents[1]
-MODELS = ROOT / "models"
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 SHORT = {"run": {"duration": 0.02}, "bodies.link.rods": 3}
 RUNS = [

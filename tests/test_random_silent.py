@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from benchmarks.verdicts import CRASHED, SILENT
+from drawing.mechanisms import FAMILIES
+from random_mechanisms import RIGHT, drawn, judge
 from random_silent import (
     NAMES,
     NEEDLESS,
@@ -10,6 +12,8 @@ from random_silent import (
     exact,
     worst,
 )
+
+from exudyn_flexlink.loading import load_scene
 
 SMALL = (10000, 10010, 20001, 20004, 30000, 30001, 40000, 50001, 60000)
 TIME = np.linspace(0, 0.7, 50)
@@ -41,3 +45,26 @@ def test_a_stop_throws_a_mass_back_within_half_its_period():
 @pytest.mark.parametrize("scene", SMALL)
 def test_no_scene_is_silently_wrong(scene):
     assert worst(scene, seed=1, measure=False).kind not in (SILENT, NEEDLESS, CRASHED)
+
+
+# --- mechanisms drawn at random -------------------------------------------------------------------
+
+SEED = 1
+
+
+def first_of(family):
+    """Model file of the first mechanism of a family."""
+    return next(text for of, text in (drawn(k, SEED) for k in range(200)) if of == family)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_is_drawn_as_a_model_file(family, tmp_path):
+    path = tmp_path / "drawn.yaml"
+    path.write_text(first_of(family))
+    assert load_scene(path).title == family
+
+
+def test_a_slider_crank_is_right():
+    verdict = judge(first_of("slider-crank"), "slider-crank", seconds=60, measure=False)
+    assert verdict.kind == RIGHT
+    assert verdict.off < 1

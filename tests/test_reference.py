@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 from benchmarks.series import deviation, read_series
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, settled, strikes
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 
 SCENES = {
     "smooth_n10_beam": ("smooth.yaml", ()),

@@ -3,10 +3,10 @@
 import re
 from dataclasses import replace
 from math import inf, pi, sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import NO_CLEARANCE, RIGID
 from results import (
     LENGTH,
     LEVER_DAMPING,
@@ -22,9 +22,6 @@ from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text
 from exudyn_flexlink.report.text import WIDTH
 
-MODELS = Path(__file__).parents[1] / "models"
-NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
-RIGID = str(MODELS / "rigid.yaml")
 WAYS = ("minimal", "redundant")
 
 

@@ -1,16 +1,13 @@
 """Samples within steps that wait for their forces, and where searches for places begin."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from test_physics_tools import run
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.engines.exudyn.minimal import recording
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-
-MODELS = Path(__file__).parent.parent / "models"
 
 
 def same_joint_forces(one, other):

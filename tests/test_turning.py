@@ -1,15 +1,13 @@
 """Where quantities turn within steps: against functions whose turns are known."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.loading import load_scene
 
-MODELS = Path(__file__).parent.parent / "models"
 RADAU = np.array([0, 0.057104196, 0.276843014, 0.583590433, 0.860240136, 1])
 ENDS = np.array([0.0, 1.0])
 

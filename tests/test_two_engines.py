@@ -5,16 +5,15 @@ Short runs; scripts/promises.py measures the same over two turns.
 
 from functools import cache
 from importlib import metadata
-from pathlib import Path
 
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import strikes
 
-MODELS = Path(__file__).parent.parent / "models"
 TIGHT = ("solver.integrator=dop853", "accuracy.tolerance=1e-7")  # of the Lagrangian, as a judge
 SMOOTH = ("smooth.yaml", "run.turns=0.3", "run.sample=1 ms")
 STRIKE = (

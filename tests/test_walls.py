@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.comparison import compare
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 
 
 def test_walls_that_lose_nothing_keep_the_energy():
