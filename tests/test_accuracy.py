@@ -75,14 +75,6 @@ def test_sources_are_told_apart_by_their_orders(study):
     assert dominating(study.sources).kind == "rods"
 
 
-def test_half_ends_are_extrapolated_at_second_order():
-    study = studied(scene=scene_with("bodies.link.layout=half_ends"))
-    rods = next(source for source in study.sources if source.kind == "rods")
-    assert rods.errors.largest == pytest.approx(RODS / 16, rel=1e-6)
-    assert "O(1/n^2)" in accuracy_text(study, "simulate it")
-    assert "about 8 rods" in recommendation(study)  # 4 sqrt(1.25e-4 / 4e-5) = 7.07
-
-
 # --- time
 
 
@@ -169,8 +161,6 @@ def test_methods_are_engines_and_formulations_the_models_own_first():
     stepped = scene.changed(accuracy={"step": 1e-4})
     assert methods_of(stepped, BOTH)[0].name == "Exudyn, fixed step"
 
-
-# --- what is told ---------------------------------------------------------------------------------
 
 # --- words
 

@@ -52,20 +52,6 @@ def test_a_process_beside_gives_the_same_numbers(scene, started):
     assert told == sorted(told)
 
 
-@pytest.mark.parametrize("why", ["a step is given", "a worker", "one core", "it is short"])
-def test_no_process_is_started_where_it_would_not_help(why, scene, started, monkeypatch):
-    if why == "a step is given":
-        scene = scene.changed(accuracy={"step": 1e-2})
-    elif why == "a worker":
-        monkeypatch.setattr(beside, "parent_process", object)
-    elif why == "one core":
-        monkeypatch.setattr(beside.os, "sched_getaffinity", lambda _: {0}, raising=False)
-    else:
-        monkeypatch.setattr(beside, "SURE", 100.0)
-    simulate(scene, measure=True, at_once=True)
-    assert not started
-
-
 @posix
 def test_a_process_that_dies_costs_nothing(scene, started):
     with Beside(scene, "exudyn") as other:

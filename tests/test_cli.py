@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
+from cli_runs import COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
 
 from exudyn_flexlink import cli
 from exudyn_flexlink.cli import main
@@ -157,23 +157,6 @@ def test_schema_is_printed_or_written(tmp_path, capsys):
     assert json.loads(printed) == json_schema()
     assert main(["schema", "--out", str(tmp_path / "schema.json")]) == 0
     assert (tmp_path / "schema.json").read_text(encoding="utf-8") == printed
-
-
-# --- where it runs --------------------------------------------------------------------------
-
-
-def test_the_backend_that_a_notebook_left_behind_has_no_say(tmp_path):
-    """Figures are files: nothing is shown, by whatever backend."""
-    environment = {**BARE, "MPLBACKEND": "no_such"}
-    for command in (
-        ["check", RIGID, "--figure", str(tmp_path / "start.png")],
-        ["simulate", RIGID, "--set", "run.turns=0.02", "--out", str(tmp_path / "run")],
-        ["plot", str(tmp_path / "run"), "--out", str(tmp_path / "again")],
-    ):
-        ran = python("-m", "exudyn_flexlink", *command, env=environment)
-        assert (ran.returncode, ran.stderr) == (0, "")
-    assert (tmp_path / "start.png").stat().st_size > 10_000
-    assert (tmp_path / "again" / "coordinates.png").stat().st_size > 10_000
 
 
 # --- completion by shells -------------------------------------------------------------------------

@@ -39,16 +39,6 @@ def test_an_integrator_is_for_the_lagrangian(run_of, capsys):
         assert "is for '--engine lagrangian'" in capsys.readouterr().err
 
 
-def test_redundant_coordinates_refuse_impulses_where_they_are_asked_for(tmp_path, capsys):
-    redundant = ["--set", "solver.formulation=redundant"]
-    assert main(["simulate", NO_CLEARANCE, "--impact", "impulse", *redundant]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"{NO_CLEARANCE}:")
-    assert "contacts.strike" in said
-    assert "hint: refused by the engine 'exudyn'; '--impact impulse' asks for it" in said
-    assert list(tmp_path.iterdir()) == []
-
-
 def parting(engine, at):
     """Measure runs; two of an engine part at an instant (s)."""
 

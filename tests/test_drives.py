@@ -8,9 +8,9 @@ import pytest
 from test_physics_tools import MODELS, angle, run, scene, speed, where
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism.prescribed import Antiderivative
-from exudyn_flexlink.source import Document, SceneError
+from exudyn_flexlink.source import SceneError
 
 G, MASS, ARM = 9.81, 2.0, 0.5
 J = 0.3 + MASS * ARM**2  # about the hook
@@ -324,14 +324,6 @@ def test_engines_agree_on_a_chain_with_every_kind_of_load():
     ends = [where(result, "lower.tip")[-1] for result in (fine, coarse)]
     np.testing.assert_allclose(*ends, atol=2e-5)
     assert fine.checks.energy_residual < 1e-7
-
-
-def test_a_scene_with_drives_survives_being_written():
-    table = "{points: [[0, 2], [3, 1]], rule: step}"
-    first = scene(CHAIN.replace('value: [2, "t"]', f"value: [2, {table}]"))
-    again = scene_of(Document("again", data=first.to_data()))
-    assert again == first
-    assert hash(again) == hash(first)
 
 
 # --- integrals ------------------------------------------------------------------------------

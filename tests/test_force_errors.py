@@ -18,7 +18,6 @@ from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.plots import forces
-from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.report import comparison_text, run_text
 from exudyn_flexlink.report.forces import force_error_table
 from exudyn_flexlink.report.text import lines_of
@@ -222,17 +221,6 @@ def test_the_figure_tells_the_error_and_draws_it_as_a_band():
     assert path.vertices[:, 1].max() == pytest.approx(3 + 0.234)
     assert labels(panel(forces(linked()), "joint force")) == ["crank"]
     assert not panel(forces(linked()), "joint force").collections
-
-
-@pytest.mark.parametrize("error", [0.01, 0.7, 2.0])
-def test_numbers_at_the_axis_are_no_finer_than_the_error(error):
-    axes = panel(forces(known(largest=error)), "joint force")
-    assert np.diff(axes.get_yticks()).min() >= min(error, 10.0)
-
-
-def test_told_errors_are_rounded_up():
-    said = {0.0123: "0.02", 2.0: "2", 0.95: "1", 1.3e-5: "2e-5", 3e-4: "0.0003", 12.0: "20"}
-    assert {error: told_error(error) for error in said} == said
 
 
 def test_a_force_that_is_rounding_while_nothing_touches_has_no_row():

@@ -1,14 +1,11 @@
 """Constraints and their Jacobians against differences of positions, at random states."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
-    joint_residuals,
 )
 from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.kinematics import (
@@ -103,23 +100,6 @@ def test_every_jacobian_is_the_derivative_of_its_residual(mechanism, seed):
         for row, more, less in zip(rows, ahead, behind, strict=True):
             slope = (more.residual - less.residual) / (2 * step)
             assert row.jacobian[:, column] == pytest.approx(slope, abs=2e-8), row.name
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_residuals_of_many_instants_are_those_of_each(mechanism, seed):
-    q, v = random_state(mechanism, seed)
-    instants = np.stack([q, q + 0.01 * v])
-    places = np.stack([feet(mechanism, at) for at in instants])
-    found = joint_residuals(mechanism, instants, places)
-    for at, place, values in zip(instants, places, found, strict=True):
-        expected = []
-        for row in constraint_rows(replace(mechanism, speed_motors=()), at, place):
-            if row.kind in ("revolute", "weld"):
-                expected.append(float(np.linalg.norm(row.lengths)))
-                expected += np.abs(row.angles).tolist()
-            else:
-                expected += np.abs(row.residual).tolist()
-        assert values == pytest.approx(expected, abs=1e-14)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -177,7 +177,6 @@ accuracy: {{tolerance: 1.0e-5}}
     np.testing.assert_allclose(speed(result, "arm"), alpha * result.time, atol=1e-5)
 
 
-# FAILS: recording.py interpolates energies linearly between steps.
 def test_energies_of_a_sample_are_those_of_its_motion():
     """Kinetic energy J omega^2/2, supplied M phi, also where a step is longer than a sample."""
     text = f"""
@@ -229,7 +228,6 @@ accuracy: {{tolerance: 1.0e-5}}
     np.testing.assert_allclose(result.drive_torques["motor"], torque, atol=2e-2)
 
 
-# FAILS: no sample at an early end, and its step ignores the acceleration.
 @pytest.mark.parametrize("way", [1, -1])
 def test_turns_driven_by_a_torque_end_at_exactly_these_turns(way):
     text = f"""

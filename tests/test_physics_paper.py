@@ -109,7 +109,6 @@ def mirrored(text):
     return text.replace("    law:", "    side: right\n    law:")
 
 
-# FAILS: [track] a crank turned clockwise runs the last lap first.
 @pytest.mark.parametrize("curve", ["ellipse", "track"])
 def test_mirrored_mechanism_moves_mirrored(curve):
     """Crank the other way, struck face below: S reflected in the x-axis, the ellipse first."""

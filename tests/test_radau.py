@@ -143,8 +143,8 @@ def test_what_a_contact_no_longer_damps_counts_as_error():
 
     exactly = {"rtol": 1e-12, "atol": 1e-15, "method": "Radau"}
     creeping = solve_ivp(rates, (0, 1.8e-3), [-2.5e-4, 0.0], dense_output=True, **exactly).sol
-    for begin in (1.5e-3, 1.6e-3, 1.7e-3, 1.8e-3):
-        for h in (2e-4, 4e-4, 6e-4):
+    for begin in (1.5e-3, 1.7e-3, 1.8e-3):
+        for h in (2e-4, 6e-4):
             y = creeping(begin)
             at = problem.evaluate(begin, y[:1], y[1:])
             state = State(y[:1], y[1:], at.force / 1e-3)

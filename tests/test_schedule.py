@@ -11,7 +11,6 @@ from exudyn_flexlink.mechanism import (
     Ramp,
     end_of_run,
     sample_times,
-    turn_goal,
 )
 from exudyn_flexlink.source import parse_document
 
@@ -68,21 +67,6 @@ def test_a_ramp_starts_at_rest_and_reaches_its_value_smoothly():
 def test_the_end_of_a_run(settings, end):
     found = scene(*settings)
     assert end_of_run(found, assemble_scene(found).mechanism) == pytest.approx(end, rel=1e-12)
-
-
-def test_a_turn_goal_counts_turns_either_way():
-    torque = "drives.motor={type: torque, joint: pin, value: 1}"
-    found = scene(torque, "run.at_most=2", "initial={angles: {rotor: 0.5}}")
-    goal = turn_goal(found, assemble_scene(found))
-    assert goal is not None
-    assert goal.left([0, 0, 0.5]) == pytest.approx(6 * pi)
-    assert goal.left([0, 0, 0.5 + 6 * pi]) == pytest.approx(0)
-    assert goal.left([0, 0, 0.5 - 6 * pi]) == pytest.approx(0)
-    assert goal.left([0, 0, 0.5 + 2 * pi]) == pytest.approx(4 * pi)
-    for way in (1, -1):
-        assert goal.rate([0, 0, 0.5 + way], [0, 0, 3.0]) == way * 3.0
-        assert goal.rate([0, 0, 0.5], [0, 0, way * 3.0]) == 3.0
-    assert turn_goal(scene(), assemble_scene(scene())) is None
 
 
 @pytest.mark.parametrize("end", [1.0, 0.37, 6 * pi / 4, 1e-4])

@@ -10,7 +10,6 @@ from results import PENDULUM, rigid_link, scene_from
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
-from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.source import Document
 from exudyn_flexlink.sweeps import (
@@ -142,15 +141,6 @@ def test_what_raises_is_a_failed_row_and_the_others_go_on():
     assert found.rows[1].reason == "ValueError: not two"
     assert found.columns()["length_m"] == [1.0, None, 3.0]
     assert found.columns()["bound_m"] == [None] * 3
-
-
-@pytest.mark.parametrize("begins", ["5 mm", 0])
-def test_a_clearance_is_varied_from_0_on(begins):
-    """With a law of the walls, whatever the clearance of the model itself."""
-    scene = fl.load_scene("clearance", {"joints.sleeve.clearance": begins})
-    plan = plan_of({"joints.sleeve.clearance": "0:5 mm:3"}, scene)
-    found = table(plan, lambda each, _: {"walls": len(build_mechanism(each).channels)})
-    assert found.columns()["walls"] == [0, 1, 1]
 
 
 def lengths_within_a_pool(workers):
