@@ -286,9 +286,6 @@ def test_figure(both, rigid):
         assert len(lines) == 3
         assert all(same_color(line.get_color(), colour) for line in lines)
     assert min(text.get_fontsize() for text in texts(figure)) >= 9
-    *upper, points, angles = figure.axes
-    assert (points.get_yscale(), angles.get_yscale()) == ("log", "log")
-    assert all(axes.get_yscale() == "linear" for axes in upper)
     for axes in figure.axes:
         assert ")" in axes.get_ylabel()
     figure = comparison(compare(still(), still()))

@@ -85,36 +85,6 @@ def test_what_a_drive_does_not_reach_is_moved_by_forces_alone():
     ]
 
 
-def test_joints_that_hold_twice_are_told_where_they_may():
-    """Three equal cranks carry a bar in parallel: the third is one too many in every position."""
-    cranks = "\n".join(
-        f"  {name}: {{type: rigid, mass: 1, inertia: 0.1, points: {{o: [0, 0], p: [0.1, 0]}}}}"
-        for name in "abc"
-    )
-    joints = "\n".join(
-        f"  {name}{end}: {{type: revolute, points: [{points}]{at}}}"
-        for x, name in enumerate("abc")
-        for end, points, at in (
-            ("0", f"ground, {name}.o", f", at: [{x}, 0]"),
-            ("1", f"{name}.p, bar.{name}", ""),
-        )
-    )
-    text = f"""
-title: parallel cranks
-bodies:
-{cranks}
-  bar: {{type: rigid, mass: 1, inertia: 0.1, points: {{a: [0, 0], b: [1, 0], c: [2, 0]}}}}
-joints:
-{joints}
-initial: {{angles: {{a: 1, b: 1, c: 1, bar: 0}}}}
-run: {{duration: 1}}
-accuracy: {{tolerance: 1.0e-6}}
-"""
-    told = " ".join(block(text, "Degrees"))
-    assert "left to forces 1: they move a, b, c, bar" in told
-    assert "held twice what c1 would hold, other joints hold already" in told
-
-
 def test_the_start_is_told_of_every_body():
     """By the law of cosines in the triangle of rocker, coupler and the line between their ends."""
     across = hypot(0.3, 0.1)

@@ -1,7 +1,6 @@
 """Words of textbooks and of other programs lead to those of a model file."""
 
 import re
-from itertools import combinations
 
 import pytest
 
@@ -48,26 +47,6 @@ def told(model):
 
 def test_every_word_that_is_suggested_is_one_of_a_model_file():
     assert set(OTHER_WORDS) <= schema_words()
-
-
-def places():
-    """Words that may stand in one place: keys of a part, or types to choose from."""
-    schema = json_schema()
-    parts = [schema, *schema["$defs"].values()]
-    for part in parts:
-        yield list(part["properties"])
-        for value in part["properties"].values():
-            choice = value.get("additionalProperties", value.get("items", value))
-            names = [one["$ref"].rpartition("/")[2] for one in choice.get("oneOf", ())
-                     if "$ref" in one]  # fmt: skip
-            yield [schema["$defs"][name]["properties"]["type"]["const"] for name in names]
-
-
-def test_no_word_has_two_meanings_in_one_place():
-    assert ["rod", "rigid", "flexible"] in places()
-    for words in places():
-        for one, other in combinations([word for word in words if word in OTHER_WORDS], 2):
-            assert not {*OTHER_WORDS[one].split()} & {*OTHER_WORDS[other].split()}, (one, other)
 
 
 SECTIONS = {

@@ -63,16 +63,6 @@ def test_an_impulse_leaves_both_values_it_jumps_between():
     assert time.tolist() == [0, 1, 1, 2]
 
 
-def test_what_stands_still_leaves_its_ends_alone():
-    edges = np.linspace(0, 1, 101)
-    noise = np.random.default_rng(1)
-    time, value = seek(
-        lambda t: 1 + 0 * t, lambda t: 1e-15 * noise.standard_normal(t.shape), edges, RADAU
-    )
-    assert time.tolist() == [0, 1]
-    assert value.tolist() == [1, 1]
-
-
 def test_what_is_a_difference_of_larger_numbers_stands_still_where_they_do():
     """0.3 and 0.1 + 0.2 differ by their rounding, which is no turn; a larger wave is one."""
     polynomial, edges = StepPolynomial(RADAU), np.linspace(0, 1, 101)
