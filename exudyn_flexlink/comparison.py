@@ -45,11 +45,6 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
 
-_TOLD = {
-    "tolerance": "tolerance {:.3g} m",
-    "step": "step {:.3g} s",
-    "elements": "beam of {:.0f} elements",
-}
 _OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
 _AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that
 
@@ -74,8 +69,13 @@ class Seen:
     @property
     def accuracy(self) -> str:
         """The accuracy and the impact model the run was made with, in words."""
-        settings = self.result.settings
-        told = [text.format(settings[key]) for key, text in _TOLD.items() if key in settings]
+        settings, told = self.result.settings, list[str]()
+        if settings.integrator.tolerance is not None:
+            told.append(f"tolerance {settings.integrator.tolerance:.3g} m")
+        if settings.integrator.step is not None:
+            told.append(f"step {settings.integrator.step:.3g} s")
+        if settings.elements is not None:
+            told.append(f"beam of {settings.elements} elements")
         return ", ".join([*told, *(f"{kind} impacts" for kind in self.impacts)])
 
     @property

@@ -61,6 +61,36 @@ class Outcome:
 
 
 @dataclass(frozen=True)
+class Integrator:
+    """The method that made a run's steps, and its order.
+
+    `tolerance` (m) is that of this very run, `step` (s) the one that the scene gives; None where
+    steps do not go by it. `spectral_radius` is the numerical damping of a method that has one.
+    """
+
+    method: str
+    order: int
+    tolerance: float | None = None
+    step: float | None = None
+    spectral_radius: float | None = None
+
+
+@dataclass(frozen=True)
+class EngineSettings:
+    """How an engine solved a scene: None where it has no use for a setting.
+
+    `formulation` is that of Exudyn, `elements` are those of each beam. `steps_per_contact` in half
+    a period are asked for, and of the shortest one follows `contact_step` (s).
+    """
+
+    integrator: Integrator
+    formulation: str | None = None
+    elements: int | None = None
+    steps_per_contact: int | None = None
+    contact_step: float | None = None
+
+
+@dataclass(frozen=True)
 class ContactHistory:
     """How a point met a face, or a circle another: when it touched, and samples of its motion.
 
@@ -193,13 +223,13 @@ class Result:
     ``penetration_m`` of each step that it pressed, none if it never did.
     `laps` are events of that kind, of every slot on a closed curve.
     `scene` is what was asked for. A run that was measured is the more accurate one of two, whose
-    own tolerance is one of its `settings`; `error` is what the distance of both tells, or why there
-    is none.
+    own tolerance is in its `settings`; `error` is what the distance of both tells, or why there is
+    none.
     """
 
     scene: Scene
     engine: str
-    settings: Mapping[str, float | str]
+    settings: EngineSettings
     versions: Mapping[str, str]
     timings: Mapping[str, float]  # s of wall time: prepare, solve, process
     part_names: Annotated[

@@ -46,7 +46,7 @@ def main() -> None:
 def row(told: str, result: Result) -> str:
     """One line; energies are parts of the largest kinetic energy."""
     ended = "completed" if result.outcome.completed else f"stopped: {result.outcome.reason}"
-    by = result.settings.get("formulation", result.engine)
+    by = result.settings.formulation or result.engine
     touches = sum(len(sleeve.touches.end) for sleeve in result.sleeves.values())
     missed = np.abs(result.energy.residual) / result.checks.largest_kinetic_energy
     halves = (missed[: len(missed) // 2].max(), missed[len(missed) // 2 :].max())

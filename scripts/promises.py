@@ -161,8 +161,8 @@ def reference(*settings: str) -> Iterator[Row]:
     """Deviation of S and the lever from the independent series, over two turns."""
     for name in CASES:
         result = case(name, *settings)
-        tolerance = float(result.settings["tolerance"])
-        what = f"S of `{name}`, {result.settings['formulation']}, tolerance {tolerance:.0e} m"
+        tolerance = result.settings.integrator.tolerance
+        what = f"S of `{name}`, {result.settings.formulation}, tolerance {tolerance:.0e} m"
         limit = f"{tolerance + LIMITS[name]:.1e} m"
         yield what, limit, off_series(name, result)
 
@@ -202,7 +202,7 @@ def rigid_link() -> Iterator[Row]:
         u = crossings[np.argmin(np.abs(crossings - u))]
         expected.append(slot.curve.point(u) + 0.07 * along)
     away = np.linalg.norm(path(result, "link.end").position - np.array(expected), axis=1).max()
-    at = f"tolerance {result.settings['tolerance']:.0e} m"
+    at = f"tolerance {result.settings.integrator.tolerance:.0e} m"
     yield f"S of the rigid link, 20 turns, {at}, against the closed form", "1e-9 m", f"{away:.1e} m"
     held = run("smooth.yaml", "run.turns=20", *REDUNDANT).checks.constraint_error
     what = "redundant, 20 turns: P off its track, rod 1 off the guide's axis"
@@ -215,9 +215,9 @@ def long_runs() -> Iterator[Row]:
         settings = (model, "run.turns=20", "run.sample=1 ms")
         judge = run(*settings, within(JUDGE), engine="lagrangian")
         result = run(*settings)
-        at = f"{result.settings['formulation']}, tolerance {result.settings['tolerance']:.0e} m"
+        limit = f"{result.settings.integrator.tolerance:.0e} m"
+        at = f"{result.settings.formulation}, tolerance {limit}"
         what = f"S of `{model}`, 20 turns, {at}, against the Lagrangian"
-        limit = f"{result.settings['tolerance']:.0e} m"
         yield what, limit, off_run(result, judge)
 
 
@@ -272,7 +272,7 @@ def clearance() -> Iterator[Row]:
             result = run(model, *settings, *accuracy, engine=engine)
             found = against_series(name, result)
             early = found.until(0.3).largest
-            at = f", tolerance {result.settings['tolerance']:.0e} m"
+            at = f", tolerance {result.settings.integrator.tolerance:.0e} m"
             limit = "1e-6 m to 0.3 s, 2e-5 m to the end" if accuracy else "none"
             told = f"{early:.1e} m to 0.3 s, {found.largest:.1e} m to {end} s ({cost(result)})"
             yield f"S of `{name}`, {engine}{at}", limit, told

@@ -23,9 +23,9 @@ CEILINGS = {
     "engines/exudyn/minimal": 5_120,
     "engines/exudyn/redundant": 3_480,
     "engines/lagrangian": 2_100,
-    "mechanism": 4_970,
-    "scene": 3_130,
-    "expressions": 1_340,
+    "mechanism": 4_815,
+    "scene": 3_105,
+    "expressions": 1_270,
     "curves": 1_440,
     "observables": 1_730,
     "accuracy": 1_070,
@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_720,
     "cli": 2_460,
     "api": 1_190,
-    "": 3_530,
+    "": 3_560,
 }
-WHOLE = {PACKAGE: 47_580, "tests": 24_500, "scripts": 7_970}
+WHOLE = {PACKAGE: 47_610, "tests": 24_500, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 17}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

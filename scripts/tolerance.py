@@ -144,7 +144,7 @@ def measure(scene: Scene, engine: str, judge: Result) -> Point:
     """Run a scene in one engine, and hold it against the judge."""
     result = simulate(scene, engine, measure=False)
     found = compare(result, judge)
-    by = str(result.settings.get("formulation", "Lagrangian"))
+    by = result.settings.formulation or "Lagrangian"
     told = next(iter(result.warnings), "")
     return Point(found.deviation.largest, tip_apart(found), result.checks.steps, by, told)
 

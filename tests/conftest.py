@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from matplotlib.figure import Figure
-from results import rigid_link, tilting_link
+from results import rigid_link, solved_to, tilting_link
 from studies import studied
 
 from exudyn_flexlink.measured_error import NOT_ASKED
@@ -74,7 +74,7 @@ def ends(monkeypatch):
     def as_(completed=True, reason="no convergence"):
         def fake(scene, engine, progress=None, **_):
             made = replace(rigid_link(scene=scene, samples=201), engine=engine, warnings=())
-            made = replace(made, settings={"tolerance": scene.accuracy.tolerance or 0.0})
+            made = replace(made, settings=solved_to(scene.accuracy.tolerance))
             return made if completed else replace(made, outcome=Outcome(False, 0.5, reason))
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)

@@ -24,7 +24,9 @@ from exudyn_flexlink.result import (
     Checks,
     ContactHistory,
     EnergyHistory,
+    EngineSettings,
     Extremes,
+    Integrator,
     Outcome,
     Result,
     SleeveHistory,
@@ -38,6 +40,12 @@ LENGTH = 0.07  # m, of the link
 CRANK = (0.02, 0.0)  # m, C
 LEVER_FREQUENCY, LEVER_DAMPING, LEVER_PEAK = 2 * pi * 40, 0.1, 0.16
 IMPULSE = 2e-4  # N s
+
+
+def solved_to(tolerance: float | None) -> EngineSettings:
+    """Settings of a run to a tolerance (m)."""
+    return EngineSettings(Integrator("any", 9, tolerance=tolerance))
+
 
 PENDULUM = """title: pendulum
 materials:
@@ -177,7 +185,7 @@ def result_of(scene, time, q, touches=()):
     return Result(
         scene=scene,
         engine="exudyn",
-        settings={"step": 1e-4, "integrator": "generalised alpha"},
+        settings=EngineSettings(Integrator("any", 9, step=1e-4)),
         versions={"exudyn": "1.13.6", "numpy": np.__version__},
         timings={"prepare": 0.1, "solve": 1.5, "process": 0.2},
         part_names=tuple(part.name for part in mechanism.parts),

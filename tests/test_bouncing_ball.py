@@ -99,5 +99,5 @@ def test_a_scene_with_impulses_is_run_in_minimal_coordinates():
     given = scene(BALL, "accuracy={step: 1 ms}", "run.duration=1")
     assert formulations(given, "exudyn") == ("minimal",)
     result = simulate(given, measure=False)
-    assert result.settings["formulation"] == "minimal"
+    assert result.settings.formulation == "minimal"
     assert impacts(result, "hit")[0].begin == pytest.approx(sqrt(2 / G), abs=1e-10)

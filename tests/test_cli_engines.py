@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from cli_runs import MODELS, NO_CLEARANCE, row
-from results import rigid_link, stopped
+from results import rigid_link, solved_to, stopped
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import NotRepresentableError
@@ -63,7 +63,7 @@ def engines(*, off=0.0, seen=None):
         poses = made.poses.copy()
         poses[..., 0] += off if engine == "exudyn" else 0.0
         poses[..., 1] += 1e-3 if scene.joints["sleeve"].clearance else 0.0
-        settings = {"tolerance": scene.accuracy.tolerance or 0.0}
+        settings = solved_to(scene.accuracy.tolerance)
         return replace(made, engine=engine, poses=poses, settings=settings)
 
     return fake

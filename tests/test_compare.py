@@ -10,7 +10,7 @@ import pytest
 import results
 from matplotlib.colors import same_color
 from matplotlib.text import Text
-from results import block
+from results import block, solved_to
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.measured_error import MeasuredError
@@ -249,7 +249,7 @@ def test_a_cubic_is_met_exactly():
 @pytest.fixture(scope="module")
 def both(rigid):
     other = later(shifted(rigid, (1e-6, 0, 1e-5), after=0.1), 1e-6)
-    other = replace(other, settings={"tolerance": 1e-7})
+    other = replace(other, settings=solved_to(1e-7))
     return compare(rigid, known(other, 1.5))
 
 

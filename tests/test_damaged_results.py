@@ -10,6 +10,7 @@ import results
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage.errors import FORMAT
+from exudyn_flexlink.storage.netcdf import write_netcdf
 
 
 @pytest.fixture(scope="module")
@@ -64,12 +65,8 @@ def test_an_array_that_was_changed_since(capsys):
 
 
 def test_a_run_of_an_earlier_version(capsys):
-    summary = json.loads(Path("rigid/summary.json").read_text(encoding="utf-8"))
-    versions = {"exudyn-flexlink": "0.0.9"}
-    Path("rigid/summary.json").write_text(
-        json.dumps(summary | {"format": FORMAT - 1, "versions": versions}), encoding="utf-8"
-    )
-    Path("rigid/result.nc").write_bytes(b"as it was then")
+    told = {"format": FORMAT - 1, "versions": {"exudyn-flexlink": "0.0.9"}, "as": "it was then"}
+    write_netcdf(Path("rigid/result.nc"), {}, {"run": json.dumps(told)})
     assert main(["plot", "rigid"]) == 2
     assert capsys.readouterr().err == (
         "rigid/result.nc was written by another version, exudyn-flexlink 0.0.9 with format "

@@ -20,6 +20,8 @@ from exudyn_flexlink.report import check_text
 from exudyn_flexlink.result import (
     INTERRUPTED,
     EnergyHistory,
+    EngineSettings,
+    Integrator,
     Outcome,
 )
 from exudyn_flexlink.source import parse_document
@@ -57,7 +59,7 @@ def test_what_is_grossly_wrong_is_refused_with_time_reason_and_advice(run):
 
 
 def test_a_step_of_the_users_own_is_to_be_shortened(run):
-    own = {"integrator": "any", "step": 1e-4}
+    own = EngineSettings(Integrator("any", 9, step=1e-4))
     wrong = replace(off_by(run, 0.05), settings=own)
     assert "shorten the step and compare" in diagnosed(wrong).warnings[-1]
 
@@ -175,7 +177,7 @@ def test_a_tolerance_that_is_no_small_part_of_a_clearance_is_told_and_used_as_it
     assert not any("no small part of the clearance" in text for text in fine.warnings)
     (told,) = (text for text in coarse.warnings if "no small part of the clearance" in text)
     assert "'sleeve', 1e-06 m: touches of its walls may be missed; ask for 1e-07 m" in told
-    assert coarse.settings["tolerance"] == 4e-5
+    assert coarse.settings.integrator.tolerance == 4e-5
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import results
 from cli_runs import BARE, NO_CLEARANCE, ROOT
-from results import rigid_link
+from results import rigid_link, solved_to
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
@@ -46,13 +46,13 @@ def engine_that(monkeypatch, act):
         count = len(made)
         made.append(engine)
         whole = act(count)
-        settings = {"tolerance": scene.accuracy.tolerance or 0.0}
+        settings = solved_to(scene.accuracy.tolerance)
         result = replace(rigid_link(scene=scene), engine=engine, settings=settings, warnings=())
         result = replace(result, error=NOT_ASKED)
         return result if whole else replace(result, outcome=Outcome(False, 0.5, "interrupted"))
 
     def measured(run, *_):
-        return measured_by(run, 9, lambda _: fake(run.scene, run.engine, None))
+        return measured_by(run, lambda _: fake(run.scene, run.engine, None))
 
     monkeypatch.setattr(engines, "simulate", fake)
     monkeypatch.setattr(engines, "measured", measured)

@@ -19,7 +19,7 @@ from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, Measured
 from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.plots import forces
 from exudyn_flexlink.report import comparison_text, run_text
-from exudyn_flexlink.report.forces import force_error_table
+from exudyn_flexlink.report.contacts import force_error_table
 from exudyn_flexlink.report.text import lines_of
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save, save_comparison

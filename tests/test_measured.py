@@ -22,7 +22,7 @@ from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.observables import common_times, path, positions, separation
 from exudyn_flexlink.observables.measuring import FACTOR
 from exudyn_flexlink.report import run_text
-from exudyn_flexlink.result import INTERRUPTED, Outcome
+from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Integrator, Outcome
 from exudyn_flexlink.scene import Outputs
 from exudyn_flexlink.storage import load, save
 
@@ -52,7 +52,7 @@ def test_the_told_error_bounds_the_distance_from_an_independent_integration(
     series = read_series(HERE / "data" / f"{name}.csv")
     off = deviation(found, series.time, series.position, series.lever_angle)
     assert found.scene is scene
-    assert found.settings["tolerance"] == pytest.approx(0.1 * scene.accuracy.tolerance)
+    assert found.settings.integrator.tolerance == pytest.approx(0.1 * scene.accuracy.tolerance)
     assert off.largest <= found.error.largest <= 3 * scene.accuracy.tolerance
     assert (found.error.exceeds_from is None) == (not found.warnings)
 
@@ -202,7 +202,7 @@ def test_a_method_of_order_2_makes_half_steps_also_in_contact():
     settings = ["solver.formulation=redundant", "run.turns=0.55", "accuracy.tolerance=1e-5"]
     scene = load_scene(MODELS / "rigid.yaml", settings)
     one, two = simulate(scene), simulate(scene, measure=True)
-    assert two.settings["tolerance"] == pytest.approx(2.5e-6)
+    assert two.settings.integrator.tolerance == pytest.approx(2.5e-6)
     assert two.checks.steps_per_contact == pytest.approx(2 * one.checks.steps_per_contact)
     assert two.error.other == 1e-5
     assert two.timings["second run"] > 0
@@ -213,7 +213,7 @@ def test_a_tenth_below_the_least_tolerance_the_second_run_is_the_coarser_one():
     scene = load_scene(MODELS / "smooth.yaml", least)
     assert partner(scene, 9) == 10
     found = simulate(scene, measure=True)
-    assert found.settings["tolerance"] == 3e-13
+    assert found.settings.integrator.tolerance == 3e-13
     assert found.error.other == pytest.approx(3e-12)
     assert found.error.largest >= 3e-13
     np.testing.assert_array_equal(found.poses, simulate(scene).poses)
@@ -250,7 +250,7 @@ def off_by(off, begin=0.5):
 def test_the_finer_run_is_the_result_and_thrice_the_distance_its_error():
     first, finer = made_up(), off_by(1e-6)
     shares = []
-    found = measured_by(first, 9, lambda share: shares.append(share) or finer)
+    found = measured_by(first, lambda share: shares.append(share) or finer)
     assert shares == [0.1]
     np.testing.assert_array_equal(found.poses, finer.poses)
     assert found.error.largest == pytest.approx(FACTOR * 1e-6)
@@ -262,13 +262,14 @@ def test_the_finer_run_is_the_result_and_thrice_the_distance_its_error():
 
 
 def test_no_less_is_told_than_the_finer_runs_tolerance():
-    assert measured_by(made_up(), 9, lambda _: made_up()).error.largest == pytest.approx(1e-6)
-    assert measured_by(made_up(), 2, lambda _: made_up()).error.largest == pytest.approx(2.5e-6)
+    second_order = replace(made_up(), settings=EngineSettings(Integrator("any", 2)))
+    assert measured_by(made_up(), lambda _: made_up()).error.largest == pytest.approx(1e-6)
+    assert measured_by(second_order, lambda _: made_up()).error.largest == pytest.approx(2.5e-6)
 
 
 def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon():
     """Points take 0.1 m or so: runs that are 1 mm apart have parted for good."""
-    near = measured_by(made_up(), 9, lambda _: off_by(1e-5))
+    near = measured_by(made_up(), lambda _: off_by(1e-5))
     (told,) = near.warnings
     assert told.startswith(
         f"from t = {near.error.exceeds_from:.4g} s on, points may be off by more than 1e-05 m, and "
@@ -276,7 +277,7 @@ def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon():
     assert "by up to 3e-05 m, as a second run with other steps shows" in told
     assert near.error.exceeds_from == pytest.approx(0.5, abs=1e-3)
     assert near.error.horizon is None
-    far = measured_by(made_up(), 9, lambda _: off_by(1e-2))
+    far = measured_by(made_up(), lambda _: off_by(1e-2))
     assert far.error.horizon == pytest.approx(0.5, abs=1e-3)
     (told,) = far.warnings
     assert told.endswith(f"; after t = {far.error.horizon:.4g} s trust statistics only")
@@ -285,7 +286,7 @@ def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon():
 
 
 def test_a_distance_that_is_no_number_is_no_agreement():
-    found = measured_by(made_up(), 9, lambda _: off_by(nan))
+    found = measured_by(made_up(), lambda _: off_by(nan))
     assert found.error.exceeds_from == found.error.horizon <= 0.5
 
 
@@ -297,7 +298,7 @@ def cut(reason):
 
 def test_where_the_finer_run_stops_the_first_is_measured_up_to_there():
     first = made_up()
-    found = measured_by(first, 9, lambda _: cut("it broke"))
+    found = measured_by(first, lambda _: cut("it broke"))
     np.testing.assert_array_equal(found.poses, first.poses)
     assert found.outcome.completed
     assert found.error.largest == pytest.approx(3e-6)
@@ -309,7 +310,7 @@ def test_where_the_finer_run_stops_the_first_is_measured_up_to_there():
 def test_a_run_that_stopped_is_left_as_it_is():
     stopped = made_up(Outcome(False, 0.1, "broke"))
     stopped = replace(stopped, error=unmeasured(stopped))
-    assert measured_by(stopped, 9, lambda _: 1 / 0) is stopped
+    assert measured_by(stopped, lambda _: 1 / 0) is stopped
     assert "not measured: the run stopped before its end" in run_text(stopped)
 
 
@@ -319,20 +320,20 @@ def raising(error):
 
 def test_ctrl_c_in_the_second_run_keeps_what_is_known():
     with pytest.raises(LateInterruptError) as caught:
-        measured_by(made_up(), 9, lambda _: raising(KeyboardInterrupt()))
+        measured_by(made_up(), lambda _: raising(KeyboardInterrupt()))
     kept = caught.value.result
     assert kept.error.missing == "the second run was interrupted"
     assert len(kept.warnings) == 1
     with pytest.raises(LateInterruptError) as caught:
-        measured_by(made_up(), 9, lambda _: cut(INTERRUPTED))
+        measured_by(made_up(), lambda _: cut(INTERRUPTED))
     assert caught.value.result.error.stopped is not None
     with pytest.raises(LateInterruptError) as caught:
-        measured_by(made_up(), 9, lambda _: raising(LateInterruptError(off_by(1e-6))))
+        measured_by(made_up(), lambda _: raising(LateInterruptError(off_by(1e-6))))
     assert caught.value.result.error.largest == pytest.approx(3e-6)
 
 
 def test_too_little_memory_for_the_second_run_costs_nothing():
-    found = measured_by(made_up(), 9, lambda _: raising(MemoryError()))
+    found = measured_by(made_up(), lambda _: raising(MemoryError()))
     assert found.outcome.completed
     assert "not enough memory" in found.error.missing
     assert "not enough memory" in found.warnings[0]
@@ -346,25 +347,25 @@ def swinging(by=0.0, **points):
 
 
 def test_all_named_points_judge_or_the_chosen_one_alone():
-    found = measured_by(swinging(), 9, lambda _: swinging(1e-4)).error
+    found = measured_by(swinging(), lambda _: swinging(1e-4)).error
     assert found.worst == "rod.end"
     assert found.largest == pytest.approx(FACTOR * 2e-5, rel=1e-3)
     chosen = {"outputs": Outputs(watch="rod.centre")}
-    half = measured_by(swinging(**chosen), 9, lambda _: swinging(1e-4, **chosen)).error
+    half = measured_by(swinging(**chosen), lambda _: swinging(1e-4, **chosen)).error
     assert half.points == ("rod.centre",)
     assert half.largest == pytest.approx(FACTOR * 1e-5, rel=1e-3)
 
 
 def test_a_run_of_which_no_point_moves_says_so_and_what_to_name():
     run = replace(swinging(), poses=np.zeros_like(swinging().poses))
-    still = measured_by(run, 9, lambda _: run)
+    still = measured_by(run, lambda _: run)
     assert still.error.missing
     assert "a point off the axis of a body would show" in " ".join(run_text(still).split())
 
 
 def test_the_error_is_kept_with_the_run(tmp_path):
     for other in (off_by(1e-2), made_up(), cut("it broke")):
-        found = measured_by(made_up(), 9, lambda _, other=other: other)
+        found = measured_by(made_up(), lambda _, other=other: other)
         save(found, tmp_path)
         assert load(tmp_path).error == found.error
     save(made_up(), tmp_path)
@@ -381,7 +382,7 @@ def test_simulate_measures_unless_told_not_to(option, monkeypatch, capsys):
 
     def second(run, *_):
         there.append(load(Path("here")).error)
-        return measured_by(run, 9, lambda _: off_by(1e-6))
+        return measured_by(run, lambda _: off_by(1e-6))
 
     monkeypatch.setattr(engines, "simulate", lambda *_, **__: made_up())
     monkeypatch.setattr(engines, "measured", second)

@@ -82,7 +82,7 @@ def feet(mechanism, q):
 def rows_at(mechanism, q, near):
     """Constraints with every slot at the foot point of its own anchor: residuals as they are."""
     places = places_near(mechanism, q, near)
-    return list(constraint_rows(mechanism, q, places))
+    return constraint_rows(mechanism, q, places)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -90,16 +90,16 @@ def test_every_jacobian_is_the_derivative_of_its_residual(mechanism, seed):
     q, _ = random_state(mechanism, seed)
     near = feet(mechanism, q)
     rows = rows_at(mechanism, q, near)
-    assert {row.kind for row in rows} == {"revolute", "weld", "slide", "slot", "drive"}
+    assert set(rows.kinds) == {"revolute", "weld", "slide", "slot", "drive"}
+    jacobian = rows.jacobian()
     step = 1e-6
     for column in range(q.size):
         change = np.zeros(q.size)
         change[column] = step
         ahead = rows_at(mechanism, q + change.reshape(q.shape), near)
         behind = rows_at(mechanism, q - change.reshape(q.shape), near)
-        for row, more, less in zip(rows, ahead, behind, strict=True):
-            slope = (more.residual - less.residual) / (2 * step)
-            assert row.jacobian[:, column] == pytest.approx(slope, abs=2e-8), row.name
+        slope = (ahead.residual - behind.residual) / (2 * step)
+        assert jacobian[:, column] == pytest.approx(slope, abs=2e-8)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -23,8 +23,7 @@ from exudyn_flexlink.plots import (
     polar,
     save_figure,
 )
-from exudyn_flexlink.plots.digits import told
-from exudyn_flexlink.plots.panels import BEYOND
+from exudyn_flexlink.plots.panels import BEYOND, told
 from exudyn_flexlink.storage import save
 
 MILLIMETRES = 25.4  # in an inch

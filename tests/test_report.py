@@ -17,10 +17,12 @@ from results import (
 )
 
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines.ending import RADAU
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text
 from exudyn_flexlink.report.text import WIDTH
+from exudyn_flexlink.result import EngineSettings
 
 WAYS = ("minimal", "redundant")
 
@@ -52,8 +54,8 @@ def test_settings_without_a_use_are_named():
     scene = run.scene.changed(
         accuracy={"step": 1e-4}, solver={"spectral_radius": 0.5, "integrator": "dop853"}
     )
-    tree, joints = (replace(run, scene=scene, settings={"formulation": f}) for f in WAYS)
-    local = replace(run, scene=scene, engine="lagrangian", settings={})
+    tree, joints = (replace(run, scene=scene, settings=EngineSettings(RADAU, f)) for f in WAYS)
+    local = replace(run, scene=scene, engine="lagrangian", settings=EngineSettings(RADAU))
     names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
     both = ["solver.spectral_radius", "solver.integrator"]
     assert names == [both, both[1:], both[:1]]

@@ -10,7 +10,7 @@ from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.observables import DISPLACEMENT, lever_response
-from exudyn_flexlink.report.strikes import response_table, strike_table
+from exudyn_flexlink.report import response_table, strike_table
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save
 from exudyn_flexlink.storage.tables import lever_columns, tables_of

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import results
 from cli_runs import MODELS, NO_CLEARANCE
-from results import rigid_link
+from results import rigid_link, solved_to
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
@@ -24,7 +24,7 @@ def names(folder="."):
 
 
 def closed_form(scene, engine, progress=None, **_):
-    settings = {"tolerance": scene.accuracy.tolerance or 0.0}
+    settings = solved_to(scene.accuracy.tolerance)
     return replace(
         rigid_link(scene=scene, samples=201), engine=engine, settings=settings, warnings=()
     )

@@ -248,7 +248,7 @@ def film_of(
     if mistakes:
         raise FilmError("\n".join(mistakes))
     inside = [
-        tuple(own.within(start, stop) for own in some if own.meets(start, stop))
+        tuple(Stretch(max(a, start), min(b, stop)) for a, b in some if a < stop and b > start)
         for some in (asked, around_strikes(result))
     ]
     if slow is not None and not inside[0]:

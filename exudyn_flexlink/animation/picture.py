@@ -22,8 +22,7 @@ from exudyn_flexlink.animation.drawing import (
 )
 from exudyn_flexlink.animation.film import Film
 from exudyn_flexlink.animation.look import INK, PALE, thickness
-from exudyn_flexlink.animation.shots import Shots
-from exudyn_flexlink.animation.speed import Frames
+from exudyn_flexlink.animation.shots import Frames, Shots
 from exudyn_flexlink.animation.zoom_panel import ZoomPanel, draw_instant, draw_timeline
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.panels import length_unit

@@ -1,20 +1,156 @@
-"""What the frames of a film show of a take: poses, the crank, the trail of S, glowing touches."""
+"""Which instants are shown, how fast a film plays, and what its frames show of a take."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from math import log10
 
 import numpy as np
 
-from exudyn_flexlink.animation.film import Film, Take, Touching, strength, touching_of
+from exudyn_flexlink.animation.film import Film, FilmError, Take, Touching, strength, touching_of
 from exudyn_flexlink.animation.look import GLOW_SECONDS, LABELLED
-from exudyn_flexlink.animation.samples import kept_instants
-from exudyn_flexlink.animation.speed import Frames
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism import anchor_position
+from exudyn_flexlink.observables import crank_angle, turns
+from exudyn_flexlink.plots.outline import walled
+
+PRECISE = 1 / 4000  # of the picture: nothing is drawn finer than a pixel of a large screen
+OF_CLEARANCE = 1 / 40  # of a clearance, which is drawn larger
+MOST = 1_000_000  # numbers of all poses: a page of some 6 megabytes
+LOOSER = 1.6  # times the error that is allowed, until they are no more
+SECONDS = 9.0  # of a film
+OF_A_TURN = 3.0  # s: a crank that goes round faster can't be followed by the eye
+SLOW_SECONDS = 4.0  # of a film, that a stretch of slow motion lasts
+MOST_FRAMES = 50_000  # half an hour
+STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Instants (K,) s of the run that the frames show, and `seconds` (K,) of the film at which.
+
+    `speeds` (K,) are those of the film there, s of the run per s; `speed` that without slow motion.
+    """
+
+    times: FloatArray
+    seconds: FloatArray
+    speeds: FloatArray
+    speed: float
+
+    def since(self, instants: FloatArray, frame: int) -> FloatArray:
+        """How long ago (s) in the film instants of the run were, at a frame; 0 if not yet."""
+        shown = np.interp(instants, self.times, self.seconds)
+        return np.asarray(np.maximum(self.seconds[frame] - shown, 0.0))
+
+
+def usual_speed(film: Film) -> float:
+    """Return the speed at which a film is seen best, 1, 2 or 5 times a power of ten.
+
+    The film lasts some seconds, and longer where a crank makes many turns.
+    """
+    result = film.takes[0].result
+    seconds = SECONDS
+    if turns(result):
+        angle = np.interp([film.begin, film.end], result.time, crank_angle(result))
+        seconds = max(seconds, OF_A_TURN * float(abs(angle[1] - angle[0])) / (2 * np.pi))
+    speed = (film.end - film.begin) / seconds
+    power = 10.0 ** np.floor(log10(speed))
+    nearest = min(STEPS, key=lambda step: abs(log10(step * power / speed)))
+    return float(f"{nearest * power:.0e}")
+
+
+def frames_of(film: Film, fps: float, speed: float) -> Frames:
+    """Return the frames of a film, `fps` in a second; the last shows its end.
+
+    Raises:
+        FilmError: they are too many.
+
+    """
+    edges, speeds = _paces(film, speed)
+    lasts = np.diff(edges) / speeds
+    seconds = np.concatenate([[0.0], np.cumsum(lasts)])
+    if seconds[-1] * fps > MOST_FRAMES:
+        raise FilmError(
+            f"too long: the film would last {seconds[-1]:.3g} s, {seconds[-1] * fps:.3g} frames; "
+            "show a part of the run, or play it faster"
+        )
+    count = max(2, round(seconds[-1] * fps) + 1)
+    at = np.linspace(0.0, seconds[-1], count)
+    inside = np.clip(np.searchsorted(seconds, at, side="right") - 1, 0, len(speeds) - 1)
+    return Frames(np.interp(at, seconds, edges), at, speeds[inside], speed)
+
+
+def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
+    """Edges (K + 1,) s of the times of one speed, and these (K,): slower in slow motion."""
+    ends = (end for own in film.slow for end in (own.begin, own.end))
+    edges = np.unique([film.begin, *ends, film.end])
+    speeds = np.full(len(edges) - 1, speed)
+    for own in film.slow:
+        inside = (edges[:-1] >= own.begin) & (edges[1:] <= own.end)
+        speeds[inside] = min(speed, (own.end - own.begin) / SLOW_SECONDS)
+    return edges, speeds
+
+
+def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
+    """Instants (K,) s of a take, and how far (m) straight lines between them are off at most.
+
+    In a strike that a zoom shows they are off by less, as much as it is larger.
+    """
+    own = take.result.time
+    inside = own[(own > film.begin) & (own < film.end)]
+    times = np.concatenate([[film.begin], inside, [film.end]])
+    poses = take.poses(times)
+    reach = np.array([part.reach for part in take.model.parts])
+    # An angle counts as what it moves at the end of its part.
+    values = (poses * np.stack([np.ones_like(reach), np.ones_like(reach), reach], axis=1)).reshape(
+        len(times), -1
+    )
+    plays = [channel.clearance for channel in walled(take.model)]
+    plays += [bearing.distance for bearing in take.model.bearings]
+    allowed = min([PRECISE * film.size, *(OF_CLEARANCE * play for play in plays)])
+    parts = _parts_allowed(film, take, times)
+    most = max(2, MOST // max(values.shape[1], 1) // len(film.takes))
+    while True:
+        kept = straightened(times, values, allowed * parts)
+        if len(kept) <= most:
+            return times[kept], allowed
+        allowed *= LOOSER
+
+
+def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
+    """Parts (N,) of the error allowed elsewhere that are allowed at instants."""
+    faces = [zoom.length for zoom in zooms_of(film, take) if zoom.channel is None]
+    part = min(faces, default=film.size) / film.size
+    striking = np.zeros(len(times), dtype=bool)
+    for own in film.strikes:
+        striking |= (times >= own.begin) & (times <= own.end)
+    return np.where(striking, part, 1.0)
+
+
+def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> IndexArray:
+    """Indices of samples (N,) between which `values` (N, k) are straight to `allowed` (N,).
+
+    The farthest sample from a line is kept, and both parts are looked at again (Ramer, Douglas and
+    Peucker).
+    """
+    kept = {0, len(times) - 1}
+    left = [(0, len(times) - 1)]
+    while left:
+        first, last = left.pop()
+        if last - first < 2:
+            continue
+        part = (times[first + 1 : last] - times[first]) / (times[last] - times[first])
+        line = values[first] + part[:, None] * (values[last] - values[first])
+        off = np.max(np.abs(values[first + 1 : last] - line), axis=1) / allowed[first + 1 : last]
+        worst = int(np.argmax(off))
+        if off[worst] > 1:
+            middle = first + 1 + worst
+            kept.add(middle)
+            left += [(first, middle), (middle, last)]
+    return np.array(sorted(kept), dtype=np.intp)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,20 +50,11 @@ class Slow:
         return f"'{self.name}'" if self.number is None else f"'{self.name}' number {self.number}"
 
 
-@dataclass(frozen=True)
-class Stretch:
+class Stretch(NamedTuple):
     """From `begin` to `end`, s."""
 
     begin: float
     end: float
-
-    def meets(self, begin: float, end: float) -> bool:
-        """Whether any of it is between two instants."""
-        return self.begin < end and self.end > begin
-
-    def within(self, begin: float, end: float) -> Stretch:
-        """The part of it that is between two instants."""
-        return Stretch(max(self.begin, begin), min(self.end, end))
 
 
 def around_strikes(result: Result) -> tuple[Stretch, ...]:

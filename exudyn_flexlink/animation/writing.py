@@ -19,7 +19,7 @@ from PIL import Image
 from exudyn_flexlink.animation.film import Film, FilmError
 from exudyn_flexlink.animation.html import GENERATOR, page
 from exudyn_flexlink.animation.picture import Picture, Pixels
-from exudyn_flexlink.animation.speed import frames_of, usual_speed
+from exudyn_flexlink.animation.shots import frames_of, usual_speed
 
 Progress = Callable[[float], None]
 
@@ -35,7 +35,7 @@ NO_FFMPEG = (
     "a video needs the program ffmpeg, which is not on the path; install it, or the Python package "
     "imageio-ffmpeg, or write a GIF or a page"
 )
-COLOURS = 256  # of a GIF, which has no more
+COLOURS = 128  # of a GIF: more are not seen, and take room
 
 
 @dataclass(frozen=True)

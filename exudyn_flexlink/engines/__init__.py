@@ -91,7 +91,7 @@ def measured(
     def again(share: float) -> Result:
         return (beside and beside.made(progress)) or _run(scene, engine, progress, share)
 
-    return measured_by(result, _loaded(engine)[0].order(scene), again)
+    return measured_by(result, again)
 
 
 def second_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:

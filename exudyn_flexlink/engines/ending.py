@@ -6,8 +6,10 @@ from math import inf, isfinite, pi
 from typing import Protocol
 
 from exudyn_flexlink.mechanism import Mechanism, cut_off
-from exudyn_flexlink.result import Checks, Outcome
+from exudyn_flexlink.result import Checks, Integrator, Outcome
 from exudyn_flexlink.scene import Scene
+
+RADAU = Integrator("Radau IIA", 9)
 
 
 class Counted(Protocol):

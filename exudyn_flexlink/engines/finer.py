@@ -58,7 +58,7 @@ def retuned(scene: Scene, share: float, limits: float) -> Scene:
     return scene.changed(accuracy=Accuracy(tolerance=share * asked), solver=solver)
 
 
-def measured_by(result: Result, order: int, again: Callable[[float], Result]) -> Result:
+def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
     """Return the more accurate of a run and a second one, with the error that both tell.
 
     `again` makes one with a tolerance so many times as large. Where that stops before its end, the
@@ -70,7 +70,7 @@ def measured_by(result: Result, order: int, again: Callable[[float], Result]) ->
     """
     if result.error != NOT_ASKED:
         return result
-    share, late = partner(result.scene, order), False
+    share, late = partner(result.scene, result.settings.integrator.order), False
     try:
         other = again(share)
     except LateInterruptError as error:  # whole all the same

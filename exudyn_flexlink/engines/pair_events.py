@@ -23,7 +23,7 @@ from exudyn_flexlink.integrate.turning import StepPolynomial, chebyshev_sum
 EXACT = 1e-12
 ALWAYS_CLOSED = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
 NODES = np.array([0.0, *C])
-PARTS = np.diff(NODES)[:, None]
+PARTS = np.diff(NODES)[:, None]  # of the step, between its nodes
 POLYNOMIAL = StepPolynomial(NODES)
 
 
@@ -85,13 +85,14 @@ def late_by(end: Seen, lengths: FloatArray, k: int, time: float) -> float:
     return float(value[k] / rate[k])
 
 
-def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, h: float) -> BoolArray:
+def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, parts: FloatArray) -> BoolArray:
     """Tell of which contacts (c,) it is sure that nothing happened on a `path` of nodes (m, c).
 
-    Between two nodes a cubic through values and rates strays from them by less than a sixth of the
-    way that the larger rate covers; the margin is sixfold.
+    `parts` (m - 1, 1), s, are the times between nodes. A cubic through values and rates at two of
+    them strays from them by less than a sixth of the way that the larger rate covers; the margin is
+    sixfold.
     """
-    inside, parts = np.minimum(path.place, lengths - path.place), h * PARTS
+    inside = np.minimum(path.place, lengths - path.place)
     gap_rate, slip = np.abs(path.gap_rate), np.abs(path.slip)
     deep = parts * np.maximum(gap_rate[:-1], gap_rate[1:])
     far = parts * np.maximum(slip[:-1], slip[1:])

@@ -9,6 +9,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.problem import Press, Pressing
 from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import Channel, Contact
 
 
 def pressing(numbers: Sequence[FloatArray], gap: FloatArray, rate: FloatArray) -> Pressing:
@@ -21,6 +22,21 @@ def pressing(numbers: Sequence[FloatArray], gap: FloatArray, rate: FloatArray) -
     stiffness = elastic + lossy * rising
     damping = np.maximum(-gap, 0.0) * lossy / speed * (1 - rising * rising)
     return Pressing(-gap * stiffness, stiffness, damping)
+
+
+def law_numbers(contacts: Sequence[Contact | Channel]) -> FloatArray:
+    """Laws of contacts (5, c): both parts of stiffnesses (N/m), transition speeds (m/s), friction.
+
+    That is its coefficient and its slip speed (m/s). Rigid ones have no stiffness.
+    """
+    found = []
+    for own in contacts:
+        law, rub = own.law, own.friction
+        gives = (0.0, 0.0, 1.0)
+        if isinstance(law, RestitutionPenalty):
+            gives = law.elastic, law.lossy, law.transition_speed
+        found.append((*gives, rub.coefficient if rub else 0.0, rub.slip_speed if rub else 1.0))
+    return np.asarray(np.array(found).reshape(-1, 5).T, dtype=np.float64)
 
 
 def press_by(laws: Sequence[RestitutionPenalty]) -> Press:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -94,7 +93,7 @@ class Expression:
             NoValueError: there is none.
 
         """
-        return self._run(self._value, time, state)[0]
+        return float(self.values(np.array([time]), [np.array([one]) for one in state])[0])
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (n,) at instants (n,) s and values (n,) of each of what is sensed.
@@ -113,23 +112,6 @@ class Expression:
 
         """
         return self._run_all(self._by_time[order], time, what=ORDERS[order])
-
-    def slopes(self, time: float, state: Sequence[float]) -> list[float]:
-        """Derivatives by each of what is sensed.
-
-        Raises:
-            NoValueError: there are none.
-
-        """
-        return self._run(self._slopes, time, state, "derivative")
-
-    def _run(
-        self, program: Program, time: float, state: Sequence[float] = (), what: str = "value"
-    ) -> list[float]:
-        found = [float(value) for value in self._found(program, time, state)]
-        if not all(map(math.isfinite, found)):
-            raise NoValueError(self.text, time, what)
-        return found
 
     def _run_all(
         self,
@@ -162,11 +144,6 @@ class Expression:
         first = self._tape.slope(self._result, TIME)
         second = self._tape.slope(first, TIME)
         return [self._value, *(Program(self._tape, [one]) for one in (first, second))]
-
-    @cached_property
-    def _slopes(self) -> Program:
-        slopes = [self._tape.slope(self._result, k) for k in range(len(self.sensed))]
-        return Program(self._tape, slopes, self._held)
 
     @cached_property
     def addends(self) -> list[Addend]:

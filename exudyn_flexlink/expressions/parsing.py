@@ -1,30 +1,20 @@
-"""Reads a formula; nothing of Python is evaluated.
+"""Reads a formula: Python's own parser tells what belongs together, and nothing is evaluated.
 
-    sum       = product (("+" | "-") product)*
-    product   = factor (("*" | "/") factor)*
-    factor    = "-" factor | power
-    power     = atom ["**" factor]
-    atom      = number [unit] | "t" | "pi" | sensed | function "(" sum ("," sum)* ")" | "(" sum ")"
-    condition = sum ("<" | "<=" | ">" | ">=") sum,  the first argument of where
-
-Dimensions are checked as far as units tell: a number without a unit may stand for anything, and
-angles count as numbers.
+Pieces are numbers with their units, names, what is sensed, and signs; see `tokens`. Dimensions are
+checked as far as units tell: a number without a unit may stand for anything, and angles count as
+numbers.
 """
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from exudyn_flexlink.expressions.expression import Expression, Plan
 from exudyn_flexlink.expressions.tape import TIME, Tape
-from exudyn_flexlink.expressions.tokens import (
-    ExpressionError,
-    Sensed,
-    Token,
-    tokens_of,
-    unknown_name,
-)
+from exudyn_flexlink.expressions.tokens import ExpressionError, Token, tokens_of, unknown_name
 from exudyn_flexlink.units import Dimension, Powers
 
 DEEPEST = 40  # brackets in brackets
@@ -34,6 +24,19 @@ NAMES = ["t", "pi", "angle", "speed", "place", *_ARGUMENTS]
 PI = 3.141592653589793
 _PURE = Powers()
 _IN_WORDS = {one.powers._replace(rad=0): one.words for one in reversed(Dimension)}
+_SIGNS = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Pow: "**",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+}
+_OPERATIONS = {"+": "add", "-": "sub", "*": "mul", "/": "div", "**": "pow"}
+_EXAMPLE = "where(t < 1, one, other)"
 
 
 class _Piece(NamedTuple):
@@ -50,17 +53,18 @@ def parse_expression(text: str) -> Expression:
         ExpressionError: it is none, or has more than a formula may have.
 
     """
-    return _Parser(text).expression()
+    return _Reader(text).expression()
 
 
 def looks_like_expression(text: str) -> bool:
     """Tell whether a text is a formula, and more than a number with a unit."""
     try:
-        found = _Parser(text)
-        found.expression()
+        reader = _Reader(text)
+        reader.expression()
     except ExpressionError:
         return False
-    return found.operations > 0
+    named = any(token.kind in ("name", "sensed") for token in reader.tokens)
+    return named or any(isinstance(node, ast.BinOp) for node in reader.nodes)
 
 
 def in_words(powers: Powers) -> str:
@@ -68,209 +72,172 @@ def in_words(powers: Powers) -> str:
     return _IN_WORDS.get(powers, "another quantity")
 
 
-class _Parser:
-    """Reads by descending from sums to atoms; `operations` counts what joins or takes numbers."""
+def _require_order(tokens: Sequence[Token]) -> None:
+    """Refuse what can't follow what is before it, brackets without their other half, odd names."""
+    depth = 0
+    for before, token in pairwise((Token("operator", "("), *tokens)):
+        value_before = before.kind not in ("operator", "end") or before.text == ")"
+        begins_value = token.kind not in ("operator", "end") or token.text == "("
+        calls = before.kind == "name" and before.text not in ("t", "pi") and token.text == "("
+        if value_before and ((begins_value and not calls) or (token.text == ")" and depth == 0)):
+            raise ExpressionError(f"expected an operator before '{token.text}'", "such as + - * /")
+        if not value_before and not begins_value and token.text not in ("+", "-"):
+            raise ExpressionError(f"expected a number or a name, got {token.shown}")
+        depth += (token.text == "(") - (token.text == ")")
+        if depth > DEEPEST:
+            raise ExpressionError(f"brackets more than {DEEPEST} deep")
+    if depth:
+        raise ExpressionError("expected ')', got the end")
+    for token in tokens:
+        if token.kind == "name" and token.text not in ("t", "pi", *_ARGUMENTS):
+            raise unknown_name(token.text, NAMES)
+
+
+class _Reader:
+    """Takes Python's tree of a formula apart, inner nodes first: no formula is too deep for it."""
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self.operations = 0
-        self._tokens: Sequence[Token] = list(tokens_of(text))
-        self._next = 0
-        self._depth = 0
+        self.tokens = list(tokens_of(text))
+        _require_order(self.tokens)
+        # Numbers in place of words: none of Python's own is among them.
+        words = (
+            token.text if token.kind == "operator" else f"_{i}"
+            for i, token in enumerate(self.tokens[:-1])
+        )
+        self.nodes = list(ast.walk(ast.parse(" ".join(words), mode="eval").body))
+        self._found: dict[ast.AST, _Piece] = {}
+        self._sensed = list(dict.fromkeys(one.sensed for one in self.tokens if one.sensed))
         self._tape = Tape()
-        self._sensed: list[Sensed] = []
         self._switches: list[int] = []
 
     def expression(self) -> Expression:
-        found = self._sum()
-        left = self._token
-        if left.kind == "operator" and left.text in "<>=":
-            raise ExpressionError(
-                f"'{left.text}' compares only in where", "where(t < 1, one, other)"
+        for node in reversed(self.nodes):
+            found = self._read(node)
+            if found is not None:
+                self._found[node] = found
+        result, powers = self._of(self.nodes[0])
+        plan = Plan(self._tape, result, self._switches)
+        return Expression(self.text, plan, self._sensed, None if powers == _PURE else powers)
+
+    def _read(self, node: ast.AST) -> _Piece | None:
+        """Return what a node stands for; None if it only is a part of another."""
+        if isinstance(node, ast.Name):
+            return self._atom(self._token(node))
+        if isinstance(node, ast.UnaryOp):
+            inner = self._of(node.operand)
+            return (
+                inner if isinstance(node.op, ast.UAdd) else self._piece("neg", inner.powers, inner)
             )
-        if left.kind != "end":
-            raise ExpressionError(f"expected an operator before '{left.text}'", "such as + - * /")
-        powers = None if found.powers == _PURE else found.powers
-        plan = Plan(self._tape, found.result, self._switches)
-        return Expression(self.text, plan, self._sensed, powers)
+        if isinstance(node, ast.BinOp):
+            return self._joined(_SIGNS[type(node.op)], self._of(node.left), self._of(node.right))
+        return self._call(node) if isinstance(node, ast.Call) else None
 
-    # --- pieces -------------------------------------------------------------------------------
+    def _of(self, node: ast.AST) -> _Piece:
+        """Return what a node stands for; refuse one that is no value."""
+        if node in self._found:
+            return self._found[node]
+        if isinstance(node, ast.Compare):
+            raise ExpressionError(f"'{_SIGNS[type(node.ops[0])]}' compares only in where", _EXAMPLE)
+        if isinstance(node, ast.Name):
+            raise ExpressionError(f"expected '(' after '{self._token(node).text}'")
+        hint = "decimals begin with a point, as in 7.85"
+        raise ExpressionError("',' parts only what a function takes", hint)
 
-    @property
-    def _token(self) -> Token:
-        return self._tokens[self._next]
+    def _token(self, node: ast.Name) -> Token:
+        return self.tokens[int(node.id[1:])]
 
-    def _taken(self, *operators: str) -> str:
-        """Take the next token if it is one of these operators; else return nothing."""
-        token = self._token
-        if token.kind != "operator" or token.text not in operators:
-            return ""
-        self._next += 1
-        return token.text
+    def _piece(self, name: str, powers: Powers | None, *taken: _Piece) -> _Piece:
+        return _Piece(self._tape.add(name, *(one.result for one in taken)), powers)
 
-    def _require(self, operator: str) -> None:
-        if not self._taken(operator):
-            raise ExpressionError(f"expected '{operator}', got {self._here()}")
-
-    def _here(self) -> str:
-        return "the end" if self._token.kind == "end" else f"'{self._token.text}'"
-
-    # --- grammar ------------------------------------------------------------------------------
-
-    def _sum(self) -> _Piece:
-        found = self._product()
-        while operator := self._taken("+", "-"):
-            found = self._added("add" if operator == "+" else "sub", found, self._product())
-        return found
-
-    def _product(self) -> _Piece:
-        found = self._factor()
-        while operator := self._taken("*", "/"):
-            name = "mul" if operator == "*" else "div"
-            found = self._multiplied(name, found, self._factor())
-        return found
-
-    def _factor(self) -> _Piece:
-        """Read signs one after the other: each would else go deeper."""
-        negative = False
-        while sign := self._taken("-", "+"):
-            negative ^= sign == "-"
-        found = self._power()
-        return _Piece(self._tape.add("neg", found.result), found.powers) if negative else found
-
-    def _power(self) -> _Piece:
-        base = self._atom()
-        if not self._taken("**"):
-            return base
-        self.operations += 1
-        self._deeper()
-        exponent = self._pure(self._factor(), "an exponent")
-        self._depth -= 1
-        number = self._tape.number_of(exponent)
-        powers = base.powers
-        if powers not in (None, _PURE):
-            whole = number is not None and number.is_integer() and abs(number) < 10
-            powers = Powers(*(int(number or 0) * p for p in powers or ())) if whole else None
-        return _Piece(self._tape.add("pow", base.result, exponent), powers)
-
-    def _deeper(self) -> None:
-        self._depth += 1
-        if self._depth > DEEPEST:
-            raise ExpressionError(f"brackets or powers more than {DEEPEST} deep")
-
-    def _atom(self) -> _Piece:
-        token = self._token
-        self._next += token.kind != "end"
+    def _atom(self, token: Token) -> _Piece | None:
         if token.kind == "number":
             known = None if token.powers is None else token.powers._replace(rad=0)
             return _Piece(self._tape.number(token.value), known)
         if token.sensed is not None:
-            return self._of_state(token.sensed)
-        if token.kind == "name":
-            return self._named(token.text)
-        if token.text == "(":
-            self._deeper()
-            found = self._sum()
-            self._require(")")
-            self._depth -= 1
-            return found
-        self._next -= token.kind != "end"
-        raise ExpressionError(f"expected a number or a name, got {self._here()}")
-
-    def _of_state(self, sensed: Sensed) -> _Piece:
-        self.operations += 1
-        if sensed not in self._sensed:
-            self._sensed.append(sensed)
-        return _Piece(self._tape.variable(self._sensed.index(sensed)), None)
-
-    def _named(self, name: str) -> _Piece:
-        self.operations += 1
-        if name == "t":
+            return _Piece(self._tape.variable(self._sensed.index(token.sensed)), None)
+        if token.text == "t":
             return _Piece(self._tape.variable(TIME), None)
-        if name == "pi":
+        if token.text == "pi":
             return _Piece(self._tape.number(PI), None)
-        if name not in _ARGUMENTS:
-            raise unknown_name(name, NAMES)
-        self._require("(")
-        self._deeper()
-        found = self._where() if name == "where" else self._call(name)
-        self._depth -= 1
-        return found
+        return None  # the name of a function
+
+    def _joined(self, sign: str, one: _Piece, other: _Piece) -> _Piece:
+        if sign == "**":
+            powers = self._raised(one.powers, _pure(other, "an exponent"))
+        elif sign in "+-":
+            powers = _alike(sign, one, other)
+        elif one.powers is None or other.powers is None:
+            powers = None
+        else:
+            way = 1 if sign == "*" else -1
+            pairs = zip(one.powers, other.powers, strict=True)
+            powers = Powers(*(a + way * b for a, b in pairs))
+        return self._piece(_OPERATIONS[sign], powers, one, other)
+
+    def _raised(self, powers: Powers | None, exponent: _Piece) -> Powers | None:
+        if powers in (None, _PURE):
+            return powers
+        number = self._tape.number_of(exponent.result)
+        if number is None or not number.is_integer() or abs(number) >= 10:
+            return None
+        return Powers(*(int(number) * p for p in powers or ()))
 
     # --- functions ----------------------------------------------------------------------------
 
-    def _call(self, name: str) -> _Piece:
-        taken = [self._sum()]
-        while self._taken(","):
-            taken.append(self._sum())
-        self._close(name, len(taken))
+    def _call(self, node: ast.Call) -> _Piece:
+        assert isinstance(node.func, ast.Name)  # nothing else may stand before '('
+        name = self._token(node.func).text
+        count = _ARGUMENTS[name]
+        if len(node.args) != count:
+            raise ExpressionError(f"{name} takes {count} argument{'s' if count > 1 else ''}")
+        if name == "where":
+            return self._where(*node.args)
+        one, *others = map(self._of, node.args)
         if name == "atan2":
-            self._same(name, *taken)
-            return _Piece(self._tape.add(name, *(piece.result for piece in taken)), _PURE)
+            _alike(name, one, *others)
+            return self._piece(name, _PURE, one, *others)
         if name in ("min", "max"):
-            one, other = taken
-            self._same(name, one, other)
-            switch = self._tape.add("sub", other.result, one.result)
-            self._switches.append(switch)
-            least = self._tape.add("less", switch, self._tape.number(0.0))
-            swapped = (other, one) if name == "min" else (one, other)
-            results = (piece.result for piece in swapped)
-            return _Piece(self._tape.add("where", least, *results), one.powers or other.powers)
-        return self._of_one(name, taken[0])
+            difference = self._piece("sub", _alike(name, one, *others), *others, one)
+            return self._by_sign(difference, *((*others, one) if name == "min" else (one, *others)))
+        return self._of_one(name, one)
 
-    def _of_one(self, name: str, taken: _Piece) -> _Piece:
-        if name == "abs" and self._tape.variables(taken.result) - {TIME}:
-            self._switches.append(taken.result)
-            negative = self._tape.add("less", taken.result, self._tape.number(0.0))
-            either = self._tape.add("neg", taken.result), taken.result
-            return _Piece(self._tape.add("where", negative, *either), taken.powers)
+    def _of_one(self, name: str, one: _Piece) -> _Piece:
+        if name == "abs" and self._tape.variables(one.result) - {TIME}:
+            return self._by_sign(one, self._piece("neg", one.powers, one), one)
         if name in ("abs", "sign"):
-            self._switches.append(taken.result)
+            self._switches.append(one.result)
             if name == "sign":
-                self._on_time(taken.result, "sign")
-            powers = taken.powers if name == "abs" else _PURE
-            return _Piece(self._tape.add(name, taken.result), powers)
+                self._on_time(one.result, "sign")
+            return self._piece(name, one.powers if name == "abs" else _PURE, one)
         if name == "sqrt":
-            powers = taken.powers
-            if powers is not None:
-                even = all(power % 2 == 0 for power in powers)
-                powers = Powers(*(power // 2 for power in powers)) if even else None
-            return _Piece(self._tape.add(name, taken.result), powers)
-        return _Piece(self._tape.add(name, self._pure(taken, name)), _PURE)
+            even = one.powers is not None and all(power % 2 == 0 for power in one.powers)
+            halves = Powers(*(power // 2 for power in one.powers or ())) if even else None
+            return self._piece(name, halves, one)
+        return self._piece(name, _PURE, _pure(one, name))
 
-    def _where(self) -> _Piece:
-        left = self._sum()
-        operator = self._taken("<", "<=", ">", ">=")
-        if not operator:
-            raise ExpressionError(
-                f"expected a condition in where, got {self._here()}", "where(t < 1, one, other)"
-            )
-        right = self._sum()
-        self._same(operator, left, right)
-        switch = self._tape.add("sub", left.result, right.result)
+    def _by_sign(self, switch: _Piece, negative: _Piece, positive: _Piece) -> _Piece:
+        """Choose by the sign of what is zero where both are alike."""
+        self._switches.append(switch.result)
+        below = self._piece("less", _PURE, switch, _Piece(self._tape.number(0.0), _PURE))
+        return self._piece("where", switch.powers, below, negative, positive)
+
+    def _where(self, condition: ast.expr, first: ast.expr, second: ast.expr) -> _Piece:
+        if not isinstance(condition, ast.Compare) or len(condition.ops) > 1:
+            raise ExpressionError("expected a condition in where", _EXAMPLE)
+        sign = _SIGNS[type(condition.ops[0])]
+        ends = [self._of(condition.left), self._of(condition.comparators[0])]
+        switch = self._piece("sub", _alike(sign, *ends), *ends).result
         self._on_time(switch, "where")
         self._switches.append(switch)
-        self._require(",")
-        one = self._sum()
-        self._require(",")
-        other = self._sum()
-        self._close("where", 3)
-        self._same("where", one, other)
-        first, second = one.result, other.result
-        ends = (left.result, right.result)
+        values = [self._of(first), self._of(second)]
+        powers = _alike("where", *values)
         # a <= b is not b < a: at the very instant it counts as true.
-        if operator in (">", "<="):
-            ends = ends[::-1]
-        if operator in ("<=", ">="):
-            first, second = second, first
-        condition = self._tape.add("less", *ends)
-        return _Piece(self._tape.add("where", condition, first, second), one.powers or other.powers)
-
-    def _close(self, name: str, count: int) -> None:
-        if self._token.text == "," or count != _ARGUMENTS[name]:
-            number = _ARGUMENTS[name]
-            raise ExpressionError(f"{name} takes {number} argument{'s' if number > 1 else ''}")
-        self._require(")")
+        if sign in (">", "<="):
+            ends.reverse()
+        if sign in ("<=", ">="):
+            values.reverse()
+        return self._piece("where", powers, self._piece("less", _PURE, *ends), *values)
 
     def _on_time(self, switch: int, name: str) -> None:
         """Refuse a jump with the state."""
@@ -281,34 +248,23 @@ class _Parser:
                 "bend",
             )
 
-    # --- dimensions ---------------------------------------------------------------------------
 
-    def _pure(self, piece: _Piece, what: str) -> int:
-        """Refuse what is not a number or an angle where it must be."""
-        if piece.powers not in (None, _PURE):
-            raise ExpressionError(
-                f"{what} of {in_words(piece.powers or _PURE)}", "divide by a quantity of its kind"
-            )
-        return piece.result
+# --- dimensions -------------------------------------------------------------------------------
 
-    def _same(self, what: str, one: _Piece, other: _Piece) -> None:
-        known = [p for p in (one.powers, other.powers) if p not in (None, _PURE)]
-        if len(set(known)) > 1:
-            first, second = (in_words(p or _PURE) for p in known)
-            raise ExpressionError(f"{first} and {second} can't go together in '{what}'")
 
-    def _added(self, name: str, one: _Piece, other: _Piece) -> _Piece:
-        self.operations += 1
-        self._same("+" if name == "add" else "-", one, other)
-        known = [p for p in (one.powers, other.powers) if p not in (None, _PURE)]
-        pure = _PURE if one.powers == other.powers == _PURE else None
-        return _Piece(self._tape.add(name, one.result, other.result), known[0] if known else pure)
+def _pure(piece: _Piece, what: str) -> _Piece:
+    """Refuse what is not a number or an angle where it must be."""
+    if piece.powers not in (None, _PURE):
+        raise ExpressionError(
+            f"{what} of {in_words(piece.powers or _PURE)}", "divide by a quantity of its kind"
+        )
+    return piece
 
-    def _multiplied(self, name: str, one: _Piece, other: _Piece) -> _Piece:
-        self.operations += 1
-        powers = None
-        if one.powers is not None and other.powers is not None:
-            way = 1 if name == "mul" else -1
-            pairs = zip(one.powers, other.powers, strict=True)
-            powers = Powers(*(a + way * b for a, b in pairs))
-        return _Piece(self._tape.add(name, one.result, other.result), powers)
+
+def _alike(what: str, *pieces: _Piece) -> Powers | None:
+    """Return the dimension of pieces; refuse those of two."""
+    known = list(dict.fromkeys(one.powers for one in pieces if one.powers not in (None, _PURE)))
+    if len(known) > 1:
+        first, second = (in_words(powers or _PURE) for powers in known)
+        raise ExpressionError(f"{first} and {second} can't go together in '{what}'")
+    return known[0] if known else _PURE if all(one.powers for one in pieces) else None

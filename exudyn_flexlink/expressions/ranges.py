@@ -8,7 +8,7 @@ never narrower but for rounding. Bounds are pairs of arrays of one shape, or of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -77,23 +77,6 @@ def _rising(name: str) -> Callable[[Bounds], Bounds]:
     return lambda a: Bounds(FUNCTIONS[name](a.low), FUNCTIONS[name](a.high))
 
 
-def _number(a: Bounds) -> float | None:
-    """The number that these bounds are of; None if they are of several."""
-    return float(a.low) if isinstance(a.low, float) and a.low == a.high else None
-
-
-def _times(a: Bounds, factor: float) -> Bounds:
-    low, high = a.low * factor, a.high * factor
-    return Bounds(low, high) if factor >= 0 else Bounds(high, low)
-
-
-def _mul(a: Bounds, b: Bounds) -> Bounds:
-    for one, other in ((a, b), (b, a)):
-        if (factor := _number(one)) is not None:
-            return _times(other, factor)
-    return _of_corners(np.multiply, a, b)
-
-
 def _div(a: Bounds, b: Bounds) -> Bounds:
     apart = (b.low > 0) | (b.high < 0)
     return _where(apart, _of_corners(np.divide, a, b), _WHOLE)
@@ -107,8 +90,6 @@ def _even(a: Bounds, exponent: FloatArray | float) -> Bounds:
 
 
 def _pow(a: Bounds, b: Bounds) -> Bounds:
-    if (exponent := _number(b)) is not None and exponent > 0 and exponent % 2 == 0:
-        return _even(a, exponent)
     whole = (b.low == b.high) & (np.round(b.low) == b.low)
     even = whole & (np.mod(b.low, 2) == 0)
     through = (a.low <= 0) & (a.high >= 0)
@@ -161,7 +142,7 @@ _BY_NAME: dict[str, Callable[..., Bounds]] = {
     "neg": lambda a: Bounds(-a.high, -a.low),
     "add": lambda a, b: Bounds(a.low + b.low, a.high + b.high),
     "sub": lambda a, b: Bounds(a.low - b.high, a.high - b.low),
-    "mul": _mul,
+    "mul": partial(_of_corners, np.multiply),
     "div": _div,
     "pow": _pow,
     "sin": lambda a: _wave(a, np.pi / 2, "sin"),

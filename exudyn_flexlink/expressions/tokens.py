@@ -50,20 +50,29 @@ class Token(NamedTuple):
     powers: Powers | None = None
     sensed: Sensed | None = None
 
+    @property
+    def shown(self) -> str:
+        """The piece as messages name it."""
+        return "the end" if self.kind == "end" else f"'{self.text}'"
+
 
 # Words that units are made of: tonnes are none, since `2 t` is a slip for `2*t`.
 _WORDS = {*SYMBOLS, "Nm", "Nmm", "mNm", "kNm"} - {"t"}
 _WORDS |= {prefix + name for name, one in SYMBOLS.items() if one.prefixed for prefix in PREFIXES}
 _SPELT = "|".join([*SPELLINGS, *sorted(_WORDS, key=len, reverse=True)])
 _WORD = rf"(?:{_SPELT})(?:[{RAISED}]+(?![\w(])|(?![\w(])(?:\s*\^\s*[0-9])?)"
-_NUMBER = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
-_AFTER_NUMBER = re.compile(
+_NUMBER = r"(?P<value>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+_UNIT = (
     rf"\s*(?P<unit>(?:1(?=/{_WORD})|{_WORD})(?:[ {DOTS}]+{_WORD})*(?:\s*/\s*{_WORD})*)"
     r"(?!\s*[*]{2})"
 )
-_SENSED = re.compile(r"(angle|speed|place)\s*\(([^()]*)\)")
-_NAME = re.compile(r"[^\W\d]\w*")
-_OPERATOR = re.compile(rf"\*\*|<=|>=|[-+*/(),<>{MINUS}]")
+_PIECE = re.compile(
+    rf"(?P<number>{_NUMBER}(?:{_UNIT})?)"
+    r"|(?P<sensed>(?P<kind>angle|speed|place)\s*\((?P<of>[^()]*)\))"
+    r"|(?P<name>[^\W\d]\w*)"
+    rf"|(?P<operator>\*\*|<=|>=|[-+*/(),<>{MINUS}])"
+    r"|(?P<other>\S)"
+)
 _SLIPS = {
     "^": "powers are written '**'",
     "=": "conditions compare by < or >, and the value is written alone",
@@ -84,53 +93,40 @@ def tokens_of(text: str) -> Iterator[Token]:
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression of {len(text)} letters; at most {LONGEST}")
     text = text.replace("µ", "u").replace("μ", "u").replace("°", "deg")
-    at = 0
-    while at < len(text):
-        if text[at].isspace():
-            at += 1
-            continue
-        token, at = _token_at(text, at)
-        yield token
+    for found in _PIECE.finditer(text):
+        if found["number"]:
+            yield _quantity(found)
+        elif found["sensed"]:
+            yield Token("sensed", found[0], sensed=_sensed(found))
+        elif found["other"]:
+            hint = _SLIPS.get(found[0], "")
+            raise ExpressionError(f"'{found[0]}' can't stand in an expression", hint)
+        else:
+            kind = "name" if found["name"] else "operator"
+            yield Token(kind, found[0].replace(MINUS, "-"))
     yield Token("end", "the end")
 
 
-def _token_at(text: str, at: int) -> tuple[Token, int]:
-    """Return the piece that starts at a place, and where it ends."""
-    if found := _NUMBER.match(text, at):
-        return _quantity(text, found)
-    if found := _SENSED.match(text, at):
-        return Token("sensed", found[0], sensed=_sensed(found)), found.end()
-    for kind, pattern in (("name", _NAME), ("operator", _OPERATOR)):
-        if found := pattern.match(text, at):
-            return Token(kind, found[0].replace(MINUS, "-")), found.end()
-    hint = _SLIPS.get(text[at], "")
-    raise ExpressionError(f"'{text[at]}' can't stand in an expression", hint)
-
-
-def _quantity(text: str, number: re.Match[str]) -> tuple[Token, int]:
+def _quantity(found: re.Match[str]) -> Token:
     """Read a number with the unit that may follow it."""
-    value, end = float(number[0]), number.end()
-    if (found := _AFTER_NUMBER.match(text, end)) is None:
-        return Token("number", number[0], value), end
+    if found["unit"] is None:
+        return Token("number", found[0], float(found["value"]))
     try:
         unit = find_unit(found["unit"], Dimension.NUMBER)
     except UnknownUnitError as error:
         raise ExpressionError(str(error)) from None
-    whole = text[number.start() : found.end()]
-    return Token("number", whole, value * unit.factor, unit.powers), found.end()
+    return Token("number", found[0], float(found["value"]) * unit.factor, unit.powers)
 
 
 def _sensed(found: re.Match[str]) -> Sensed:
     """Read what stands in the brackets of angle, speed and place."""
-    kind, names = found[1], [name.strip() for name in found[2].split(",")]
-    if kind != "place" and len(names) == 1 and names[0]:
+    kind, names = found["kind"], [name.strip() for name in found["of"].split(",")]
+    if len(names) == 1 and names[0] and not (kind == "place" and "." in names[0]):
         return Sensed(kind, names[0])
-    if kind == "place" and len(names) == 1 and names[0] and "." not in names[0]:
-        return Sensed(kind, names[0])
-    if kind == "place" and len(names) == 2 and names[1] in ("x", "y") and "." in names[0]:
-        return Sensed(kind, *names)
     if kind != "place":
         raise ExpressionError(f"'{found[0]}': expected the name of a joint", f"e.g. {kind}(crank)")
+    if len(names) == 2 and names[1] in ("x", "y") and "." in names[0]:
+        return Sensed(kind, *names)
     raise ExpressionError(
         f"'{found[0]}': expected a point and its coordinate, or a joint that slides",
         "e.g. place(rod.end, x) or place(way)",

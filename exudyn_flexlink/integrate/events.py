@@ -31,13 +31,11 @@ Function = Callable[[float], float]
 class Event:
     """What happens first within a step, and when (s); `what` is the problem's own.
 
-    Where a force `leaps` the equations stay as they are: the integration only starts afresh. Where
-    they change and forces only bend, the last step still tells where the next one goes (`bends`).
+    Where forces only bend, the last step still tells where the next one goes (`bends`).
     """
 
     time: float
     what: Any
-    leaps: bool = False
     bends: bool = False
 
 
@@ -91,12 +89,3 @@ def _after_rising(value: Function, t: float, after: float) -> float:
     between = (t + (after - t) * 0.5**k for k in range(1, HALVINGS))
     risen = next((place for place in between if value(place) > 0), None)
     return t if risen is None else zero(value, risen, after)
-
-
-def farthest(before: float, after: float, h: float) -> float:
-    """How far a value strays from its two ends within a time h (s), from its rates there.
-
-    The cubic through both ends does so by less than a sixth of the way of the larger rate; the
-    margin is threefold.
-    """
-    return 0.5 * h * max(abs(before), abs(after))

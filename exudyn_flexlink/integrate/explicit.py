@@ -90,7 +90,7 @@ class ExplicitStepper:
         """Take up the state at time 0."""
         self.problem.begin()
 
-    def restart(self, longest: float, event: Event | None = None) -> None:  # noqa: ARG002
+    def restart(self, event: Event | None = None) -> None:  # noqa: ARG002
         """Go on from the present state: the method finds its first step by itself."""
         self._solver = None
 

@@ -33,11 +33,10 @@ class Stepper(Protocol):
 
         """
 
-    def restart(self, longest: float, event: Event | None = None) -> None:
-        """Go on from the present state, by a step of at most `longest` (s).
+    def restart(self, event: Event | None = None) -> None:
+        """Go on from the present state, after an event if any.
 
-        After an event at which a force leaps the equations are the same, but the last step tells
-        nothing; where forces only bend the equations have changed, and it still does.
+        The equations have changed; where forces only bend the last step still tells of the next.
         """
 
 
@@ -48,8 +47,8 @@ class Events(Protocol):
     def over(self) -> bool:
         """Whether the run ends here."""
 
-    def cross(self, event: Event) -> float:
-        """Change the equations; return how long (s) the next step may be."""
+    def cross(self, event: Event) -> None:
+        """Change the equations."""
 
 
 @dataclass
@@ -92,7 +91,7 @@ class Solution:
         for stop in self.stops:
             if before > 0.0 and self.go_on is not None and not self._over():
                 self.go_on(before, stop if stop < self.end else inf)
-                self.stepper.restart(inf)
+                self.stepper.restart()
             before = stop
             while stop - self.time > instant(stop, EVENT_TIME) and not self._over():
                 began = self.time
@@ -106,9 +105,9 @@ class Solution:
         return self.events.over or (self.should_stop is not None and self.should_stop())
 
     def _cross(self, event: Event) -> None:
-        longest = inf if event.leaps else self.events.cross(event)
+        self.events.cross(event)
         if not self.events.over:
-            self.stepper.restart(longest, event)
+            self.stepper.restart(event)
 
     def _count(self, began: float, event: Event | None) -> None:
         """Count events in a row without a step between them."""

@@ -121,7 +121,7 @@ class ImplicitStepper:
 
     def begin(self) -> None:
         """Take up the state at time 0."""
-        self.restart(inf)
+        self.restart()
         # An error a of the acceleration moves what swings by a tau^2, what moves freely by a end^2.
         radau = self.radau
         lasts = self._end if radau.position_per_speed_error.any() else radau.error_times.free
@@ -133,22 +133,18 @@ class ImplicitStepper:
         """Newton's iterations so far."""
         return self.radau.iterations
 
-    def restart(self, longest: float, event: Event | None = None) -> None:
-        """Go on from the present state, after an event if any, by at most `longest` (s)."""
+    def restart(self, event: Event | None = None) -> None:
+        """Go on from the present state, after an event if any."""
         self.control.forget()
         bends = event is not None and event.bends
         if not bends:
             self.radau.restart()
-        if event is not None and event.leaps:
-            return
         if bends:
             self.at = self.model.evaluate(self.time, self._state.q, self._state.v)
             self._state = self._state._replace(a=self.at.accelerations)
         else:
             self.at, self._state = self.problem.restart(self.time)
         self.radau.position_per_speed_error = self.problem.position_per_speed_error(self.at)
-        if self.control.fixed is None:
-            self.h = min(self.h, self.control.limits * longest)
 
     def advance(self, stop: float) -> Event | None:
         """Make one step, no further than to `stop` (s); return the event at its end, if any.
@@ -190,7 +186,7 @@ class ImplicitStepper:
     def _attempt(self, stop: float) -> Step:
         """Make a step to `stop` (s) at most, as short as its error asks; choose the next."""
         if self.problem.repartition_due():
-            self.restart(inf)
+            self.restart()
         longest = self.control.limits * self.problem.longest(self.at)
         h, first, factors = min(self.h, longest), True, [*RETRY_FACTORS]
         while True:
@@ -297,9 +293,5 @@ class ImplicitStepper:
         return step._replace(finish=finish, stages=stages, accelerations=accelerations)
 
     def _arrives(self, event: Event, step: Step) -> bool:
-        """Tell that a step ends at its event, and that nothing keeps it from being good.
-
-        Where a force leaps its error counts anew.
-        """
-        good = self.control.passes(step.error) if event.leaps else self.problem.arrives(event, step)
-        return good and self.knots.part(step) >= 1
+        """Tell that a step ends at its event, and that nothing keeps it from being good."""
+        return self.problem.arrives(event, step) and self.knots.part(step) >= 1

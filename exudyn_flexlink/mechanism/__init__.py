@@ -89,6 +89,7 @@ from exudyn_flexlink.mechanism.resolution import (
     coarse_tolerance,
     extent,
     half_period,
+    half_periods,
     least_tolerance,
     resolutions,
 )

@@ -264,10 +264,11 @@ def _close(
 
     With `straight` the parts of a body move as one.
     """
-    q = _straightened(mechanism, q) if straight else q
+    q = _straightened(mechanism, q) if straight else q.copy()
     slots = [(slot, held.laps.get(slot.name, 1)) for slot in mechanism.slots]
     places = np.array([_place_in(slot, lap, q) for slot, lap in slots])
-    joints = held.of(mechanism, q, places)
+    turns = list(held.turns)
+    joints, angles = held.of(mechanism, q, places), q[turns, 2]
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
@@ -280,7 +281,8 @@ def _close(
         joints = held.of(mechanism, q, places)
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
-    _refuse_open(joints)
+    q[turns, 2] = angles  # what a joint has turned though it is held, it leaves open
+    _refuse_open(held.of(mechanism, q, places))
     _refuse_moved(mechanism, held, q)
     kept = [_kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
     return q, np.array(kept)
@@ -304,12 +306,11 @@ def _straightened(mechanism: Mechanism, q: FloatArray) -> FloatArray:
 def _refuse_open(joints: Constraints) -> None:
     if np.abs(joints.residual[: joints.first_rows[-1]]).max(initial=0.0) <= CLOSED:
         return
-    rows = list(joints)
-    worst = max(rows, key=lambda row: float(np.abs(row.residual).max()))
+    gaps, turns = joints.open_by
+    worst = int(np.argmax(np.maximum(gaps, turns)))
     held = joints.residual[joints.first_rows[-1] :]  # these gave way, too
-    gap = sum(float(np.linalg.norm(row.lengths)) for row in rows) + float(np.abs(held).sum())
-    turn = sum(float(np.abs(row.angles).sum()) for row in rows)
-    raise CannotAssembleError(worst.name, worst.kind, gap, turn)
+    gap, turn = float(gaps.sum() + np.abs(held).sum()), float(turns.sum())
+    raise CannotAssembleError(joints.names[worst], joints.kinds[worst], gap, turn)
 
 
 def _refuse_moved(mechanism: Mechanism, held: _Held, q: FloatArray) -> None:

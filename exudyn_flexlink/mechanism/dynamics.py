@@ -145,9 +145,12 @@ def contact_mass(
     kept, and whatever the direction. It bounds the duration of an impact from below, so the step.
     """
     first, second = contact.anchors
-    rows = [anchor_jacobian(anchor, q) for anchor in (*first, *second)]
-    found = _moving(mechanism, q, places).mobilities(rows)
-    return 1.0 / max(max(found[: len(first)]) + max(found[len(first) :]), 1e-300)
+    rows = np.array([anchor_jacobian(anchor, q) for anchor in (*first, *second)])
+    moved = _moving(mechanism, q, places).nearest(rows.reshape(-1, q.size).T)
+    by_anchor = np.einsum("aik,kaj->aij", rows, moved.reshape(q.size, len(rows), 2))
+    mobilities = np.linalg.eigvalsh(by_anchor).max(axis=1)  # m/s^2 per N
+    largest = float(mobilities[: len(first)].max() + mobilities[len(first) :].max())
+    return 1.0 / max(largest, 1e-300)
 
 
 # --- springs ------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Whether drives have values and do not jump, and what is told of valid points and tables."""
+"""Whether drives have values and do not jump, and what is told of valid points and starts."""
 
 from __future__ import annotations
 
@@ -16,18 +16,15 @@ from exudyn_flexlink.mechanism.closing import CLOSED
 from exudyn_flexlink.mechanism.kinematics import motor_place, motor_speed
 from exudyn_flexlink.mechanism.model import Mechanism, Motor
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Ramp, SpeedOf, Tabled
-from exudyn_flexlink.mechanism.schedule import end_of_run
-from exudyn_flexlink.scene import Scene, SplineSpec, Table
+from exudyn_flexlink.scene import Scene, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
 LOOKS = 200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
 BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
 JUMP = 1e-6  # of the largest value: a difference that is no rounding
-MANY_ROWS = 10_000  # of a table: fewer cost no run much time
 LEAP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
 STILL = 1e-2  # rad/s, m/s or m: what is less may be nothing but for a run's errors
 MOVED = 0.1  # of the tolerance: so far a place may give way to joints without a word
-SAME = 1e-6  # of a table's largest value: what a row adds to the line between its neighbours
 
 
 def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
@@ -126,7 +123,7 @@ def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
 
 
 def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
-    """Say which splines are closed by their last point, which places moved, which rows are idle."""
+    """Say which splines are closed by their last point, which places moved, which drives jump."""
     mechanism = assembly.mechanism
     for name, curve in scene.curves.items():
         for gap in _repeats(curve):
@@ -141,15 +138,6 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
                 f"initial.positions.{body}: moved by {away:.2g} m, to [{found[0]:.12g}, "
                 f"{found[1]:.12g}], which its joints allow"
             )
-    begin, end = scene.initial.clock, end_of_run(scene, mechanism)
-    for name, drive in scene.drives.items():
-        for value in drive.value if isinstance(drive.value, tuple) else (drive.value,):
-            rows = len(value.points or ()) if isinstance(value, Table) else 0
-            if rows >= MANY_ROWS and (idle := _idle_rows(value, begin, begin + end)) > rows / 2:
-                yield (
-                    f"drives.{name}: {idle:,} of {rows:,} rows are outside of the run, or on the "
-                    "line between their neighbours: fewer rows would give the same in less time"
-                )
 
 
 def _set_otherwise(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
@@ -179,14 +167,3 @@ def _repeats(curve: Any) -> Iterator[float]:
             yield float(np.linalg.norm(points[-1] - points[0]))
     for inner in (*getattr(curve, "pieces", ()), *getattr(curve, "curves", ())):
         yield from _repeats(inner)
-
-
-def _idle_rows(table: Any, begin: float, end: float) -> int:
-    times, values = np.array(table.points, dtype=float).T
-    between = values[:-2].copy()
-    if table.rule != "step":
-        rates = (values[2:] - values[:-2]) / (times[2:] - times[:-2])
-        between += rates * (times[1:-1] - times[:-2])
-    needed = np.ones(len(times), dtype=bool)
-    needed[1:-1] = np.abs(values[1:-1] - between) > SAME * np.abs(values).max()
-    return len(times) - int(np.count_nonzero(needed & (times >= begin) & (times <= end)))

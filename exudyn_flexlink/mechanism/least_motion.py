@@ -10,28 +10,28 @@ and drives are solved together, by least squares.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.mechanism.constraints import LENGTHS, Constraints
+from exudyn_flexlink.mechanism.constraints import Constraints
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree, within_body
 
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
-_TIED = ("weld", "slide")  # joints whose last row ties the angles of their parts
+FIRST = 1e3  # times as much as joints counts a given angle, where both contradict
+TURN = np.array([0.0, 0.0, 1.0])
 
 
 class LeastMotion:
     """Motions x (parts, 3) that satisfy ``J x = right`` and minimise ``(x - f) W (x - f) / 2``.
 
-    Rows whose right is NaN are left out. A row that fixes the angle of a part is kept to whatever
-    joints ask, in the tree. With `rigid` the parts of a body stay in line.
+    Rows whose right is NaN are left out. Where rows contradict each other, a row that fixes the
+    angle of a part comes first. With `rigid` the parts of a body stay in line.
     `roots` (parts, 3, 3) are those of W, part by part: ``W = roots roots^T``. A body that moves as
     one may have a metric for one of its parts and zeros for the others.
     """
@@ -49,13 +49,13 @@ class LeastMotion:
         hung = _hang(mechanism, constraints, tree, right, rigid)
         self._offset = hung.offset
         self._eliminate(roots @ roots.transpose(0, 2, 1), hung)
-        self._rest = _left_over(constraints, tree, right)
-        self._slopes = constraints.jacobian(self._rest)
-        self._right = right[self._rest]
+        self._rest, weights = _left_over(mechanism, constraints, tree, right, rigid)
+        self._slopes = weights[:, None] * constraints.jacobian(self._rest)
+        self._right = weights * right[self._rest]
         self._allowed = self._swept(self._as_columns(self._slopes))
         weighted = np.einsum("pji,pjk->kpi", roots, self._allowed)
         self._weighted = weighted.reshape(self._slopes.shape)
-        self._lengths = _lengths(mechanism, self._slopes, roots)
+        self._lengths = _lengths(mechanism, self._slopes / weights[:, None], roots)
 
     # --- the tree ---------------------------------------------------------------------------
 
@@ -100,7 +100,7 @@ class LeastMotion:
                     forces[parent] -= back[part, :, None]
         moved: FloatArray = self._yield @ forces
         if offset is not None:
-            moved += self._settle @ offset[:, :, None]
+            moved = moved + self._settle @ offset[:, :, None]
         for part in self._tree.order:
             parent = self._tree.parents[part]
             if parent != GROUND:
@@ -116,34 +116,17 @@ class LeastMotion:
     def nearest(self, forces: FloatArray | None = None) -> FloatArray:
         """Motion (parts, 3) of least cost, with `forces` ``W f`` (3 parts,) towards the wanted one.
 
-        Where the rest of the joints contradict each other, it satisfies them in least squares.
+        Of forces (3 parts, columns) it is (parts, 3, columns). Where the rest of the joints
+        contradict each other, they satisfy these in least squares.
         """
-        shape = (self._constraints.count, 3)
-        pushed = np.zeros(shape) if forces is None else forces.reshape(shape)
-        moved = self._swept(pushed[:, :, None], self._offset)[:, :, 0]
-        if not len(self._rest):
-            return moved
-        lefts, sizes = self._singular
-        missing = self._right - self._slopes @ moved.ravel()
-        found: FloatArray = moved + self._allowed @ (lefts @ (lefts.T @ missing / sizes**2))
-        return found
-
-    def mobilities(self, points: Sequence[FloatArray]) -> list[float]:
-        """Largest acceleration per unit force of each point, joints kept; W is the mass: 1/kg.
-
-        A point is given by its rows (directions, 3 parts).
-        """
-        rows = np.concatenate(points)
-        moved = self._swept(self._as_columns(rows)).reshape(self._slopes.shape[1], len(rows))
-        lefts, sizes = self._singular
-        held = rows @ self._allowed.reshape(self._slopes.T.shape) @ (lefts / sizes)
-        found, first = [], 0
-        for point in points:
-            mine = slice(first, first + len(point))
-            mobility = point @ moved[:, mine] - held[mine] @ held[mine].T
-            found.append(float(np.linalg.eigvalsh(mobility).max()))
-            first += len(point)
-        return found
+        count = self._constraints.count
+        forces = np.zeros((count, 3)) if forces is None else forces
+        moved = self._swept(forces.reshape(count, 3, -1), self._offset)
+        if len(self._rest):
+            lefts, sizes = self._singular
+            missing = self._right[:, None] - self._slopes @ moved.reshape(3 * count, -1)
+            moved = moved + self._allowed @ (lefts @ (lefts.T @ missing / sizes[:, None] ** 2))
+        return moved[:, :, 0] if forces.size == 3 * count else moved
 
     def surplus(self) -> dict[int, int]:
         """Number of rows that earlier ones imply, by the joints that have some; few rests only."""
@@ -191,30 +174,25 @@ def _rank(rows: FloatArray) -> int:
     return int(np.linalg.matrix_rank(rows, tol=INDEPENDENT)) if len(rows) else 0
 
 
-def _left_over(constraints: Constraints, tree: Spanning, right: FloatArray) -> IndexArray:
-    """Rows of which something is demanded and that are not of the tree."""
-    of_tree = np.zeros(len(constraints), dtype=bool)
+def _left_over(
+    mechanism: Mechanism, constraints: Constraints, tree: Spanning, right: FloatArray, rigid: bool
+) -> tuple[IndexArray, FloatArray]:
+    """Rows of which something is demanded and that are not of the tree, and how much each counts.
+
+    With `rigid` an angle that is given of more than one part of a body counts once.
+    """
+    implied = np.isnan(right)
     for joint in tree.joints:
         if joint != NOTHING:
-            of_tree[constraints.first_rows[joint] : constraints.first_rows[joint + 1]] = True
-    of_tree[_fixing(constraints, 2)] = True
-    of_tree[_fixing_places(constraints, tree)] = True
-    return np.flatnonzero(~of_tree & ~np.isnan(right))
-
-
-def _fixing(constraints: Constraints, axis: int) -> IndexArray:
-    """Rows of no joint that fix a coordinate of a part, as `Constraints.with_fixed` makes them."""
-    alone = np.all(constraints.slopes[:, 1] == np.eye(3)[axis], axis=1)
-    fixed = (constraints.parts[:, 0] == GROUND) & alone
-    fixed[: constraints.first_rows[-1]] = False
-    return np.flatnonzero(fixed)
-
-
-def _fixing_places(constraints: Constraints, tree: Spanning) -> IndexArray:
-    """Rows that fix x or y of a part that hangs on nothing: in the tree these are its joint."""
-    rows = np.concatenate([_fixing(constraints, axis) for axis in (0, 1)])
-    free = np.array(tree.joints)[constraints.parts[rows, 1]] == NOTHING
-    return np.asarray(rows[free])
+            implied[constraints.first_rows[joint] : constraints.first_rows[joint + 1]] = True
+    alone = (constraints.parts[:, 0] == GROUND) & np.all(constraints.slopes[:, 1] == TURN, axis=1)
+    alone[: constraints.first_rows[-1]] = False  # those are of joints
+    told = {int(constraints.parts[row, 1]): row for row in np.flatnonzero(alone & ~implied)}
+    for part, row in told.items():
+        parent = tree.parents[part]
+        implied[row] = rigid and parent in told and within_body(mechanism, part, parent)
+    rest = np.flatnonzero(~implied)
+    return rest, np.where(alone[rest], FIRST, 1.0)
 
 
 @dataclass(frozen=True)
@@ -237,34 +215,24 @@ def _hang(
     demanded: FloatArray,
     rigid: bool,
 ) -> _Hung:
-    """Solve each joint of the tree for its part: lengths first, the angle in the third row."""
+    """Solve each joint of the tree for its part."""
     count = constraints.count
     own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
-    ties = _ties(mechanism, constraints, tree, demanded, rigid)
-    told = [row for row in _fixing(constraints, 2) if not np.isnan(demanded[row])]
-    turns = _turns(tree, ties, {int(constraints.parts[row, 1]): demanded[row] for row in told})
-    for row in _fixing_places(constraints, tree):
-        part, slopes = constraints.parts[row, 1], constraints.slopes[row, 1]
-        if not np.isnan(demanded[row]):
-            own[part, slopes == 1.0], right[part, slopes == 1.0] = slopes, demanded[row]
     for part, joint in enumerate(tree.joints):
-        if joint != NOTHING:
-            first = int(constraints.first_rows[joint])
-            rows = slice(first, first + LENGTHS[constraints.kinds[joint]])
-            side = int(constraints.parts[first, 1] == part)
-            lengths = slice(0, rows.stop - rows.start)
-            own[part, lengths] = constraints.slopes[rows, side]
-            parents[part, lengths] = constraints.slopes[rows, 1 - side]
-            right[part, lengths] = demanded[rows]
-            if rigid and _stretches(mechanism, constraints, tree, part):
-                # As a row across, but along the rod: its two halves keep together.
+        if joint == NOTHING:
+            continue
+        first, last = constraints.first_rows[joint : joint + 2].tolist()
+        side = int(constraints.parts[first, 1] == part)
+        own[part, : last - first] = constraints.slopes[first:last, side]
+        parents[part, : last - first] = constraints.slopes[first:last, 1 - side]
+        right[part, : last - first] = demanded[first:last]
+        if rigid and within_body(mechanism, part, tree.parents[part]):
+            # In the third row what the joint leaves open: to turn, or to stretch along the rod.
+            own[part, 2], parents[part, 2] = TURN, -TURN
+            if constraints.kinds[joint] == "slide":
                 for whole, slopes in ((own, side), (parents, 1 - side)):
                     x, y, _ = constraints.slopes[first, slopes]
-                    whole[part, 1] = y, -x, 0.0
-        if part in turns:
-            own[part, 2, 2], right[part, 2] = 1.0, turns[part]
-        elif part in ties:
-            own[part, 2, 2], parents[part, 2, 2], right[part, 2] = 1.0, -1.0, ties[part]
+                    whole[part, 2] = y, -x, 0.0
     left, sizes, directions = np.linalg.svd(own)
     held = np.any(own != 0, axis=2).sum(axis=1)[:, None] > np.arange(3)  # by singular value
     inverse = np.where(held, 1.0 / np.where(held, sizes, 1.0), 0.0)
@@ -272,49 +240,6 @@ def _hang(
     free = np.where(held[:, None, :], 0.0, directions.transpose(0, 2, 1))
     filling = held[:, :, None] * np.eye(3)
     return _Hung(-solved @ parents, (solved @ right[:, :, None])[:, :, 0], free, filling)
-
-
-def _stretches(mechanism: Mechanism, constraints: Constraints, tree: Spanning, part: int) -> bool:
-    """Tell whether a part hangs on the other half of a rod that can stretch."""
-    inner = within_body(mechanism, part, tree.parents[part])
-    return inner and constraints.kinds[tree.joints[part]] == "slide"
-
-
-def _ties(
-    mechanism: Mechanism,
-    constraints: Constraints,
-    tree: Spanning,
-    demanded: FloatArray,
-    rigid: bool,
-) -> dict[int, float]:
-    """How much more than its parent a part turns, where the joint between them says so."""
-    ties: dict[int, float] = {}
-    for part, joint in enumerate(tree.joints):
-        if joint == NOTHING:
-            continue
-        if constraints.kinds[joint] in _TIED:
-            row = int(constraints.first_rows[joint + 1]) - 1
-            second = constraints.parts[row, 1] == part
-            ties[part] = float(demanded[row]) * (1.0 if second else -1.0)
-        elif rigid and within_body(mechanism, part, tree.parents[part]):
-            ties[part] = 0.0
-    return ties
-
-
-def _turns(
-    tree: Spanning, ties: Mapping[int, float], told: Mapping[int, float]
-) -> dict[int, float]:
-    """Turns of all parts that those told leave no choice, along the ties to either side."""
-    turns = dict(told)
-    for part in reversed(tree.order):
-        parent = tree.parents[part]
-        if part in turns and part in ties and parent != GROUND:
-            turns.setdefault(parent, turns[part] - ties[part])
-    for part in tree.order:
-        parent = tree.parents[part]
-        if part in ties and (parent in turns or parent == GROUND):
-            turns.setdefault(part, ties[part] + (0.0 if parent == GROUND else turns[parent]))
-    return turns
 
 
 def scale_roots(mechanism: Mechanism) -> FloatArray:

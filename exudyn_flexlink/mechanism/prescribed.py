@@ -35,10 +35,6 @@ class Applied(Protocol):
         """As `at`, at instants (n,) and with values (n,) of each of what is sensed."""
         raise NotImplementedError
 
-    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
-        """Derivatives by the values sensed; here nothing is."""
-        return []
-
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which the value, or a derivative of it, jumps; in order."""
         raise NotImplementedError
@@ -142,10 +138,6 @@ class Formula(Prescribed):
         if order < 0:
             return self._integral(time + self.clock) - self._before
         return self.expression.derivatives(time + self.clock, order)
-
-    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
-        """Derivatives by the values sensed."""
-        return self.expression.slopes(time + self.clock, sensed)
 
     @cached_property
     def _integral(self) -> Antiderivative:

@@ -11,7 +11,7 @@ import numpy as np
 
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.assembly import Assembly
-from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
+from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact, pairs
 from exudyn_flexlink.mechanism.dynamics import contact_mass
 from exudyn_flexlink.scene import Scene
 
@@ -66,6 +66,15 @@ def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
     state = assembly.state
     mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
     return contact.law.half_period(mass)
+
+
+def half_periods(assembly: Assembly) -> list[float]:
+    """Return those of all contacts and bearings, then of all pairs of links and guides."""
+    mechanism = assembly.mechanism
+    found = [half_period(assembly, contact) for contact in mechanism.touching]
+    for channel in mechanism.channels:
+        found += [half_period(assembly, channel)] * len(pairs(channel))
+    return found
 
 
 def extent(assembly: Assembly) -> float:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+import re
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import yaml
+from matplotlib.figure import Figure
 
 from exudyn_flexlink.animation import film_of, player
 from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import joints_with_play
-from exudyn_flexlink.page.figures import Picture, pictures_of
+from exudyn_flexlink.plots import PRINT, SCREEN, figure_bytes, figures
 from exudyn_flexlink.report import (
     Table,
     cost_table,
@@ -32,7 +36,7 @@ from exudyn_flexlink.report import (
     strike_table,
     touch_table,
 )
-from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import LARGEST_FILE
 
@@ -43,6 +47,27 @@ MODEL = "model.yaml"
 """Name under which the page offers the model file."""
 
 WIDTH = 100  # columns of the model file
+WIDE = replace(SCREEN, titled=False)  # the page says what stands in a title
+NARROW = PRINT  # a column of print, 86 mm, is about as wide as a phone
+PIXELS = 96  # of a page in an inch
+MOST_SVG = 250_000  # bytes: beyond, lines are so many that pixels take less room
+COORDINATES = re.compile(rb' (?:d|x|y)="[^"]*"')
+DECIMALS = re.compile(rb"(\.\d\d)\d+")  # more than a hundredth of a point nobody sees
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure with its caption and what it shows in words.
+
+    `wide` and `narrow` are data URIs; `size` is that of the wide one, in pixels of a page.
+    """
+
+    name: str
+    caption: str
+    alt: str
+    wide: str
+    narrow: str
+    size: tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -100,14 +125,14 @@ def contents_of(result: Result) -> dict[str, Any]:
         "sections": [section for section in sections if section],
         "model": model_text(result.scene),
         "command": command_of(result),
-        "settings": Table("Settings of the engine, in SI units", _rows(result.settings)),
+        "settings": Table("Settings of the engine, in SI units", _settings(result.settings)),
         "versions": Table("Versions", _rows(result.versions)),
     }
 
 
 def _facts(result: Result) -> Table:
     """What a reader asks first: who solved it, how accurately, how long it is and how far off."""
-    way = result.settings.get("formulation")
+    way = result.settings.formulation
     engine = result.engine if way is None else f"{result.engine}, formulation '{way}'"
     rows = [["engine", engine], ["accuracy asked for", _asked(result)], *cost_table(result).rows]
     rows.append(["positions", positions_text(result.error)])
@@ -148,6 +173,13 @@ def _filled(tables: Iterable[Table]) -> list[Table]:
     return [told for told in tables if told.rows]
 
 
+def _settings(settings: EngineSettings) -> list[list[str]]:
+    """Those that have a use, first those of the integrator."""
+    told = vars(settings.integrator) | vars(settings)
+    del told["integrator"]
+    return _rows({name: value for name, value in told.items() if value is not None})
+
+
 def _rows(told: Mapping[str, float | str]) -> list[list[str]]:
     return [
         [name, value if isinstance(value, str) else number(value)] for name, value in told.items()
@@ -176,3 +208,49 @@ def command_of(result: Result) -> str:
     if result.error == NOT_ASKED:
         words.append("--no-measure")
     return " ".join(words)
+
+
+def pictures_of(result: Result) -> dict[str, Picture]:
+    """Return every figure that makes sense for a run, by name."""
+    wide, narrow = figures(result, WIDE), figures(result, NARROW)
+    return {
+        name: Picture(
+            name,
+            str(figure.get_label()),
+            described(figure),
+            _uri(figure),
+            _uri(narrow[name]),
+            (round(PIXELS * figure.get_figwidth()), round(PIXELS * figure.get_figheight())),
+        )
+        for name, figure in wide.items()
+    }
+
+
+def _uri(figure: Figure) -> str:
+    """Return a figure as a data URI: lines, which stay sharp, unless they take too much room."""
+    svg = COORDINATES.sub(lambda own: DECIMALS.sub(rb"\1", own[0]), figure_bytes(figure, "svg"))
+    if len(svg) <= MOST_SVG:
+        return data_uri("image/svg+xml", svg)
+    return data_uri("image/png", figure_bytes(figure, "png"))
+
+
+def data_uri(kind: str, content: bytes) -> str:
+    """Return the content of a file of a kind as what a page takes for its address."""
+    return f"data:{kind};base64,{b64encode(content).decode('ascii')}"
+
+
+def described(figure: Figure) -> str:
+    """Return what a figure shows in words: its panels, how far their lines reach, its legends."""
+    told = []
+    for axes in (own for own in figure.axes if own.axison):
+        scale = next(filter(None, (own.get_ylabel() for own in (axes, *axes.child_axes))), "")
+        lines = [line for line in axes.lines if line.get_transform() == axes.transData]
+        heights = np.concatenate([[np.nan], *(line.get_ydata() for line in lines)])
+        if scale and not np.isnan(heights).all():
+            scale += f" from {np.nanmin(heights):.4g} to {np.nanmax(heights):.4g}"
+        over = f"over {axes.get_xlabel()}" if axes.get_xlabel() else ""
+        told.append(f"{axes.get_title(loc='left')} {scale} {over}")
+    legends = [own for axes in figure.axes if (own := axes.get_legend())]
+    names = [text.get_text() for own in (*legends, *figure.legends) for text in own.get_texts()]
+    told += [f"shown are {', '.join(dict.fromkeys(names))}"] * bool(names)
+    return "; ".join(" ".join(words.split()) for words in told if words.strip()).replace("$", "")

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from exudyn_flexlink.page.contents import MODEL, contents_of
-from exudyn_flexlink.page.figures import data_uri
+from exudyn_flexlink.page.contents import MODEL, contents_of, data_uri
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import StorageError, replace_file

@@ -25,19 +25,7 @@ from exudyn_flexlink.plots.panels import (
     logarithmic,
     shown_in,
 )
-from exudyn_flexlink.plots.style import (
-    BLACK,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SCREEN,
-    SKY,
-    Style,
-    styled,
-)
-
-_COLOURS = (BLACK, PURPLE, GREEN, SKY)
+from exudyn_flexlink.plots.style import BLACK, GREY, ORANGE, OTHERS, SCREEN, Style, styled
 
 
 @styled
@@ -96,7 +84,7 @@ def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw both coordinates and the motions of struck bodies, of both runs."""
-    factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
+    factor, unit = length_unit(compared.first.position)
     scales = {body: _scale(compared, body) for body in compared.levers}
     for seen, style in zip(compared.both, _styles(compared), strict=True):
         answers = (scales[body][0] * values for body, values in seen.answers.items())
@@ -111,15 +99,14 @@ def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
 
 def _scale(compared: Comparison, body: str) -> tuple[float, str]:
     """Factor from the unit in which a body's motion is told to that which is shown, its name."""
-    size = float(np.max(np.abs(compared.first.answers[body])))
-    return shown_in(compared.measures[body].unit, size)
+    return shown_in(compared.measures[body].unit, compared.first.answers[body])
 
 
 def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw the distance of the points and, below, how far answers of struck bodies are apart."""
-    factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
+    factor, unit = length_unit(compared.first.position)
     away = {"": factor * compared.deviation.distance}
-    logarithmic(rows[0], x, away, _COLOURS, "no difference")
+    logarithmic(rows[0], x, away, OTHERS[::-1], "no difference")
     rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)}\n({unit})")
     for axes, measure in zip(rows[1:], _kinds(compared), strict=True):
         apart = {
@@ -127,10 +114,9 @@ def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> Non
             for body, values in compared.answer_differences.items()
             if compared.measures[body] is measure
         }
-        size = max(float(np.max(np.abs(compared.first.answers[body]))) for body in apart)
-        factor, unit = shown_in(measure.unit, size)
+        factor, unit = shown_in(measure.unit, [compared.first.answers[body] for body in apart])
         shown = {body * (len(apart) > 1): factor * values for body, values in apart.items()}
-        logarithmic(axes, x, shown, _COLOURS, "no difference")
+        logarithmic(axes, x, shown, OTHERS[::-1], "no difference")
         axes.set_ylabel(f"difference of\n{measure.word}s\n({unit})")
 
 

@@ -4,27 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import (
-    Strike,
-    crank_angle,
-    lever_response,
-    strikes,
-    turned_since_start,
-    turns,
-)
-from exudyn_flexlink.plots.digits import told_time
+from exudyn_flexlink.observables import Strike, lever_response, strikes, turned_since_start, turns
 from exudyn_flexlink.plots.frame import new_figure
-from exudyn_flexlink.plots.panels import is_beyond, legend_outside, letter
+from exudyn_flexlink.plots.panels import is_beyond, legend_outside, letter, title_at, told_time
 from exudyn_flexlink.plots.sketch import Sketch
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
@@ -86,7 +75,10 @@ def mechanism(
     for axes in grid.flat[count:]:
         axes.set_axis_off()
     letter(panels)
-    _place_legend(grid, handles, style)
+    if style.narrow and count % COLUMNS:  # there is room in the cell that is left over
+        grid[-1, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(0.0, 0.5))
+    else:
+        legend_outside(grid[0, -1], below=True, handles=handles)
     return figure
 
 
@@ -108,16 +100,6 @@ def _label(panels: Sequence[Axes], unit: str, *, zoomed: bool) -> None:
         axes.tick_params(labelbottom=lowest, labelleft=zoom or i % COLUMNS == 0)
         axes.set_xlabel(f"x ({unit})" if lowest else "")
         axes.set_ylabel(f"y ({unit})" if i % COLUMNS == 0 else "")
-
-
-def _place_legend(grid: NDArray[Any], handles: list[Line2D], style: Style) -> None:
-    """Put the legend at the right; in print into a cell that is left over, or below."""
-    if not style.narrow:
-        grid[0, -1].legend(handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0))
-    elif not grid[-1, -1].axison:
-        grid[-1, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(0.0, 0.5))
-    else:
-        legend_outside(grid[0, 0], below=True, handles=handles)
 
 
 def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, FloatArray]:
@@ -177,11 +159,8 @@ def _over_a_turn(result: Result) -> list[float]:
 
 
 def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
-    time = float(result.time[index])
-    words = [f"t = {told_time(result, time)} s"]
-    if turns(result):
-        words.append(f"crank {np.degrees(crank_angle(result)[index]):.0f}°".replace("-", "\u2212"))
-    beyond = ["beyond the horizon"] if is_beyond(result, time) else []
-    # A narrow panel has room for one line beside its letter.
-    between = ",\n" if style.narrow and not what else ", "
-    return "\n".join([*([what] if what else []), between.join(words), *beyond])
+    words = title_at(result, index)
+    if style.narrow and not what:  # there is room for one line beside the letter
+        words = words.replace(", ", ",\n")
+    beyond = "beyond the horizon" if is_beyond(result, float(result.time[index])) else ""
+    return "\n".join(filter(None, (what, words, beyond)))

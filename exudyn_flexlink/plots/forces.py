@@ -10,18 +10,17 @@ from matplotlib.figure import Figure
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import Force, Strike, forces_of, strikes, touching
-from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     along,
     engine_colour,
     legend_outside,
     letter,
-    limits,
     line_widths,
     logarithmic,
-    shade_beyond,
+    over_run,
     sized,
+    told_error,
 )
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, RED, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import Result
@@ -61,12 +60,7 @@ def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
             axes.sharex(rows[0])
         _draw(axes, result, panel, x)
         axes.set_ylabel(quantity)
-        axes.tick_params(labelbottom=i == len(panels) - 1)
-        shade_beyond(axes, result, x, named=i == 0)
-        legend_outside(axes)
-    last = rows[len(panels) - 1]
-    last.set_xlabel(label)
-    limits(last, x)
+    over_run(list(rows[: len(panels)]), result, x, label)
     if zooms:
         _zoom(rows[-1], result, zooms)
     letter(rows)
@@ -80,35 +74,16 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
     widths = line_widths(series, thin)
     for i, ((name, force), width) in enumerate(zip(panel.items(), widths, strict=True)):
         colour, faint = SERIES[i % len(SERIES)], 0.5 if width > thin else 1.0
-        error = _largest_error(result, name)
+        own = result.error.forces.get(name, ForceDeviation("", None, None))
+        error = max((part.largest for part in (own.free, own.touching) if part), default=0.0)
         label = force.name + (f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else "")
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
-        off = _band(result, name)
-        if not np.all(np.isnan(off)):
-            axes.fill_between(x, force.size - off, force.size + off,
-                              color=colour, alpha=0.25, linewidth=0)  # fmt: skip
+        if own.free is not None:
+            # While something touches, the largest error is that of a peak: none of an instant.
+            known = ~touching(result, result.time) & (result.time < result.error.known_until)
+            ends = (force.size - own.free.largest, force.size + own.free.largest)
+            axes.fill_between(x, *ends, where=known, color=colour, alpha=0.25, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
-
-
-def _band(result: Result, name: str) -> FloatArray:
-    """How far a force may be off at the samples (N,), nan where that is not known.
-
-    That is also while something touches: the largest error there is that of a peak.
-    """
-    free = _deviation(result, name).free
-    known = ~touching(result, result.time)
-    known &= result.time < result.error.known_until
-    return np.where(known, np.nan if free is None else free.largest, np.nan)
-
-
-def _largest_error(result: Result, name: str) -> float:
-    """Largest error of a force at any time, 0 where nothing tells it."""
-    own = _deviation(result, name)
-    return max((part.largest for part in (own.free, own.touching) if part), default=0.0)
-
-
-def _deviation(result: Result, name: str) -> ForceDeviation:
-    return result.error.forces.get(name, ForceDeviation("", None, None))
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
@@ -176,11 +151,7 @@ def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
         upper.plot(result.time, factor * values, color=colour, linewidth=width, label=name, **look)
     upper.set_ylabel(f"energy ({unit})")
     _residual(lower, result, factor, unit)
-    lower.set_xlabel("time (s)")
-    lower.set_xlim(result.time[0], result.time[-1])
-    for axes in (upper, lower):
-        shade_beyond(axes, result, result.time, named=axes is upper)
-        legend_outside(axes)
+    over_run((upper, lower), result, result.time, "time (s)")
     letter([upper, lower])
     return figure
 

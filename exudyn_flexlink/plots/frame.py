@@ -135,8 +135,8 @@ def caption_of(result: Result) -> str:
     """Say what the numbers depend on: hinges and rods of flexible bodies, accuracy."""
     accuracy = result.scene.accuracy
     words = links_of(result.scene)
-    if "elements" in result.settings:
-        words.append(f"as beams of {result.settings['elements']:.0f} elements, shown by rods")
+    if (elements := result.settings.elements) is not None:
+        words.append(f"as beams of {elements} elements, shown by rods")
     if accuracy.tolerance is not None:
         words.append(f"tolerance {accuracy.tolerance:.3g} m")
     else:

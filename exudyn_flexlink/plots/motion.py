@@ -74,7 +74,7 @@ def coordinates(
         len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
     )[:, 0]
     position = path(result, point).position
-    factor, unit = length_unit(float(np.max(np.abs(position))))
+    factor, unit = length_unit(position)
     if forward(result):
         _coordinates_by_lap(axes, result, factor * position)
     else:
@@ -135,7 +135,7 @@ def polar(result: Result, *, style: Style = SCREEN) -> Figure | None:
     axes = figure.subplots(subplot_kw={"projection": "polar"})
     assert isinstance(axes, PolarAxes)
     radius = np.linalg.norm(path(result, point).position, axis=1)
-    factor, unit = length_unit(float(np.max(radius)))
+    factor, unit = length_unit(radius)
     draw_radius(axes, result, factor * radius)
     radial_scale(axes, factor * radius, f"distance OS ({unit})")
     legend_outside(axes, 1.12, below=True)

@@ -1,17 +1,19 @@
-"""What axes share: letters, legends, units, the axis along a run, what lies beyond the horizon."""
+"""What panels share: letters, legends, units, digits, the axis along a run, its horizon."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
+from math import ceil, floor, isfinite, log10
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import crank_angle, turns
+from exudyn_flexlink.observables import crank_angle, path, turns, watched_point
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN, NARROW, SCREEN
 from exudyn_flexlink.result import Result
 
@@ -32,6 +34,9 @@ OFTEN = 0.3  # of the samples: then they do so for long enough to be missed
 BROADER = 2.2  # points, of a line for each other that lies on it
 DEEPEST = 1e-6  # of the largest value on a logarithmic axis
 BACK = 1e-6  # rad: a crank that goes back by no more goes forward
+MOST = 4  # significant digits: more are never read off a figure
+FINEST = 1e-4  # s: no instant is told finer in a figure
+UNTOLD = 3  # significant digits where nothing tells the error
 
 
 def engine_colour(result: Result) -> str:
@@ -43,6 +48,14 @@ def colours_of_both(first: Result, second: Result) -> tuple[str, str]:
     """Colours of two runs over each other: of their engines, or of one engine two others."""
     one, other = engine_colour(first), engine_colour(second)
     return (one, other) if one != other else (GREEN, BLACK)
+
+
+def title_at(result: Result, index: int, digits: int = 0) -> str:
+    """Return the instant of a sample, and the crank's angle there, for a title."""
+    words = f"t = {told_time(result, float(result.time[index]))} s"
+    if turns(result):
+        words += f", crank {np.degrees(crank_angle(result)[index]):.{digits}f}°"
+    return words.replace("-", "\N{MINUS SIGN}")
 
 
 def letter(panels: Iterable[Axes]) -> None:
@@ -155,6 +168,16 @@ def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = Tru
     axes.axvspan(begin, float(x[-1]), label=found[1] if named else None, zorder=0, **BEYOND)
 
 
+def over_run(panels: Sequence[Axes], result: Result, x: FloatArray, label: str) -> None:
+    """Finish panels, one below the other, over a whole run, whose samples are at `x` (N,)."""
+    for axes in panels:
+        shade_beyond(axes, result, x, named=axes is panels[0])
+        legend_outside(axes)
+        axes.tick_params(labelbottom=axes is panels[-1])
+    panels[-1].set_xlabel(label)
+    limits(panels[-1], x)
+
+
 def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
     """Widths (points) of lines drawn in order, so that none is hidden by later ones that lie on it.
 
@@ -195,11 +218,65 @@ def logarithmic(
     axes.set_ylim(largest * DEEPEST, 3 * largest)
 
 
-def length_unit(size: float) -> tuple[float, str]:
-    """Factor from m, and its name, of the unit fit for lengths of this size (m)."""
-    return (1e3, "mm") if size < 1 else (1.0, "m")
+def length_unit(lengths: ArrayLike) -> tuple[float, str]:
+    """Factor from m, and its name, of the unit fit for lengths (m)."""
+    return (1e3, "mm") if np.max(np.abs(lengths)) < 1 else (1.0, "m")
 
 
-def shown_in(unit: str, size: float) -> tuple[float, str]:
-    """Factor from an SI unit to that in which figures show values of this size, and its name."""
-    return length_unit(size) if unit == "m" else (1.0, unit)
+def shown_in(unit: str, values: ArrayLike) -> tuple[float, str]:
+    """Factor from an SI unit to that in which figures show values, and its name."""
+    return length_unit(values) if unit == "m" else (1.0, unit)
+
+
+def told(value: float, error: float | None, *, signed: bool = False, most: int = MOST) -> str:
+    """Return a number whose last digit is no smaller than `error`, in the same unit.
+
+    At most `most` significant digits; three if the error is not known (None).
+    """
+    if value == 0:
+        return "0"
+    known = UNTOLD if error is None else most
+    size = abs(value)
+    place = known - 1 - floor(log10(size)) if size > 0 and isfinite(size) else known
+    if error is not None and error > 0:
+        place = min(place, floor(-log10(error)))
+    place = max(place, 0)
+    text = f"{round(value, place):{'+' if signed else ''}.{place}f}"
+    if float(text) == 0:
+        text = text.lstrip("+-")
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+def position_error(result: Result, time: float) -> float | None:
+    """How far positions may be off at an instant, m; None where nothing tells.
+
+    The largest error that a second run found up to then; without one the scene's tolerance.
+    """
+    error = result.error
+    if error.missing:
+        return result.scene.accuracy.tolerance
+    if error.exceeds_from is not None and time < error.exceeds_from:
+        return error.limit
+    return error.largest if time < error.known_until else None
+
+
+def told_time(result: Result, time: float) -> str:
+    """Return an instant (s) as text: events near it are off by the error of positions over speed.
+
+    To a tenth of a millisecond at best.
+    """
+    error = position_error(result, time)
+    velocity = path(result, watched_point(result.scene)).velocity
+    fastest = float(np.max(np.linalg.norm(velocity, axis=1)))
+    if error is None or fastest == 0:
+        return told(time, None)
+    return told(time, max(error / fastest, FINEST), most=9)
+
+
+def told_error(error: float) -> str:
+    """Return an error as text: one significant digit, rounded up."""
+    if not (error > 0 and isfinite(error)):
+        return f"{error:g}"
+    size = 10.0 ** floor(log10(error))
+    most = ceil(error / size * (1 - 1e-9)) * size
+    return f"{most:.0f}" if most >= 1 else f"{most:.1g}".replace("e-0", "e-")

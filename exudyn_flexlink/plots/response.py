@@ -22,7 +22,6 @@ from exudyn_flexlink.observables import (
     turned_since_start,
     turns,
 )
-from exudyn_flexlink.plots.digits import position_error, told
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     engine_colour,
@@ -30,28 +29,20 @@ from exudyn_flexlink.plots.panels import (
     legend_outside,
     length_unit,
     letter,
+    position_error,
     shade_beyond,
     shown_in,
     sized,
+    told,
 )
-from exudyn_flexlink.plots.style import (
-    BLACK,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SCREEN,
-    SKY,
-    Style,
-    styled,
-)
+from exudyn_flexlink.plots.style import BLACK, GREY, ORANGE, OTHERS, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 
 Function = Callable[[Any], FloatArray]
 
-STRIKES_SHOWN = 5
+STRIKES_SHOWN = len(OTHERS)
 SHOWN_AFTER = 0.15  # s after the first touch
-_COLOURS = (GREEN, PURPLE, BLACK, SKY, ORANGE)  # none of an engine
+ROUNDED = 12  # decimals of angles (rad) that tell one from another
 
 
 @styled
@@ -103,9 +94,8 @@ def _whole_run(
 
 def _scale(response: LeverResponse) -> tuple[float, str]:
     """Factor from the value's unit to that which is shown, and the label of its axis."""
-    measure, size = response.measure, float(np.max(np.abs(response.value)))
-    factor, unit = shown_in(measure.unit, size)
-    return factor, f"{measure.word} of {response.body} ({unit})"
+    factor, unit = shown_in(response.measure.unit, response.value)
+    return factor, f"{response.measure.word} of {response.body} ({unit})"
 
 
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
@@ -123,8 +113,8 @@ def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
 def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None:
     if not np.any(response.value):
         return
-    scale, shown = shown_in(response.measure.unit, float(np.max(np.abs(response.value))))
-    factor, unit = length_unit(float(np.max(np.abs(response.tip_displacement))))
+    scale, shown = shown_in(response.measure.unit, response.value)
+    factor, unit = length_unit(response.tip_displacement)
     tip_of = _tip_of_angle(response)
     for value, time in (response.least, response.greatest):
         axes.plot(time, scale * value, ".", color=BLACK, markersize=sized(5))
@@ -173,26 +163,16 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
 def _tip_of_angle(response: LeverResponse) -> tuple[Function, Function] | None:
     """Tip displacement (m) as a function of the angle, and the other way round.
 
-    None where it does not follow an angle. It is a cos(angle) + b sin(angle) less its value at 0,
-    which is a sine about another angle.
+    None where it does not follow an angle, or has one displacement at two angles.
     """
     if response.measure is not ANGLE:
         return None
-    angle, tip = response.value, response.tip_displacement
-    basis = np.stack([np.cos(angle) - 1, np.sin(angle)], axis=-1)
-    (a, b), *_ = np.linalg.lstsq(basis, tip, rcond=None)
-    size = float(np.max(np.abs(tip)))
-    if size == 0 or np.max(np.abs(basis @ [a, b] - tip)) > 1e-6 * size:
+    angle, first = np.unique(np.round(response.value, ROUNDED), return_index=True)
+    tip = response.tip_displacement[first]
+    if len(tip) < 2 or len(set(np.sign(np.diff(tip)).tolist())) > 1:
         return None
-    radius, shift = np.copysign(np.hypot(a, b), b), np.arctan(a / b)
-
-    def forward(x: Any) -> FloatArray:
-        return np.asarray(radius * np.sin(np.asarray(x) + shift) - a)
-
-    def backward(y: Any) -> FloatArray:
-        return np.asarray(np.arcsin(np.clip((np.asarray(y) + a) / radius, -1, 1)) - shift)
-
-    return forward, backward
+    order = np.argsort(tip)
+    return _interpolated(angle, tip), _interpolated(tip[order], angle[order])
 
 
 def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
@@ -201,11 +181,7 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
     if found is None:
         return False
     forward, backward = found
-    low, high = axes.get_ylim()
-    seen = np.array([low - 0.1 * (high - low), high + 0.1 * (high - low)])
-    if not np.allclose(backward(forward(seen)), seen):
-        return False  # one displacement at two angles
-    factor, unit = length_unit(float(np.max(np.abs(response.tip_displacement))))
+    factor, unit = length_unit(response.tip_displacement)
     functions: tuple[Function, Function]
     functions = lambda x: factor * forward(x), lambda y: backward(y / factor)
     right = axes.secondary_yaxis("right", functions=functions)
@@ -230,7 +206,7 @@ def _strike_by_strike(
         following = found[i + 1].begin if i + 1 < len(found) else np.inf
         until = min(strike.begin + SHOWN_AFTER, following)
         time = np.linspace(strike.begin - 0.005, min(until, response.time[-1]), 1000)
-        since, colour = 1e3 * (time - strike.begin), _COLOURS[i]
+        since, colour = 1e3 * (time - strike.begin), OTHERS[i]
         label = f"strike {i + 1}" + ("" if strike.lap is None else f" (lap {strike.lap})")
         if is_beyond(result, strike.begin):
             label += ",\nbeyond the horizon"

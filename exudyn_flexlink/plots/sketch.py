@@ -75,7 +75,7 @@ class Posed:
     def unit(self) -> tuple[float, str]:
         """Factor from m, and name, of the unit of lengths."""
         low, high = self.box
-        return length_unit(float(np.max(high - low)))
+        return length_unit(high - low)
 
     def window(self, axes: Axes, box: tuple[FloatArray, FloatArray]) -> None:
         """Let axes show a box, by its corners (2,) m."""

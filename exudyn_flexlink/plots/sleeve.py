@@ -18,13 +18,10 @@ from exudyn_flexlink.observables import (
     ContactStates,
     State,
     contact_states,
-    crank_angle,
     laps,
     sleeves_with_play,
     turned_since_start,
-    turns,
 )
-from exudyn_flexlink.plots.digits import told_time
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.outline import Viewpoint, through
 from exudyn_flexlink.plots.panels import (
@@ -34,6 +31,7 @@ from exudyn_flexlink.plots.panels import (
     length_unit,
     letter,
     shade_beyond,
+    title_at,
 )
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
@@ -124,7 +122,8 @@ def guide_contact(result: Result, *, style: Style = SCREEN) -> Figure | None:
     factor, unit = length_unit(channel.length)
     for axes, (what, index) in zip(panels, shown, strict=True):
         _draw(axes, result, model, channel, index)
-        axes.set_title(_title(result, index, what), loc="left")
+        beyond = ", beyond the horizon" * is_beyond(result, float(result.time[index]))
+        axes.set_title(f"{what}: {title_at(result, index, 1)}{beyond}", loc="left")
         axes.set_ylabel(f"across ({unit})")
     reach = ROOM * channel.clearance * factor
     panels[0].set_ylim(-reach, reach)
@@ -153,13 +152,6 @@ def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
                 found.append((STATE_WORDS[state], index))
                 break
     return found
-
-
-def _title(result: Result, index: int, what: str) -> str:
-    time = float(result.time[index])
-    crank = f", crank {np.degrees(crank_angle(result)[index]):.1f}°" if turns(result) else ""
-    beyond = ", beyond the horizon" if is_beyond(result, time) else ""
-    return f"{what}: t = {told_time(result, time)} s{crank}{beyond}"
 
 
 def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index: int) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import pairwise, product
 from math import pi
 from typing import Any
 
@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
+from matplotlib.transforms import Bbox
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import framed_figure, settle
-from exudyn_flexlink.plots.labels import Labels
 from exudyn_flexlink.plots.outline import (
     acting_marks,
     body_colour,
@@ -26,12 +26,12 @@ from exudyn_flexlink.plots.outline import (
     joint_marks,
     together,
 )
-from exudyn_flexlink.plots.panels import sized
+from exudyn_flexlink.plots.panels import legend_outside, sized
 from exudyn_flexlink.plots.sketch import Posed
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.scene import Scene
 
-LEGEND = 2.2  # inches on a screen, beside the drawing
+LEGEND = 2.2  # inches on a screen, beside the drawing; in print below it
 LOWEST, TALLEST = 2.4, 7.5  # inches, of the drawing
 SAME = 1e-6  # of the drawing: points nearer than this are one
 MOST_BODIES = 14  # in the legend: it has no more room
@@ -39,6 +39,14 @@ MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
 SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
 SPOTS = 12  # of a line that names keep away from
+DIRECTIONS = 12
+NEAR = 7.0  # points, from a place to its label
+FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
+APART = 2.0  # points, between two names, so that they don't read as one
+# What a place for a name costs, which is 1 where it lies on another:
+OF_LINE = 0.15  # for a spot of a line that is hidden
+OUTSIDE = 4.0  # for leaving the axes
+OF_DISTANCE = 0.06  # for standing farther off
 
 
 def _spiral() -> Path:
@@ -72,11 +80,12 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     posed = Posed(scene, assembly.state.q[None])
     low, high = _room(posed)
     width, height = high - low
-    room = (style.width - LEGEND - 0.6) / style.scale
+    room = (style.width - LEGEND * (not style.narrow) - 0.6) / style.scale
     tall = min(TALLEST, max(LOWEST, room * float(height / width)))
     caption = [(_caption(scene, posed), GREY)]
     subject = "The mechanism where it starts"
-    figure = framed_figure((scene.title, subject), tall + 0.5, style, caption=caption)
+    whole = tall + 0.5 + LEGEND * style.narrow
+    figure = framed_figure((scene.title, subject), whole, style, caption=caption)
     axes = figure.subplots()
     posed.draw(axes, 0)
     drawn = _draw_symbols(axes, posed)
@@ -85,7 +94,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     axes.set_xlabel(f"x ({posed.unit[1]})")
     axes.set_ylabel(f"y ({posed.unit[1]})")
     bodies = posed.body_legend() if len(scene.bodies) <= MOST_BODIES else []
-    axes.legend(handles=[*bodies, *drawn], loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    legend_outside(axes, below=True, handles=[*bodies, *drawn])
     settle(figure)  # names are placed in a layout that is final
     _name(axes, posed)
     return figure
@@ -169,3 +178,57 @@ def _name(axes: Axes, posed: Posed) -> None:
     for first, names in together(named, near).items() if len(named) <= MOST_NAMED else ():
         text, place = "\n".join(names), named[first]
         labels.write(text, factor * place, place - middle, color=BLACK, fontsize=small)
+
+
+class Labels:
+    """Places names one after the other; what is placed first has the best place.
+
+    The limits of the axes, and the layout of the figure, have to be final. `spots` (N, 2), in data
+    coordinates, are places that had better stay free.
+    """
+
+    def __init__(self, axes: Axes, spots: FloatArray) -> None:
+        self._axes, self._window = axes, axes.get_window_extent()
+        self._taken: list[Bbox] = []
+        self._spots = axes.transData.transform(spots)
+        figure = axes.get_figure()
+        assert figure is not None
+        self._pixels = figure.dpi / 72  # in a point
+
+    def keep_free(self, places: FloatArray, size: float) -> None:
+        """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
+        half = size / 2 * self._pixels
+        self._taken += [
+            Bbox([at - half, at + half]) for at in self._axes.transData.transform(places)
+        ]
+
+    def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
+        """Write a name beside a place (data coordinates), rather in the direction `towards`."""
+        x, y = (float(one) for one in place)
+        shown = self._axes.annotate(
+            text, (x, y), (0, 0), textcoords="offset points", ha="center", va="center", zorder=8,
+            **look,
+        )  # fmt: skip
+        shown.set_in_layout(False)
+        half = np.array(shown.get_window_extent().size) / 2
+        first, at = float(np.arctan2(towards[1], towards[0])), self._axes.transData.transform(place)
+        found = []
+        for far, turn in product(FARTHER, range(DIRECTIONS)):
+            angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * pi / DIRECTIONS
+            away = np.array([np.cos(angle), np.sin(angle)])
+            # As far as the name's own size in that direction, and a little farther.
+            middle = NEAR * self._pixels * far * away + half * away
+            box = Bbox([at + middle - half, at + middle + half])
+            cost = self._hidden(box) + OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
+            found.append((cost, middle, box))
+        _, middle, box = min(found, key=lambda one: one[0])
+        shown.set_position(tuple(middle / self._pixels))
+        self._taken.append(box.padded(APART * self._pixels))
+
+    def _hidden(self, box: Bbox) -> float:
+        """What a name in a box costs by what it hides, and where it leaves the axes."""
+        within = Bbox.intersection(box, self._window)
+        inside = 0.0 if within is None else within.width * within.height
+        outside = 1 - inside / (box.width * box.height)
+        on_lines = OF_LINE * box.count_contains(self._spots)
+        return float(OUTSIDE * outside + box.count_overlaps(self._taken) + on_lines)

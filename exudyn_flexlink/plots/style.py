@@ -20,6 +20,8 @@ Drawn = TypeVar("Drawn")
 BLUE, GREEN, RED, ORANGE = "#0072B2", "#009E73", "#D55E00", "#E69F00"
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#222222", "#777777"
 FAILED = "#C00000"
+OTHERS = (GREEN, PURPLE, ORANGE, SKY, BLACK)
+"""Colours of lines that no engine has."""
 SERIES = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK, GREY)
 """Colours of lines in one panel, in order."""
 

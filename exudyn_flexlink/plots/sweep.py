@@ -1,19 +1,17 @@
-"""Observables of a sweep over what varied: lines, maps, or parallel coordinates."""
+"""Observables of a sweep over what varied: lines, maps, or dots."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, nan
-from textwrap import fill
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.plots.frame import framed_figure
+from exudyn_flexlink.plots.frame import framed_figure, settle
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, SCREEN, Style, styled
 from exudyn_flexlink.plots.style import FAILED as RED
@@ -21,14 +19,10 @@ from exudyn_flexlink.source import did_you_mean
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, Scalar, SweepTable, in_si, label_of
 
 MOST_PANELS = 6
-MOST_TOLD = 4  # axes of observables beside those of what varied
 NOTICEABLE = 1e-4  # of a number: the summary prints numbers that differ by less alike
 ROUNDING, LEAST = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
 FEW = 8  # values that all have a tick
 LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
-TICKS = 5
-DISTINCT = 200  # lines that can still be told apart
-LETTERS = 9.0  # of a label, in an inch
 
 
 @dataclass(frozen=True)
@@ -44,8 +38,8 @@ class Scale:
 def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN) -> Figure | None:
     """Draw observables by their columns' `names`, or the first that differ from row to row.
 
-    Over one value that varied as lines, over two as maps, of more as parallel coordinates. Rows
-    that failed or are doubtful are marked; None if no row has numbers.
+    Over one value that varied as lines, over two as maps, over each of more as dots. Rows that
+    failed or are doubtful are marked; None if no row has numbers.
 
     Raises:
         ValueError: there is no such column.
@@ -62,10 +56,8 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
     along = [_along(table, i) for i in range(len(table.varied))]
     columns = table.columns()
     seen = [_scale(columns[name], *label_of(name)) for name in chosen]
-    draw, most = {1: (_lines, MOST_PANELS), 2: (_maps, MOST_PANELS)}.get(
-        len(along), (_parallel, MOST_TOLD)
-    )
-    return draw(table, along, seen[: max(most, len(names))], style)
+    draw = _maps if len(along) == 2 else _lines
+    return draw(table, along, seen[: max(MOST_PANELS, len(names))], style)
 
 
 def _differing(table: SweepTable, part: float) -> list[str]:
@@ -136,29 +128,47 @@ def _ticked(axes: Axes, scale: Scale, which: str) -> None:
 
 
 def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
-    """One panel for each observable, over the value that varied."""
-    x = along[0]
-    figure = _frame(table, f"over {x.label}", 0.5 + LINES * len(seen), style)
-    panels = figure.subplots(len(seen), sharex=True, squeeze=False)[:, 0]
-    order = np.argsort(x.places, kind="stable")
-    failed, doubtful = _of(table, FAILED), _of(table, DOUBTFUL)
-    for axes, own in zip(panels, seen, strict=True):
-        axes.plot(x.places[order], own.places[order], color=BLUE, alpha=0.6)
-        for chosen, filled, label in ((~failed & ~doubtful, BLUE, "done"),
-                                      (doubtful, "white", "doubtful")):  # fmt: skip
-            if chosen.any():
-                axes.plot(x.places[chosen], own.places[chosen], "o", color=BLUE, label=label,
-                          markerfacecolor=filled, markersize=sized(4))  # fmt: skip
-        for k, place in enumerate(x.places[failed]):
-            axes.axvline(place, color=RED, linestyle=":", label="failed" if k == 0 else None)
-        axes.set_title(own.label, parse_math=False)
+    """A row of panels for each observable, a column for each value that varied.
+
+    Lines join the rows where one value varied alone.
+    """
+    alone = len(along) == 1
+    subject = f"over {along[0].label}" if alone else f"over each of {len(along)} values"
+    figure = _frame(table, subject, 0.5 + LINES * len(seen), style)
+    count = len(seen), len(along)
+    panels = figure.subplots(*count, sharex="col", sharey="row", squeeze=False)
+    for row, own in zip(panels, seen, strict=True):
+        for axes, x in zip(row, along, strict=True):
+            if alone:
+                order = np.argsort(x.places, kind="stable")
+                axes.plot(x.places[order], own.places[order], color=BLUE, alpha=0.6)
+            _dots(axes, table, x, own)
+        row[0].set_title(own.label, parse_math=False)
         if not own.words:  # no number that would have to be added to each
-            axes.yaxis.get_major_formatter().set_useOffset(False)
-    _ticked(panels[-1], x, "x")
-    letter(panels)
-    if failed.any() or doubtful.any():
-        legend_outside(panels[0])
+            row[0].yaxis.get_major_formatter().set_useOffset(False)
+    for axes, x in zip(panels[-1], along, strict=True):
+        _ticked(axes, x, "x")
+        if not alone:  # there is no room for long names, in print not even for short ones
+            name = x.label.replace(".", ".\n").replace(" (", "\n(")
+            axes.set_xlabel(name, rotation=90 * style.narrow, parse_math=False)
+            axes.tick_params("x", rotation=90 * style.narrow)
+    letter(panels[:, 0])
+    if table.count(FAILED) or table.count(DOUBTFUL):
+        legend_outside(panels[0, -1], below=not alone)
+        settle(figure)
     return figure
+
+
+def _dots(axes: Axes, table: SweepTable, x: Scale, own: Scale) -> None:
+    """A dot for each row, hollow if it is doubtful; a line across for one that failed."""
+    failed, doubtful = _of(table, FAILED), _of(table, DOUBTFUL)
+    for chosen, filled, label in ((~failed & ~doubtful, BLUE, "done"),
+                                  (doubtful, "white", "doubtful")):  # fmt: skip
+        if chosen.any():
+            axes.plot(x.places[chosen], own.places[chosen], "o", color=BLUE, label=label,
+                      markerfacecolor=filled, markersize=sized(4))  # fmt: skip
+    for k, place in enumerate(x.places[failed]):
+        axes.axvline(place, color=RED, linestyle=":", label="failed" if k == 0 else None)
 
 
 def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
@@ -210,67 +220,3 @@ def _cells(
     found = np.full((len(rows), len(columns)), nan)
     found[k, i] = values
     return columns, rows, found
-
-
-def _parallel(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
-    """An axis for every value that varied and every observable, a line for every row.
-
-    Its colour is that of the first observable, or grey without a number there. Rows that failed
-    are drawn across what varied only, doubtful ones are dashed.
-    """
-    # Names stand upright where there is no room for them.
-    height = 6.5 if style.narrow else 3.6
-    marks = (" (dotted red)", " (dashed)")
-    figure = _frame(table, f"coloured by {seen[0].label}", height, style, marks)
-    axes = figure.subplots()
-    scales, varied = [*along, *seen], len(along)
-    places, count = np.stack([scale.places for scale in scales], axis=1), len(scales)
-    # An axis without numbers is one of zeros.
-    known = np.where(np.isfinite(places).any(axis=0), places, 0.0)
-    low, high = np.nanmin(known, axis=0), np.nanmax(known, axis=0)
-    scaled = (places - low) / np.where(high > low, high - low, 1.0)
-    scaled[:, high == low] = 0.5
-    colours = mpl.colormaps["viridis"]
-    alpha = 0.8 if len(places) <= DISTINCT else 0.25
-    for row, made in zip(scaled, table.rows, strict=True):
-        if made.status == FAILED:
-            axes.plot(range(varied), row[:varied], color=RED, linestyle=":", alpha=alpha)
-            continue
-        colour = colours(row[varied]) if np.isfinite(row[varied]) else GREY
-        axes.plot(range(count), row, color=colour, alpha=alpha, linewidth=sized(1.0),
-                  linestyle="--" if made.status == DOUBTFUL else "-")  # fmt: skip
-    for k, scale in enumerate(scales):
-        axes.axvline(k, color=BLACK, linewidth=sized(0.8))
-        for at, text in _ticks(low[k], high[k], scale.words):
-            axes.annotate(text, (k, at), (3, 0), textcoords="offset points", va="center",
-                          fontsize=mpl.rcParams["xtick.labelsize"], color=GREY,
-                          bbox={"color": "white", "alpha": 0.7, "pad": 0.5},
-                          parse_math=False)  # fmt: skip
-    names = [scale.label for scale in scales]
-    if style.narrow:
-        axes.tick_params("x", rotation=90)
-    else:
-        names = [_broken(name, figure.get_figwidth() / count) for name in names]
-    axes.set_xticks(range(count), names, parse_math=False)
-    axes.set_xlim(-0.1, count - 0.6)
-    axes.set_yticks([])
-    axes.grid(visible=False)
-    axes.set_frame_on(False)
-    return figure
-
-
-def _broken(name: str, room: float) -> str:
-    """Break a name after dots and underscores, into lines of `room` (inches)."""
-    words = name.replace(".", ". ").replace("_", "_ ").replace(" (", "  (")
-    lines = fill(words, max(int(room * LETTERS), 8), break_long_words=False).split("\n")
-    return "\n".join(line.replace("  ", "\0").replace(" ", "").replace("\0", " ") for line in lines)
-
-
-def _ticks(low: float, high: float, words: Sequence[str]) -> list[tuple[float, str]]:
-    """Heights (0 to 1) along an axis and what stands there."""
-    if high == low:
-        return [(0.5, words[0] if words else f"{low:.3g}")]
-    if words:
-        return [(k / (len(words) - 1), word) for k, word in enumerate(words)]
-    parts = np.linspace(0, 1, TICKS).tolist()
-    return [(part, f"{low + part * (high - low):.3g}") for part in parts]

@@ -26,11 +26,12 @@ from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.parts import (
     curve_lines,
     effects_table,
+    freedom_lines,
     link_frequencies,
     sprung_frequencies,
+    start_lines,
 )
-from exudyn_flexlink.report.start import freedom_lines, start_lines
-from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
+from exudyn_flexlink.report.text import in_blocks, lines_of, number, section
 from exudyn_flexlink.scene import (
     ContactLaw,
     Drive,
@@ -61,7 +62,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _joints(scene),
         curve_lines(scene),
         _springs(scene, assembly.mechanism),
-        _section("Drives", [[n, d.type, *_drive(scene, d)] for n, d in scene.drives.items()]),
+        section("Drives", [[n, d.type, *_drive(scene, d)] for n, d in scene.drives.items()]),
         _contacts(scene, assembly.mechanism),
         lines_of(effects_table(scene, assembly.mechanism)),
         freedom_lines(scene, assembly),
@@ -75,10 +76,6 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _run(scene, assembly),
     ]
     return in_blocks(blocks)
-
-
-def _section(heading: str, rows: list[list[str]]) -> list[str]:
-    return [heading, *table(rows)] if rows else []
 
 
 def run_duration(scene: Scene, assembly: Assembly) -> float | None:
@@ -97,14 +94,14 @@ def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
         length = getattr(body, "length", None)
         told = "" if length is None else f"{number(length)} m long"
         rows.append([name, body.type, count, mass, told])
-    return ["Bodies", *table(rows)]
+    return section("Bodies", rows)
 
 
 def _joints(scene: Scene) -> list[str]:
     rows = [[name, joint.type, _joined(joint)] for name, joint in scene.joints.items()]
     joined = {body for joint in scene.joints.values() for body in joint.bodies}
     rows += [["", "none", f"{body} is free"] for body in scene.bodies if body not in joined]
-    return _section("Joints", rows)
+    return section("Joints", rows)
 
 
 def _joined(joint: Joint) -> str:
@@ -142,7 +139,7 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
             if own:  # at the ends half rods may be stiffer
                 inner = _spring_numbers(own[len(own) // 2])
                 rows.append([f"{name}, {len(own)} {what}", "each", *inner])
-    return _section("Springs", rows)
+    return section("Springs", rows)
 
 
 def _where(spring: Spring) -> str:
@@ -205,7 +202,7 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
         else:
             what = f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
         rows.append([channel.name, what, *_law(sleeve.acting)])
-    return _section("Contacts", rows)
+    return section("Contacts", rows)
 
 
 def _law(law: Law) -> list[str]:
@@ -240,7 +237,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         longest = min(*(own.step for own in found), fixed_step or inf)
         fewest = f"{number(min(own.steps(fixed_step) for own in found))} steps per contact, or more"
         rows.append(["", f"at most {number(longest)} s in contact: {fewest}"])
-    return ["Run", *table(rows)]
+    return section("Run", rows)
 
 
 _FORMULATIONS = {

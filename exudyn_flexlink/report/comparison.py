@@ -7,10 +7,8 @@ from math import isfinite
 
 from exudyn_flexlink.comparison import Comparison, Seen, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, name_of
-from exudyn_flexlink.report.contacts import contact_rows
-from exudyn_flexlink.report.forces import force_error_table
-from exudyn_flexlink.report.tables import Table, left_out
-from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
+from exudyn_flexlink.report.contacts import contact_rows, force_error_table
+from exudyn_flexlink.report.text import Table, in_blocks, left_out, lines_of, number, table
 
 MOST_STRIKES = 12  # more than that scroll the rest of the table away
 

@@ -1,28 +1,39 @@
-"""What the program says of a link with clearance in its guide: of one run, and of two."""
+"""What the program says of strikes, of touches in joints with clearance, and of forces."""
 
 from __future__ import annotations
 
-from itertools import islice
+from collections.abc import Mapping
+from itertools import islice, pairwise
+from math import degrees, inf, isfinite
 
 from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import (
     ContactTotals,
     PairTotals,
     State,
+    Strike,
     contact_totals,
     crank_joint,
     deepest,
+    force_peaks,
     lap_contacts,
+    lever_response,
     pair_totals,
+    strikes,
+    struck_bodies,
 )
-from exudyn_flexlink.report.tables import Column, Table, table_of_items
-from exudyn_flexlink.report.text import lines_of, table
+from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
+from exudyn_flexlink.report.text import Column, Table, left_out, lines_of, table, table_of_items
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
+MOST_ROWS = 12  # more than that scroll the rest away
 MOST_LAPS = 12
 MOST_PAIRS = 3
 NO_PLAY = "no clearance"
+BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
+"""Columns that have no room in a terminal."""
 
 
 def _part_of_time(state: State) -> Column[ContactTotals]:
@@ -136,4 +147,107 @@ def _longest_pairs(result: Result, joint: str) -> list[list[str]]:
         name = pair.pair.removeprefix(f"{joint}: ")
         times = f"{pair.touches} touch{'es' if pair.touches > 1 else ''}"
         rows.append(["" if i else "longest in all", f"{name}: {pair.time:.3g} s in {times}"])
+    return rows
+
+
+def strike_table(result: Result, contact: str, most: int) -> Table:
+    """Return the first `most` strikes of a contact, and how far what is struck goes after each.
+
+    Empty cells: what a strike that still lasts passes on in all, and the force of an impulse.
+    """
+    found = strikes(result, contact)
+    struck = result.scene.contacts[contact].struck
+    columns: dict[str, Column[Strike]] = {}
+    if found and found[0].lap is not None:
+        columns["lap"] = "", lambda strike: str(strike.lap)
+    if found and found[0].crank_angle is not None:
+        columns[f"angle of {crank_joint(result.scene)}"] = (
+            "deg",
+            lambda strike: f"{degrees(strike.crank_angle or 0.0) % 360:.2f}",
+        )
+    columns |= {
+        "time": ("s", lambda strike: f"{strike.begin:.5f}"),
+        "approach": ("m/s", lambda strike: f"{strike.approach_speed:.4f}"),
+        "place": ("m", lambda strike: f"{strike.place:.5f}"),
+    }
+    if struck is not None:
+        response = lever_response(result, contact)
+        begins = [*(strike.begin for strike in found), inf]
+        until = dict(pairwise(begins))  # the next strike
+        columns[f"{struck} peak"] = (
+            response.measure.unit,
+            lambda strike: response.measure.number(
+                response.between(strike.begin, until[strike.begin]).farthest
+            ),
+        )
+    columns |= {
+        "lasts": ("s", lambda strike: f"{strike.end - strike.begin:.5f}"),
+        "touches": ("", lambda strike: str(strike.contacts)),
+        "impulse": ("N s", lambda strike: _known(strike.impulse)),
+        "energy lost": ("J", lambda strike: _known(strike.energy_lost)),
+        "peak force": ("N", lambda strike: _known(strike.peak_force)),
+    }
+    return table_of_items(f"Strikes of contact '{contact}'", columns, found[:most], len(found))
+
+
+def response_table(result: Result) -> Table:
+    """Return how far every struck body goes at least and at most, from where it is at time 0."""
+    rows = []
+    for body, contact in struck_bodies(result.scene).items():
+        response = lever_response(result, contact)
+        (low, _), (high, _) = response.least, response.greatest
+        measure = response.measure
+        reach = f"from {measure.number(low)} to {measure.told(high)}"
+        rows.append([body, f"{measure.word} {reach}"])
+    return Table("Motion of struck bodies", rows)
+
+
+def _known(value: float) -> str:
+    return f"{value:.4g}" if isfinite(value) else ""
+
+
+def peak_table(result: Result) -> Table:
+    """Return the largest of every force and torque, when it is reached, and how far it may be off.
+
+    That is left out where no second run tells it.
+    """
+    known = result.error.forces
+    rows = [
+        [
+            name,
+            f"{peak.value:.4g} {peak.unit}",
+            f"{peak.at:.5f}" if peak.value else "",
+            _off_by(known.get(name)),
+        ]
+        for name, peak in force_peaks(result).items()
+    ]
+    head, units = ["", "largest", "at", "off by at most"], ["", "", "s", ""]
+    told = Table("Largest forces and torques", rows, head, units)
+    return told if known else told.without(head[3:])
+
+
+def force_error_table(found: Mapping[str, ForceDeviation], caption: str = "") -> Table:
+    """Return how far forces are off: the first of many."""
+    rows = [row for name, own in found.items() for row in _rows(name, own)]
+    head = ["", "largest", "of peak", "at", "rms"]
+    return Table(caption, rows[:MOST_ROWS], head, [""] * 5, left_out(len(rows), MOST_ROWS))
+
+
+def _off_by(own: ForceDeviation | None) -> str:
+    parts = [part.largest for part in (own.free, own.touching) if part] if own else []
+    return f"{max(parts):.2g} {own.unit}" if own and parts else ""
+
+
+def _rows(name: str, own: ForceDeviation) -> list[list[str]]:
+    """Return a row of a force, and one of it in contact; none where it is rounding."""
+    parts = [(when, part) for when, part in (("", own.free), ("in contact", own.touching)) if part]
+    rounding = max([NO_FORCE, *(NEGLIGIBLE * part.size for _, part in parts)])
+    rows: list[list[str]] = []
+    for when, part in parts:
+        if part.size > rounding:
+            told = f"  {when}" if rows else ", ".join(filter(None, (name, when)))
+            largest, rms = (f"{value:.2g} {own.unit}" for value in (part.largest, part.rms))
+            percent = 100 * part.relative
+            relative = f"{percent:.2g}" if percent < 99 else f"{percent:.0f}"
+            rows.append([told, largest, f"{relative} %", f"{part.at:.5f} s", rms])
     return rows

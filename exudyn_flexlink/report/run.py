@@ -17,11 +17,14 @@ from exudyn_flexlink.observables import (
     still_text,
     worst_force,
 )
-from exudyn_flexlink.report.contacts import guide_lines
-from exudyn_flexlink.report.forces import force_error_table
-from exudyn_flexlink.report.strikes import BESIDES, response_table, strike_table
-from exudyn_flexlink.report.tables import Table
-from exudyn_flexlink.report.text import in_blocks, lines_of, number
+from exudyn_flexlink.report.contacts import (
+    BESIDES,
+    force_error_table,
+    guide_lines,
+    response_table,
+    strike_table,
+)
+from exudyn_flexlink.report.text import Table, in_blocks, lines_of, number
 from exudyn_flexlink.result import Result
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
@@ -66,7 +69,7 @@ def idle_settings(result: Result) -> list[str]:
     Nobody shall look for their effect. What has its default counts as not given: saved scenes say
     everything.
     """
-    way = str(result.settings.get("formulation", result.engine))
+    way = result.settings.formulation or result.engine
     by = "the engine 'lagrangian'" if way == "lagrangian" else f"the formulation '{way}'"
     solver = result.scene.solver
     usual = type(solver).model_fields

@@ -1,13 +1,16 @@
-"""Numbers and tables as plain text."""
+"""Numbers and tables: apart from who shows them, and as plain text."""
 
 from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import zip_longest
+from typing import TypeVar
 
-from exudyn_flexlink.report.tables import Table
+Item = TypeVar("Item")
+Column = tuple[str, Callable[[Item], str]]
 
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
 MOST_LISTED = 12  # bodies or joints that one line names
@@ -15,6 +18,49 @@ GAP = "  "  # before each column
 UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"
 QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])|(?<=<) (?=\d)")
 JOINED = "\u00a0"  # stands for a space where no line is broken
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells, as text, under a caption.
+
+    `head` names the columns, and `units` their units, "" of a column without one; a cell has no
+    unit that its column tells. Both are empty where every row is a name and what is told of it.
+    `note` says what is left out, or how to read the table.
+    """
+
+    caption: str
+    rows: Sequence[Sequence[str]]
+    head: Sequence[str] = ()
+    units: Sequence[str] = ()
+    note: str = ""
+
+    def without(self, columns: Collection[str]) -> Table:
+        """Return the table without the columns of these names."""
+        kept = [i for i, name in enumerate(self.head) if name not in columns]
+        return replace(
+            self,
+            rows=[[row[i] for i in kept] for row in self.rows],
+            head=[self.head[i] for i in kept],
+            units=[self.units[i] for i in kept],
+        )
+
+
+def table_of_items(
+    caption: str, columns: Mapping[str, Column[Item]], items: Sequence[Item], count: int
+) -> Table:
+    """Return a table with a row for each item, the first of `count`.
+
+    Columns are by name, each its unit and what tells the cell of an item.
+    """
+    rows = [[cell(item) for _, cell in columns.values()] for item in items]
+    units = [unit for unit, _ in columns.values()]
+    return Table(caption, rows, list(columns), units, left_out(count, len(items)))
+
+
+def left_out(count: int, most: int) -> str:
+    """Say how many of `count` rows are not among the first `most`; empty if all are."""
+    return f"and {count - most} more" if count > most else ""
 
 
 def number(value: float) -> str:
@@ -60,6 +106,11 @@ def lines_of(told: Table, *, units_above: bool = False) -> list[str]:
     return [*caption, *table([*head, *rows]), *note]
 
 
+def section(heading: str, rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows in columns under a heading; none without rows."""
+    return lines_of(Table(heading, rows))
+
+
 def _with_units(cells: Sequence[str], units: Sequence[str], between: str) -> list[str]:
     """Cells with their units; what is empty, or has no unit, stays as it is."""
     return [
@@ -85,19 +136,17 @@ def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _widths(columns: list[list[str]]) -> list[int]:
-    """Widths of columns that fit into `WIDTH`, if they can, with as few lines more as can be."""
+    """Widths of columns that fit into `WIDTH`, if they can: the widest gives way first.
+
+    Words are never broken.
+    """
     widths = [max(map(len, column)) for column in columns]
+    least = [max(len(line) for cell in own for line in _wrapped(cell, 1)) for own in columns]
     while sum(widths) + len(GAP) * len(widths) > WIDTH:
-        narrower = []
-        for i, (column, width) in enumerate(zip(columns, widths, strict=True)):
-            cells = [_wrapped(cell, max(width - 1, 1)) for cell in column]
-            least = max(len(line) for cell in cells for line in cell)
-            if least < width:
-                more = sum(map(len, cells)) - sum(len(_wrapped(cell, width)) for cell in column)
-                narrower.append((more / (width - least), i, least))
-        if not narrower:  # words are never broken
+        broad = [i for i, width in enumerate(widths) if width > least[i]]
+        if not broad:
             break
-        _, i, widths[i] = min(narrower)
+        widths[max(broad, key=widths.__getitem__)] -= 1
     return widths
 
 

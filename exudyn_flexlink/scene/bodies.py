@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import pi
 from typing import Annotated, Literal
 
@@ -94,37 +93,39 @@ Section = Annotated[
 ]
 
 
-Stations = Named[PositiveLength]
-STATIONS = "named points by their distance from the start; on a hinge: of the rod before it"
+class _Straight(Part):
+    """A straight, uniform body from `start` to `end`."""
 
-
-def _refuse_beyond(stations: Mapping[str, float], length: float) -> None:
-    for name, place in stations.items():
-        if place > length:
-            refuse(f"is beyond the end, at {length:g} m", at=("points", name))
-
-
-class RodBody(Part):
-    """A straight, uniform, rigid rod from `start` to `end`."""
-
-    type: Literal["rod"] = "rod"
-    length: PositiveLength = Field(description="from start to end")
+    length: PositiveLength = Field(description="from start to end, unbent")
     material: MaterialName = Field(description="name of a material")
     section: Section = Field(description="cross-section")
     slender: Flag = Field(
-        True, description="true: inertia m l^2/12 about the centre; false: adds that of the section"
+        True,
+        description="true: inertia m l^2/12 about the centre, of each rod of a flexible body; "
+        "false: adds that of the section",
     )
-    points: Stations = Field(default_factory=FrozenMapping, description=STATIONS)
+    points: Named[PositiveLength] = Field(
+        default_factory=FrozenMapping,
+        description="named points by their distance from the start; on a hinge: of the rod before",
+    )
+
+    @model_validator(mode="after")
+    def _stations_are_on_it(self) -> _Straight:
+        for name, place in self.points.items():
+            if place > self.length:
+                refuse(f"is beyond the end, at {self.length:g} m", at=("points", name))
+        return self
+
+
+class RodBody(_Straight):
+    """A straight, uniform, rigid rod from `start` to `end`."""
+
+    type: Literal["rod"] = "rod"
 
     @property
     def point_names(self) -> tuple[str, ...]:
         """Names of the points that joints and contacts may refer to."""
         return ("start", "end", "centre", *self.points)
-
-    @model_validator(mode="after")
-    def _stations_are_on_it(self) -> RodBody:
-        _refuse_beyond(self.points, self.length)
-        return self
 
 
 class RigidBody(Part):
@@ -162,37 +163,25 @@ class Hinges(Part):
     damping: NonNegativeTorsionalDamping = Field(0.0, description="viscous damping of each hinge")
 
 
-class FlexibleBody(Part):
+class FlexibleBody(_Straight):
     """A straight flexible link: rigid rods joined by hinges with torsional springs."""
 
     type: Literal["flexible"] = "flexible"
-    length: PositiveLength = Field(description="from start to end, unbent")
-    material: MaterialName = Field(description="name of a material")
-    section: Section = Field(description="cross-section")
     rods: Annotated[int, Strict()] = Field(ge=1, le=1000, description="number of rods")
     layout: Literal["equal", "half_ends"] = Field(
         "equal", description="half_ends: the first and the last rod have half the length"
     )
     hinges: Hinges = Field(description="springs between the rods")
-    slender: Flag = Field(
-        True, description="true: a rod's inertia is m l^2/12; false: adds that of the section"
-    )
     stretch: Flag = Field(
         False,
         description="true: every rod is two halves that slide on each other, with an axial spring "
         "E A / length of the rod",
     )
-    points: Stations = Field(default_factory=FrozenMapping, description=STATIONS)
 
     @property
     def point_names(self) -> tuple[str, ...]:
         """Names of the points that joints and contacts may refer to."""
         return ("start", "end", *self.points)
-
-    @model_validator(mode="after")
-    def _stations_are_on_it(self) -> FlexibleBody:
-        _refuse_beyond(self.points, self.length)
-        return self
 
     @model_validator(mode="after")
     def _half_ends_are_two(self) -> FlexibleBody:

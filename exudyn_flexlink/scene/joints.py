@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
+from pydantic.functional_validators import BeforeValidator
 
 from exudyn_flexlink.quantities import Angle, NonNegativeLength, PositiveLength, Ratio
 from exudyn_flexlink.scene.base import (
@@ -45,11 +46,15 @@ class PointsJoint(Part):
         return self
 
 
-def _penalty_only(law: Any, what: str) -> Any:
-    """Refuse a law by impulse for what must give way."""
-    if isinstance(law, Mapping) and law.get("type") == "impulse":
-        refuse(f"{what} a penalty law", _EXAMPLE, at="type")
-    return law
+def _gives_way(what: str) -> BeforeValidator:
+    """Refuse a law by impulse."""
+
+    def check(law: Any) -> Any:
+        if isinstance(law, Mapping) and law.get("type") == "impulse":
+            refuse(f"{what} a penalty law", _EXAMPLE, at="type")
+        return law
+
+    return BeforeValidator(check)
 
 
 def _gives_clearance(joint: Part) -> bool:
@@ -75,7 +80,7 @@ class RevoluteJoint(PointsJoint):
     radius: PositiveLength | None = Field(
         None, description="of the journal: where friction acts; needed with friction alone"
     )
-    law: ContactLaw | None = Field(
+    law: Annotated[ContactLaw | None, _gives_way("a bearing needs")] = Field(
         None, description="force between journal and bearing; with clearance, idle if that is 0"
     )
 
@@ -83,11 +88,6 @@ class RevoluteJoint(PointsJoint):
     def acting(self) -> ContactLaw | None:
         """The law, if anything can press."""
         return self.law if self.clearance > 0 else None
-
-    @field_validator("law", mode="before")
-    @classmethod
-    def _bearing_gives_way(cls, law: Any) -> Any:
-        return _penalty_only(law, "a bearing needs")
 
     @model_validator(mode="after")
     def _bearing_needs_a_law(self) -> RevoluteJoint:
@@ -167,7 +167,7 @@ class SleeveJoint(Part):
         description="without clearance; true: the law holds all rods inside the guide on its axis; "
         "false: the first rod alone is held",
     )
-    law: ContactLaw | None = Field(
+    law: Annotated[ContactLaw | None, _gives_way("the walls of a sleeve need")] = Field(
         None,
         description="force between link and walls; with 'supported', or with clearance, idle if "
         "that is 0",
@@ -183,11 +183,6 @@ class SleeveJoint(Part):
         """The law, if anything can press."""
         return self.law if self.clearance > 0 or self.supported else None
 
-    @field_validator("law", mode="before")
-    @classmethod
-    def _walls_give_way(cls, law: Any) -> Any:
-        return _penalty_only(law, "the walls of a sleeve need")
-
     @model_validator(mode="after")
     def _walls_need_a_law(self) -> SleeveJoint:
         if self.clearance > 0 and self.supported:
@@ -198,10 +193,7 @@ class SleeveJoint(Part):
             )
         walls = self.clearance > 0 or self.supported
         if walls and self.law is None:
-            refuse(
-                "missing 'law', the force between link and walls",
-                _EXAMPLE,
-            )
+            refuse("missing 'law', the force between link and walls", _EXAMPLE)
         if not walls and not _gives_clearance(self) and self.law is not None:
             refuse(
                 "a sleeve without clearance has no walls to press on",

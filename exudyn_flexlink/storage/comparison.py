@@ -141,7 +141,7 @@ def _run(seen: Seen) -> dict[str, Any]:
     result = seen.result
     return {
         "engine": result.engine,
-        "settings": dict(result.settings),
+        "settings": result.settings,
         "impacts": list(seen.impacts),
         "completed": result.outcome.completed,
         "end_s": result.outcome.time,

@@ -92,7 +92,7 @@ def read_document(file: Path) -> dict[str, Any]:
 
 def other_version(document: Mapping[str, Any]) -> str:
     """Name the version that wrote a document of this program; empty if it was this one."""
-    there, versions = document.get("format"), document.get("versions")
+    there, versions = document.get("format", "unknown"), document.get("versions")
     name = versions.get(PROGRAM, "?") if isinstance(versions, Mapping) else "?"
     return "" if there == FORMAT else f"another version, {PROGRAM} {name} with format {there}"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -16,8 +15,7 @@ from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.arrays import Records, told_fields
 from exudyn_flexlink.storage.documents import AGAIN, check_readable, damage, other_version
-from exudyn_flexlink.storage.errors import ARRAYS, PROGRAM, SUMMARY, SWEEP, StorageError
-from exudyn_flexlink.storage.manifest import is_regular
+from exudyn_flexlink.storage.errors import ARRAYS, SWEEP, StorageError
 from exudyn_flexlink.storage.netcdf import read_netcdf
 from exudyn_flexlink.storage.writing import RUN
 
@@ -34,7 +32,10 @@ def load(place: Path) -> Result:
     try:
         check_readable(file)
         read = read_netcdf(file)
-        told = vars(_told().model_validate_json(read.attributes[RUN]))
+        run = json.loads(read.attributes[RUN])
+        if other := other_version(run):
+            raise StorageError(f"{file} was written by {other}; {AGAIN}")
+        told = vars(_told().model_validate(run))
         scene = _scene(told.pop("scene"), file)
         result: Result = Records(read, told.pop("names")).record(Result, scene=scene, **told)
     except (FileNotFoundError, NotADirectoryError):
@@ -70,12 +71,7 @@ def _missing(file: Path) -> str:
 
 
 def _unreadable(file: Path, error: Exception) -> StorageError:
-    """Say that a file is damaged, or which version of this program wrote it."""
-    summary = file.with_name(SUMMARY)
-    with suppress(OSError, ValueError, AttributeError):  # of a summary that tells nothing
-        told = json.loads(summary.read_bytes()) if is_regular(summary) else {}  # no pipe: it waits
-        if told.get("program") == PROGRAM and (other := other_version(told)):
-            return StorageError(f"{file} was written by {other}; {AGAIN}")
+    """Say why a file is damaged."""
     why = damage(error, "run") if isinstance(error, ValidationError) else str(error)
     return StorageError(f"{file} is damaged: {why}; {AGAIN}")
 

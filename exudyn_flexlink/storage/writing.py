@@ -24,7 +24,7 @@ from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, names_in, told_fields
 from exudyn_flexlink.storage.documents import write_document
-from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY
+from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, SUMMARY
 from exudyn_flexlink.storage.netcdf import write_netcdf
 from exudyn_flexlink.storage.tables import UNITS, tables_of
 from exudyn_flexlink.sweeps import column_of
@@ -52,7 +52,7 @@ def save(result: Result, folder: Path) -> None:
     tables = tables_of(result)
     folder.mkdir(parents=True, exist_ok=True)
     told = {name: getattr(result, name) for name in told_fields()}
-    told |= {"names": names_in(result), "scene": result.scene.to_data()}
+    told |= {"names": names_in(result), "scene": result.scene.to_data(), "format": FORMAT}
     run = to_json(told, fallback=plain_data).decode()
     write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result) | {RUN: run})
     write_document(folder, SUMMARY, _summary(result), tables)

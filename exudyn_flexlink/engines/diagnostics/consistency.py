@@ -45,7 +45,7 @@ def kinetic(result: Result) -> float:
 
 
 def _remedy(result: Result) -> str:
-    return "shorten the step" if "step" in result.settings else "tighten the tolerance"
+    return "shorten the step" if result.settings.integrator.step else "tighten the tolerance"
 
 
 def _energy(result: Result) -> Iterator[str]:
@@ -82,7 +82,7 @@ def _gains(result: Result) -> Iterator[str]:
     told = "an impact gives more energy than it takes"
     if len(gaining) > 1:
         told = f"{len(gaining)} impacts give more energy than they take"
-    more = ", or raise 'solver.steps_per_contact'" if "steps_per_contact" in result.settings else ""
+    more = ", or raise 'solver.steps_per_contact'" if result.settings.steps_per_contact else ""
     yield (
         f"{told}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the largest "
         f"kinetic energy: {_remedy(result)}{more}"

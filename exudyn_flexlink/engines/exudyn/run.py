@@ -8,6 +8,7 @@ from time import perf_counter
 from types import ModuleType
 
 from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.engines.ending import RADAU
 from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
@@ -19,7 +20,7 @@ from exudyn_flexlink.scene import Scene
 
 def order(scene: Scene) -> int:
     """Return the order of the method that solves a scene."""
-    return 9 if formulation(scene) == "minimal" else 2
+    return RADAU.order if formulation(scene) == "minimal" else redundant.ORDER
 
 
 def run(

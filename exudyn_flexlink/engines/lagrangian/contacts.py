@@ -25,8 +25,7 @@ from exudyn_flexlink.engines.lagrangian.equations import Frame
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.pair_events import Seen
-from exudyn_flexlink.engines.pressing import pressing
-from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.engines.pressing import law_numbers, pressing
 from exudyn_flexlink.mechanism import Anchor, FaceContact
 
 
@@ -65,7 +64,7 @@ class Contacts:
         self.held = np.array([own.side == 0 for own in self.all], dtype=bool)
         self.length = np.array([own.length for own in self.all])
         self._side = np.array([own.side for own in self.all])
-        self._laws = np.array([_law(own) for own in self.all]).reshape(-1, 5)
+        self._laws = law_numbers(self.all)
         pivots = {own.part: own for own in (layout.guide, *layout.levers)}
         of_link = [own for own in self.all if own.point.part in layout.rods]
         corners = [own for own in self.all if own.point.part not in layout.rods]
@@ -158,7 +157,7 @@ class Contacts:
         """
         gap, rows, slides = self._rows(at, which)
         rate, slip = ((own @ at.v[:, :, None])[..., 0] for own in (rows, slides))
-        *law, friction, creep = self._laws[which].T
+        *law, friction, creep = self._laws[:, which]
         press, by_gap, by_rate = pressing(law, gap, rate)
         rub = -friction * press * np.tanh(slip / creep)
         power = -press * rate - rub * slip
@@ -169,7 +168,7 @@ class Contacts:
 
         What a face does along its gap is left out: its force leaps, see `integrate.contact_share`.
         """
-        friction, creep = self._laws[own.which, 3], self._laws[own.which, 4]
+        friction, creep = self._laws[3:, own.which]
         rubbing = np.tanh(own.slip[0] / creep)
         # Pressing walls push along their gaps, and drag along their faces, as faces do, too.
         wall = np.where(own.which < self.faces, 0.0, 1.0)
@@ -178,11 +177,6 @@ class Contacts:
         drag = friction * np.maximum(own.press[0], 0.0) * (1 - rubbing**2) / creep
         stiffness = (across * own.by_gap[0]) @ pressed.T
         return stiffness, (across * own.by_rate[0]) @ pressed.T + (slid * drag) @ slid.T
-
-    def law_numbers(self, k: int) -> tuple[float, float, float]:
-        """Elastic and lossy part of the stiffness of a contact (N/m), transition speed (m/s)."""
-        elastic, lossy, speed = self._laws[k, :3].tolist()
-        return elastic, lossy, speed
 
 
 def _from(point: Anchor, pivot: Pivot) -> complex:
@@ -193,12 +187,3 @@ def _from(point: Anchor, pivot: Pivot) -> complex:
 def _direction(contact: FaceContact) -> complex:
     begin, end = (complex(own.x, own.y) for own in (contact.start, contact.end))
     return (end - begin) / abs(end - begin)
-
-
-def _law(contact: FaceContact) -> tuple[float, float, float, float, float]:
-    """Elastic and lossy part of the stiffness, transition speed, friction, its slip speed."""
-    law, friction = contact.law, contact.friction
-    rub = (friction.coefficient, friction.slip_speed) if friction else (0.0, 1.0)
-    if isinstance(law, Impulse):
-        return (0.0, 0.0, 1.0, *rub)
-    return (law.elastic, law.lossy, law.transition_speed, *rub)

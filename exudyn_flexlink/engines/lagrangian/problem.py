@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from math import inf, sqrt
 from typing import NamedTuple
 
@@ -18,7 +17,7 @@ from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.pair_events import (
     NODES,
-    POLYNOMIAL,
+    PARTS,
     Seen,
     calm,
     changed,
@@ -27,16 +26,15 @@ from exudyn_flexlink.engines.pair_events import (
 )
 from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
-from exudyn_flexlink.integrate.events import Event, fall, zero
+from exudyn_flexlink.integrate.events import Event, fall
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import slow_motions
 from exudyn_flexlink.integrate.stepper import HybridProblem
-from exudyn_flexlink.integrate.turning import chebyshev_sum
 from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
 
-IN_CONTACT = 0.15  # of the contact's half period: the first step in it
-AT_REST = 0.1  # of the speed at which a force changes from loading to unloading
+# Of a contact's half period: the first step in it. No stage of a longer one may see the touch.
+FIRST = 0.15
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
 SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
 LAST = len(NODES) - 1
@@ -73,7 +71,8 @@ class Problem(HybridProblem):
         """`halves` (s) are half periods of contacts, `end` that of the run."""
         self.system, self.recorder, self.goal = system, recorder, goal
         self.reached, self.stop_reason, self.stop_advice = False, "", ""
-        self._halves, self._end = np.array(halves), end
+        self._halves, self._end = halves, end
+        self._first = inf  # s: limit of the first step after a contact has closed
         q, v = system.model.start
         self.q, self.v = q[system.model.first :], v[system.model.first :]
         self.time = 0.0
@@ -81,7 +80,6 @@ class Problem(HybridProblem):
         self.touches = system.touches
         self.impacts = Impacts(self)
         self._ahead: tuple[Path, Motion, Seen] | None = None  # the last step looked at
-        self._speeding = np.zeros(contacts.faces)
         self.seen = Seen(*np.zeros((4, len(contacts.all))))
         self.look_now()
         self.touches.start(self.seen.gap[: contacts.faces])
@@ -118,17 +116,10 @@ class Problem(HybridProblem):
         return float(self.goal.turned - abs(float(row @ q) - self.goal.start))
 
     def longest(self, at: Evaluation | None = None) -> float:  # noqa: ARG002
-        """Limit of the next step, s: the guide turns a little, and a point comes to rest."""
+        """Limit of the next step, s: the guide turns a little."""
         speed, gain = map(abs, self.system.guide_speed(self.time, self.v))
         faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
-        limits = [2 * TURN / faster if faster > 0 else inf]
-        contacts = self.system.contacts
-        for k in np.flatnonzero(self.touches.pressed[: contacts.faces]).tolist():
-            _, lossy, transition = contacts.law_numbers(k)
-            rate, bend = float(self.seen.gap_rate[k]), float(self._speeding[k])
-            if lossy > 0 and abs(rate) >= transition and rate * bend < 0:
-                limits.append(-rate / bend)
-        return min(limits)
+        return min(self._first, 2 * TURN / faster if faster > 0 else inf)
 
     # --- within a step ------------------------------------------------------------------------
 
@@ -180,8 +171,8 @@ class Problem(HybridProblem):
         if not contacts.all:
             return []
         path, pressing = self.system.from_sides(path), self.touches.pressed
-        found = self._turns(step, path)
-        restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
+        found = []
+        restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h * PARTS))
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
             if len(walls):
@@ -196,21 +187,6 @@ class Problem(HybridProblem):
             found += [Event(time, OfContact(k)) for time, k in lifted]
         return found
 
-    def _turns(self, step: Path, path: Seen) -> list[Event]:
-        """Where the force of a lever's contact leaps, as its point turns."""
-        found = []
-        for k in np.flatnonzero(self.touches.pressed[: self.system.contacts.faces]).tolist():
-            _, lossy, transition = self.system.contacts.law_numbers(k)
-            before, after = path.gap_rate[0, k], path.gap_rate[-1, k]
-            if lossy == 0 or before * after >= 0 or abs(before) <= AT_REST * transition:
-                continue
-            of_gap = POLYNOMIAL.coefficients(
-                path.gap[None, :, k], step.h * path.gap_rate[None, :, k]
-            )
-            speed = partial(chebyshev_sum, POLYNOMIAL.derivative(of_gap)[0].tolist())
-            found.append(Event(step.t + step.h * zero(speed, 0.0, 1.0), OfContact(k), leaps=True))
-        return found
-
     def _changed(self, time: float, there: int | None = None) -> BoolArray:
         """Walls' pairs that now (s) begin or cease to press, or did so unseen, (c,)."""
         contacts = self.system.contacts
@@ -221,7 +197,7 @@ class Problem(HybridProblem):
 
     def late(self, event: Event, step: Path) -> float:
         """How long (s) before a step's end a contact's event was; negative: after."""
-        if event.leaps or not isinstance(event.what, OfContact):
+        if not isinstance(event.what, OfContact):
             return 0.0
         k, contacts = event.what.contact, self.system.contacts
         if k < contacts.faces and self.touches.rigid[k] and self.touches.pressed[k]:
@@ -261,8 +237,7 @@ class Problem(HybridProblem):
     def accept(self, step: Path) -> None:
         """Go to the end of a step, and record it."""
         motion, path = self._nodes(step)
-        seen = path.pick(-1)
-        self._speeding = (seen.gap_rate - self.seen.gap_rate)[: self.system.contacts.faces] / step.h
+        seen, self._first = path.pick(-1), inf
         self.time = step.t + step.h
         own, at = self.system.model.first, motion.frame
         self.all_q, self.seen = at.q[LAST], seen
@@ -278,20 +253,18 @@ class Problem(HybridProblem):
             if seen.gap[walls].min(initial=0.0) < -deepest_allowed(channel):
                 self.stop(broken_wall(channel), BROKEN_WALL_ADVICE)
 
-    def cross(self, event: Event) -> float:
-        """Change the equations; return how long (s) the next step may be."""
+    def cross(self, event: Event) -> None:
+        """Change the equations."""
         self.recorder.work_off()
         if isinstance(event.what, TurnsMade):
             self.reached = True
-            return inf
-        if isinstance(event.what, PieceEnd):
+        elif isinstance(event.what, PieceEnd):
             self.recorder.keep_last()
             self._next_piece(event.what.way)
-            return inf
-        k = event.what.contact
-        if k >= self.system.contacts.faces:
-            return self._settle_walls(event.time, k)
-        return self._change_face(event.time, k)
+        elif event.what.contact >= self.system.contacts.faces:
+            self._settle_walls(event.time, event.what.contact)
+        else:
+            self._change_face(event.time, event.what.contact)
 
     def _next_piece(self, way: int) -> None:
         track = self.system.track
@@ -307,25 +280,20 @@ class Problem(HybridProblem):
             self.q[-1] = track.u
             self.v[-1] *= abs(before) / abs(after)
 
-    def _settle_walls(self, time: float, there: int | None = None) -> float:
+    def _settle_walls(self, time: float, there: int | None = None) -> None:
         """Let all pairs that do so at an event of `there` begin or cease to press."""
-        longest = inf
         for k in np.flatnonzero(self._changed(time, there)).tolist():
-            what = self._happening(k)
-            self.change(time, k, what, self.seen)
-            if what is Change.CLOSES:
-                longest = min(longest, IN_CONTACT * self._halves[k])
-        return longest
+            self.change(time, k, self._happening(k), self.seen)
 
     def _happening(self, k: int) -> Change:
         gap, place = float(self.seen.gap[k]), float(self.seen.place[k])
         return self.touches.crossing(k, gap, min(place, self.system.contacts.length[k] - place))
 
-    def _change_face(self, time: float, k: int) -> float:
+    def _change_face(self, time: float, k: int) -> None:
         what, rigid = self._happening(k), bool(self.touches.rigid[k])
         if what is Change.PASSES:
             self.change(time, k, what, self.seen)
-            return inf
+            return
         begins = what is Change.CLOSES
         self.recorder.keep_last(before=what is Change.SLIDES_OFF or (begins and rigid))
         if begins and rigid:
@@ -333,7 +301,6 @@ class Problem(HybridProblem):
         else:
             self.change(time, k, what, self.seen)
         self.recorder.keep(self.begin_motion())
-        return float(IN_CONTACT * self._halves[k]) if begins and not rigid else inf
 
     def change(
         self,
@@ -344,6 +311,8 @@ class Problem(HybridProblem):
         since: tuple[float, float] | None = None,
     ) -> None:
         """Let a contact begin or end, where it is `seen`; what it takes counts from `since` on."""
+        if what is Change.CLOSES:
+            self._first = min(self._first, FIRST * self._halves[k])
         totals = self.recorder.totals_of(k) if since is None else since
         now = Moment(time, float(seen.place[k]), float(seen.gap_rate[k]), totals)
         self.touches.change(k, what, now)

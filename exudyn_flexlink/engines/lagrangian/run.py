@@ -18,7 +18,7 @@ import scipy
 
 from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
-from exudyn_flexlink.engines.ending import checks, of_turns
+from exudyn_flexlink.engines.ending import RADAU, checks, of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.engines.interrupts import interrupts
@@ -39,8 +39,7 @@ from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     Mechanism,
     end_of_run,
-    half_period,
-    pairs,
+    half_periods,
     sample_times,
     turn_goal,
 )
@@ -48,12 +47,15 @@ from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import (
     INTERRUPTED,
     EnergyHistory,
+    EngineSettings,
     Event,
+    Integrator,
     Outcome,
     Result,
 )
 from exudyn_flexlink.scene import Scene
 
+DOP853 = Integrator("DOP853", 8)
 WITHOUT_TOLERANCE = 1e-7  # m: where the scene gives a step, of which the Lagrangian has no use
 TIGHTEN = "tighten the tolerance, since more energy is missing than there is; then "
 ADVICE = (
@@ -80,7 +82,8 @@ class Prepared:
 
 def order(scene: Scene) -> int:
     """Return the order of the method that solves a scene."""
-    return 8 if explicit(scene, assemble_scene(scene).mechanism) else 9
+    method = DOP853 if explicit(scene, assemble_scene(scene).mechanism) else RADAU
+    return method.order
 
 
 def run(
@@ -116,11 +119,9 @@ def prepare(
     watched = Watched(scene, mechanism, assembly.state.q)
     seeker = ExtremeSeeker(watched, system.contacts.all, NODES)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
-    halves = [half_period(assembly, contact) for contact in mechanism.contacts]
-    for channel in mechanism.channels:
-        halves += [half_period(assembly, channel)] * len(pairs(channel))
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
-    problem = Problem(system, recorder, turn_goal(scene, assembly), halves, end)
+    goal = turn_goal(scene, assembly)
+    problem = Problem(system, recorder, goal, half_periods(assembly), end)
     stepper: ImplicitStepper | ExplicitStepper
     if explicit(scene, mechanism):
         stepper = ExplicitStepper(problem, tolerance, limits)
@@ -174,15 +175,12 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         mechanism, poses, rates, kept.press, deepest,
         lambda first, count: recorder.intervals(first, places[first:][:count]),
     )  # fmt: skip
-    by_explicit = isinstance(prepared.stepper, ExplicitStepper)
+    method = DOP853 if isinstance(prepared.stepper, ExplicitStepper) else RADAU
     energies = recorder.energies(kept, poses, rates)
     return Result(
         scene=prepared.scene,
         engine="lagrangian",
-        settings={
-            "integrator": "DOP853" if by_explicit else "Radau IIA of order 9",
-            "tolerance": prepared.tolerance,
-        },
+        settings=EngineSettings(replace(method, tolerance=prepared.tolerance)),
         versions={
             "scipy": scipy.__version__, "numpy": np.__version__, "python": python_version(),
         },

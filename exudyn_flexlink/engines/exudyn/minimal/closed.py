@@ -28,13 +28,12 @@ from exudyn_flexlink.engines.exudyn.minimal.closures import (
     StepStages,
     partition,
 )
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, StepEnd, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.within import Within
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
@@ -155,28 +154,6 @@ class ClosedCoordinates:
         """All coordinates at instants, from the independent ones and their speeds."""
         return self._moving(t, v, self._placed(t, self._guess(t, z)))
 
-    def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps since the last event."""
-        nodes = np.array([_at_nodes(step) for step in at.steps])
-        z, v = at.coordinates()
-        return self._moving(at.t, v, self._placed(at.t, self._filled(at.t, z, at.through(nodes))))
-
-    def end_of(self, step: Step) -> StepEnd | None:
-        """All coordinates near the end of the last step tried, by its last stage.
-
-        The last round of the iteration moved it a little. None near a dead centre, where much
-        follows from little.
-        """
-        if self._last is None or self._gains.max() >= CALM:
-            return None
-        end, free, links = step.stages.kept.state.pick(-1), self._split.free, self._links
-        y, v = np.append(end.x, end.places), np.append(end.v, end.place_rates)
-        reach = self._last.reach[-1]
-        y += reach @ (step.finish.q - y[free])
-        v += reach @ (step.finish.v - v[free])
-        near = TreeState(y[:links], v[:links], end.b, y[links:], v[links:], end.transform)
-        return StepEnd(near, exact=False)
-
     def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """As `states`, at the stages of a step that is tried: later searches begin near them."""
         try:
@@ -228,10 +205,6 @@ class ClosedCoordinates:
         if y is None:
             ahead = (t - self._time)[:, None]
             y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
-        return self._filled(t, z, y)
-
-    def _filled(self, t: FloatArray, z: FloatArray, y: FloatArray) -> FloatArray:
-        """Coordinates y (n, all), with those filled in that are known."""
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
             y[:, link] = self._start[link] + sign * motor.speed.integrals(t)
@@ -313,13 +286,6 @@ class ClosedCoordinates:
         values = np.linalg.svd(self._jacobian(np.append(at.x, at.places)), compute_uv=False)
         locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
         return AT_DEAD_CENTRE if locked else ""
-
-
-def _at_nodes(step: Step) -> FloatArray:
-    """All coordinates (1 + stages, all) at the start and the stages of a step."""
-    begin, stages = step.begin.kept.state, step.stages.kept.state
-    start = np.append(begin.x, begin.places)
-    return np.vstack([start, np.hstack([stages.x, stages.places])])
 
 
 def _stretch(at: Evaluator, u: float) -> float:

@@ -36,7 +36,6 @@ from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
-AT_REST = 0.1  # of the speed at which the force changes from loading to unloading
 
 
 class MinimalContact:
@@ -118,19 +117,6 @@ class PenaltyContact(MinimalContact):
     def __init__(self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty) -> None:
         super().__init__(layout, contact)
         self.law, self.friction = law, contact.friction
-
-    def turns(self, before: float, after: float) -> bool:
-        """Tell whether the force leaps between two rates of the gap: the point was at rest."""
-        if self.law.restitution == 1.0 or before * after >= 0:
-            return False
-        return abs(before) > AT_REST * self.law.transition_speed
-
-    def rests_in(self, touch: Touch) -> float:
-        """Time (s) after which the point comes to rest, as it goes now; infinite if it does not."""
-        slow = abs(touch.gap_rate) < self.law.transition_speed
-        if self.law.restitution == 1.0 or slow or touch.gap_rate * touch.gap_bend >= 0:
-            return inf
-        return -touch.gap_rate / touch.gap_bend
 
     def force(self, touch: Touch) -> float:
         """Pressing force, N; none while apart."""

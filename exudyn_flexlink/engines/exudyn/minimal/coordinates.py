@@ -16,7 +16,6 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.within import Within
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
@@ -47,16 +46,6 @@ class TreeState(NamedTuple):
         return TreeState(*[own[which] for own in self])  # type: ignore[arg-type]
 
 
-class StepEnd(NamedTuple):
-    """All coordinates at the end of a step, `exact` or as its last stage foretells them.
-
-    Then places have errors of second order in what the last round moved, speeds of first order.
-    """
-
-    state: TreeState
-    exact: bool
-
-
 class Coordinates(Protocol):
     """How the coordinates of a tree follow from the independent ones.
 
@@ -84,15 +73,6 @@ class Coordinates(Protocol):
         From them further rounds of it, and what lies within it, are searched.
         """
         return self.states(t, z, v)
-
-    def end_of(self, step: Step) -> StepEnd | None:
-        """All coordinates at the end of the last step tried, by its last stage.
-
-        None where they have to be found by `states`.
-        """
-
-    def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps since the last event."""
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
         """A step ended here, with these accelerations of the independent coordinates."""
@@ -195,52 +175,23 @@ class OpenCoordinates(Coordinates):
 
     def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates at instants, from the independent ones and their speeds."""
-        return self._following(t, z, v)
-
-    def _following(
-        self, t: FloatArray, z: FloatArray, v: FloatArray, near: FloatArray | None = None
-    ) -> TreeState:
-        """As `states`; places are searched from those (n, slots) that are known to be near."""
-        free = len(self.free)
-        state = self._with_free(self._known(t, near), z[:, :free], v[:, :free])
+        free, known = len(self.free), self._known(t)
+        x, speed = known.x.copy(), known.v.copy()
+        x[:, self._chosen], speed[:, self._chosen] = z[:, :free], v[:, :free]
+        state = TreeState(x, speed, *known[2:])
         if not self._follows:
             return state
         reach = np.empty((len(t), *self._picks.shape))
         reach[:] = self._picks
         places, rates = np.zeros((2, len(t), self._slots))
         state = TreeState(state.x, state.v, state.b.copy(), places, rates, Transform(reach))
-        self._slide(state, near)
+        self._slide(state)
         self._ride(state, z[:, free:], v[:, free:])
         return state
 
-    def _with_free(self, state: TreeState, z: FloatArray, v: FloatArray) -> TreeState:
-        """Return the same with other coordinates of the tree that nothing fixes (n, free)."""
-        x, speed = state.x.copy(), state.v.copy()
-        x[:, self._chosen], speed[:, self._chosen] = z, v
-        return TreeState(x, speed, *state[2:])
-
-    def end_of(self, step: Step) -> StepEnd | None:
-        """All coordinates at the end of a step, by its last stage.
-
-        The last round of the iteration moved nothing but what is solved for.
-        """
-        stages = step.stages.kept
-        if self._follows or stages.t[-1] != step.end:  # the end of a step may have been moved
-            return None
-        last: TreeState = stages.state.pick(slice(-1, None))
-        end = self._with_free(last, step.finish.q[None], step.finish.v[None]).pick(0)
-        return StepEnd(end, exact=True)
-
-    def states_within(self, at: Within) -> TreeState:
-        """As `states`, at instants within several steps since the last event."""
-        kept = [(step.begin.kept.state, step.stages.kept.state) for step in at.steps]
-        nodes = np.array([[begin.places, *stages.places] for begin, stages in kept])
-        return self._following(at.t, *at.coordinates(), at.through(nodes))
-
-    def _known(self, t: FloatArray, near: FloatArray | None = None) -> TreeState:
+    def _known(self, t: FloatArray) -> TreeState:
         """What depends on time alone: motors, and slides of guides that those turn.
 
-        Those are searched from places (n, slots) that are known to be near, if any.
         The rounds of an iteration come back with the same instants, in the same array.
         """
         if self._driven is not None and self._driven[0] is t:
@@ -252,19 +203,17 @@ class OpenCoordinates(Coordinates):
         places, rates = np.zeros((2, len(t), self._slots))
         state = TreeState(x, speed, b, places, rates, self._picked)
         if not self._follows:
-            self._slide(state, near)
+            self._slide(state)
         self._driven = t, state
         return state
 
-    def _slide(self, state: TreeState, near: FloatArray | None = None) -> None:
+    def _slide(self, state: TreeState) -> None:
         """Fill in the slides that follow their guides, and the places of their points."""
         x, speed, b, places, _, transform = state
         for k, guide in enumerate(self._guides):
             turning, sliding = guide.guided.turning, guide.guided.sliding
             angles = x[:, turning].tolist()
-            begins = [None] * len(angles) if near is None else near[:, k].tolist()
-            both = zip(angles, begins, strict=True)
-            found = np.array([(*guide.slide(*own), guide.u) for own in both])
+            found = np.array([(*guide.slide(angle), guide.u) for angle in angles])
             place, rate, bend, places[:, k] = found.T
             omega = speed[:, turning]
             x[:, sliding], speed[:, sliding] = place, rate * omega

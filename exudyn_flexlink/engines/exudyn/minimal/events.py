@@ -1,9 +1,10 @@
-"""What happens first within a step: a contact begins, turns or ends, a piece of a slot ends."""
+"""What happens first within a step: a contact begins or ends, a piece of a slot ends."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     MinimalContact,
-    PenaltyContact,
     RigidContact,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
@@ -21,9 +21,10 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
+from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import Event, fall, farthest, first_fall, zero
+from exudyn_flexlink.integrate.events import Event, fall, first_fall
 from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
@@ -34,13 +35,14 @@ Left = Callable[[FloatArray, FloatArray], tuple[float, float]]
 Following = tuple[TrackPoint | OnCurve, float, Left]
 """What is followed along pieces, how little beyond one is still on it, and what is left of it."""
 
+WHOLE = np.ones((1, 1))  # of the step, between its ends
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
 SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
 NEAR_SEAM = 1e-9  # likewise of a struck curve, whose pieces may meet at an angle by typed decimals
 
 
 class ContactChange(NamedTuple):
-    """A contact, of this number, begins or ends; or its point comes to rest and its force leaps."""
+    """A contact, of this number, begins or ends; pairs of link and guide follow the scene's."""
 
     contact: int
 
@@ -50,12 +52,6 @@ class PieceEnd(NamedTuple):
 
     point: TrackPoint | OnCurve
     way: int
-
-
-class WallChange(NamedTuple):
-    """A pair of link and guide, of this number, begins or ceases to press."""
-
-    pair: int
 
 
 class TurnsMade(NamedTuple):
@@ -71,19 +67,20 @@ class EventFinder:
         self.model, self.goal = model, goal
         self._sides = model.touches
         self.touches = [contact.touch(x, v) for contact in model.contacts]
+        endless = [touch.inside == inf for touch in self.touches]
+        own = np.array([contact.length for contact in model.contacts])
+        self._lengths = np.where(endless, inf, own)
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
         self.kinks = KinkWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
         self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
-    def accept(self, step: Step, end: TreeState) -> None:
+    def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
         self.walls.accept(end)
-        before, h, self.x = self.touches, step.h, end.x
-        self.touches = self._at_end(end)
-        for k, (touch, old) in enumerate(zip(self.touches, before, strict=True)):
-            touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
+        self.x, self.touches = end.x, self._at_end(end)
+        for k, touch in enumerate(self.touches):
             if touch.inside < 0:
                 self._sides.beside(k, touch.gap)
             self.model.contacts[k].follow(end.x, presses=self.presses(k))
@@ -95,37 +92,16 @@ class EventFinder:
     def first(self, step: Step, end: TreeState) -> Event | None:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
-        found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step)]
+        found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step, end)]
         if (touched := self.walls.first(step, end)) is not None:
-            found.append(Event(touched[0], WallChange(touched[1]), bends=True))
+            what = ContactChange(len(self.touches) + touched[1])
+            found.append(Event(touched[0], what, bends=True))
         if (kink := self.kinks.first(step)) is not None:
             found.append(kink)
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
             found.append(Event(time, TurnsMade()))
         return min(found, key=lambda event: event.time, default=None)
-
-    def nothing_happens(self, step: Step, near: TreeState) -> bool:
-        """Tell that surely nothing can happen in a step, of whose end only this is known.
-
-        It is off by less than it is from the last stage.
-        """
-        model = self.model
-        if model.contacts or model.walls.contacts or model.loads.bent or self.goal is not None:
-            return False
-        stages = step.stages.kept.state.places
-        off = SEAM + np.abs(near.places - stages[-1])
-        return not self._leaving(np.vstack([stages - off, stages + off]), 0.0)
-
-    def _leaving(self, places: FloatArray, least: float) -> list[int]:
-        """Slots whose points have less than `least` left of their pieces somewhere (n, slots)."""
-        both = zip(places.min(0).tolist(), places.max(0).tolist(), strict=True)
-        points = zip(self.model.coordinates.points, both, strict=True)
-        return [
-            k
-            for k, (point, (low, high)) in enumerate(points)
-            if point.left(high)[0] < least or point.left(low)[1] < least
-        ]
 
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
@@ -156,7 +132,13 @@ class EventFinder:
         What passes one may be back before the step ends, so that the stages are looked at, too.
         """
         stages, points = step.stages.kept.state, self.model.coordinates.points
-        leaving = self._leaving(np.vstack([stages.places[:-1], end.places]), -SEAM)
+        passed = np.vstack([stages.places[:-1], end.places])
+        lowest, highest = passed.min(0).tolist(), passed.max(0).tolist()
+        leaving = [
+            k
+            for k, (point, low, high) in enumerate(zip(points, lowest, highest, strict=True))
+            if point.left(high)[0] < -SEAM or point.left(low)[1] < -SEAM
+        ]
         curves = [self.model.contacts[k].along_curve for k in self.model.pressed_of_scene]
         followed: list[Following] = [
             *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),
@@ -194,37 +176,52 @@ class EventFinder:
 
     # --- contacts -----------------------------------------------------------------------------
 
-    def _changes_of_contacts(self, step: Step) -> list[Event]:
-        found = []
-        for k, contact in enumerate(self.model.contacts):
-            time = self._change(contact, k, step)
-            if time is not None:
-                found.append(Event(time, ContactChange(k)))
-            elif self.presses(k) and isinstance(contact, PenaltyContact):
-                turn = self._turn(contact, k, step)
-                if turn is not None:
-                    found.append(Event(turn, ContactChange(k), leaps=True))
-        return found
+    def _changes_of_contacts(self, step: Step, end: TreeState) -> list[Event]:
+        times = ((self._change(k, step), k) for k in self._restless(step, end))
+        return [Event(time, ContactChange(k)) for time, k in times if time is not None]
+
+    def _restless(self, step: Step, end: TreeState) -> list[int]:
+        """Contacts of the scene of which it is not sure that nothing happens within a step.
+
+        Most are told by its ends, the others by its stages, too.
+        """
+        every = range(len(self.model.contacts))
+        if not every:
+            return []
+        pressed, ahead = self._sides.pressed[: len(every)], self._at_end(end)
+        ends = self._path(every, [self.touches, ahead])
+        which = np.flatnonzero(pressed | ~calm(ends, self._lengths, pressed, step.h * WHOLE))
+        near = which.tolist()
+        if not near:
+            return []
+        inner = zip(*(own[:-1] for own in step.stages.kept.state[:2]), strict=True)
+        at_stages = [[self.model.contacts[k].touch(*at) for k in near] for at in inner]
+        before, after = ([own[k] for k in near] for own in (self.touches, ahead))
+        path = self._path(near, [before, *at_stages, after])
+        still = calm(path, self._lengths[which], pressed[which], step.h * PARTS)
+        press = step.stages.kept.pushes[:, which, 0]
+        lifts = pressed & self._sides.rigid[: len(every)]
+        still &= ~lifts[which] | (press.min(axis=0) >= LEAST_PRESS * press.max(axis=0))
+        return [k for k, calmly in zip(near, still.tolist(), strict=True) if not calmly]
+
+    def _path(self, which: Sequence[int], nodes: Sequence[Sequence[Touch]]) -> Seen:
+        """Contacts at nodes, seen from where they are: behind a face its gap is that to its back.
+
+        A rigid one that presses is as if behind a face that never opens; round ones have no ends.
+        """
+        found = [[_numbers(touch) for touch in node] for node in nodes]
+        gap, place, gap_rate, slip = np.array(found).transpose(2, 0, 1)
+        way = np.array([-1.0 if self._sides.sides[k] is Side.BEHIND else 1.0 for k in which])
+        path = Seen(way * gap, place, way * gap_rate, slip)
+        return path.closed((self._sides.pressed & self._sides.rigid)[list(which)])
 
     def _touch(self, contact: MinimalContact, step: Step, t: float) -> Touch:
         at = self._at(step, t)
         return contact.touch(at.x, at.v)
 
-    def _turn(self, contact: PenaltyContact, k: int, step: Step) -> float | None:
-        """When within the step the force of a contact leaps, as its point turns; None if never."""
-        end = self._at_end(self._at(step, step.end))[k]
-        if not contact.turns(self.touches[k].gap_rate, end.gap_rate):
-            return None
-
-        def rate(t: float) -> float:
-            return self._touch(contact, step, t).gap_rate
-
-        return zero(rate, step.t, step.end)
-
-    def _change(self, contact: MinimalContact, k: int, step: Step) -> float | None:
+    def _change(self, k: int, step: Step) -> float | None:
         """When within the step a contact's state changes; None if it does not."""
-        if self._surely_unchanged(contact, k, step):
-            return None
+        contact = self.model.contacts[k]
         if self.presses(k):
             rigid = isinstance(contact, RigidContact)
             stays = partial(self._holds, contact, k) if rigid else partial(self._stays, contact)
@@ -250,48 +247,12 @@ class EventFinder:
         at = self.model.evaluate(t, q[0], v[0]).kept
         return min(float(at.pushes[k, 0]), contact.touch(at.state.x, at.state.v).inside)
 
-    def _surely_unchanged(self, contact: MinimalContact, k: int, step: Step) -> bool:
-        """Tell from both ends, or from the stages, that nothing can have changed in between."""
-        ends = self.touches[k], self._at_end(self._at(step, step.end))[k]
-        apart = not self.presses(k)
-        if apart and (_beside(contact.length, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
-            return True
-        x, v = step.stages.kept.state[:2]
-        inner = [contact.touch(*at) for at in zip(x[:-1], v[:-1], strict=True)]
-        touches, parts = [ends[0], *inner, ends[1]], step.h * np.diff([0.0, *C])
-        unchanged = _apart if apart else _pressed
-        if not apart and isinstance(contact, RigidContact):
-            press = step.stages.kept.pushes[:, k, 0]
-            if press.min() < LEAST_PRESS * press.max():
-                return False
-            unchanged = _on_the_face
-        between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)
-        return all(unchanged(before, after, h) for before, after, h in between)
 
-
-def _apart(before: Touch, after: Touch, h: float) -> bool:
-    """Tell that a gap did not close, nor open, in a time h (s)."""
-    way = farthest(before.gap_rate, after.gap_rate, h)
-    return before.gap * after.gap > 0 and min(abs(before.gap), abs(after.gap)) > way
-
-
-def _beside(length: float, before: Touch, after: Touch, h: float) -> bool:
-    """Tell, likewise, that a point stayed beside a face, where it may pass the face's line."""
-    slid = farthest(before.slip, after.slip, h)
-    inside = max(before.inside, after.inside)
-    same_end = (before.place > length) == (after.place > length)
-    return same_end and inside < -slid
-
-
-def _on_the_face(before: Touch, after: Touch, h: float) -> bool:
-    """Tell, likewise, that a point stayed on its face."""
-    return min(before.inside, after.inside) > farthest(before.slip, after.slip, h)
-
-
-def _pressed(before: Touch, after: Touch, h: float) -> bool:
-    """Tell, likewise, that a contact lasted on its face."""
-    way = farthest(before.gap_rate, after.gap_rate, h)
-    return _on_the_face(before, after, h) and max(before.gap, after.gap) < -way
+def _numbers(touch: Touch) -> tuple[float, float, float, float]:
+    """Gap and place, and their rates; anywhere on what has no ends."""
+    if touch.inside == inf:
+        return touch.gap, 1.0, touch.gap_rate, 0.0
+    return touch.gap, touch.place, touch.gap_rate, touch.slip
 
 
 def _left_of_slot(

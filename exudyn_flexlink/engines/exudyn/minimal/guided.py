@@ -79,17 +79,17 @@ class SlotGuide(TrackPoint):
         self._turned, self._axis = angle, (cos(angle), sin(angle))  # of the guide, there
         self._from = guided.pivot, guided.ahead, guided.aside
 
-    def slide(self, angle: float, near: float | None = None) -> tuple[float, float, float]:
+    def slide(self, angle: float) -> tuple[float, float, float]:
         """Coordinate of the slide (m) and its first two derivatives by the guide's angle.
 
-        The place is searched from where the last step ended, or from one that is known to be near.
+        The place is searched from where the last step ended.
 
         Raises:
             DeadCentreError: the axis misses the track or touches it.
 
         """
         axis = c, s = cos(angle), sin(angle)
-        u = self._newton(axis, *((self._home, self._axis) if near is None else (near, axis)))
+        u = self._newton(axis, self._home, self._axis)
         self.u = self._walk(angle) if u is None else u
         (cx, cy), ahead, aside = self._from
         x, y, dx, dy, ddx, ddy = self.at(self.u)

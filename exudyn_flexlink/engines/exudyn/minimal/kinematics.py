@@ -11,7 +11,7 @@ and its velocity and acceleration are the sums of the derivatives of d.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +24,9 @@ from exudyn_flexlink.mechanism.weld_groups import ROOT
 
 Which = int | slice | IndexArray | BoolArray | None
 """One of several instants, some of them, or (None) the only one as one of one."""
+
+# m, or m/s: differences so far to both sides lose half the digits, which Newton's method can spare.
+BESIDE = 1e-8
 
 
 @dataclass(frozen=True)
@@ -139,15 +142,6 @@ class LinkKinematics:
         """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
         return np.asarray(np.where(self.moved_by[links], self.carries(at, points), 0.0))
 
-    def move_rates(
-        self, at: Places, rates: Rates, links: IndexArray, moving: ComplexArray
-    ) -> ComplexArray:
-        """Time derivatives of `moves`, of points with the velocities `moving` (..., points)."""
-        by_hinge = 1j * (moving[..., None] - rates.origin[..., None, :-1])
-        by_slide = (rates.spin[..., :-1] * at.slide)[..., None, :]
-        found = np.where(self.hinge, by_hinge, by_slide)
-        return np.asarray(np.where(self.moved_by[links], found, 0.0))
-
     def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) of points as if every link carried them."""
         by_hinges = self._spin * (points[..., None] - at.origin[..., None, :-1])
@@ -224,6 +218,28 @@ def motions(
 
 def _poses(place: ComplexArray, angle: FloatArray) -> FloatArray:
     return np.stack([place.real, place.imag, angle], axis=-1)
+
+
+def falls(
+    push: Callable[[FloatArray, FloatArray], FloatArray],
+    x: FloatArray,
+    v: FloatArray,
+    lengths: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """How forces fall (links, links) with coordinates, and with speeds (links,): by differences.
+
+    `push` are the forces (n, links) at n states, `lengths` (links,) how far (m) a unit of each
+    coordinate moves a point. All are 0 where one beside has no value.
+    """
+    count, moved = len(x), np.diag(BESIDE / lengths)
+    ways, still = np.concatenate([moved, -moved]), np.zeros((2 * count, count))
+    try:
+        found = push(x + np.concatenate([ways, still]), v + np.concatenate([still, ways]))
+    except ArithmeticError:
+        return np.zeros((count, count)), np.zeros((count, count))
+    ahead, behind, faster, slower = found.reshape(4, count, count)
+    half = 0.5 * lengths / BESIDE
+    return (behind - ahead).T * half, (slower - faster).T * half
 
 
 def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArray, FloatArray]:

@@ -1,8 +1,7 @@
-"""Torques at joints and forces at points, on the coordinates of a tree, with exact derivatives.
+"""Torques at joints and forces at points, on the coordinates of a tree.
 
 With P the point of a force F, both complex, and m_k = dP/dx_k, the force on coordinate k is
-``Re(conj(F) m_k)``. Where j is the one of two coordinates of P's path that is nearer to the ground,
-``dm_k/dx_j = i m_k`` if j is a hinge, and 0 if it is a slide.
+``Re(conj(F) m_k)``.
 """
 
 from __future__ import annotations
@@ -54,18 +53,12 @@ class _Linear:
     def value(self, now: Now) -> FloatArray:
         return np.asarray(now.v @ self._row if self._is_speed else now.x @ self._row + self._rest)
 
-    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:  # noqa: ARG002
-        """Derivatives (links,) by coordinates and by speeds, at one instant."""
-        none = np.zeros_like(self._row)
-        return (none, self._row) if self._is_speed else (self._row, none)
-
 
 class _Length:
     """How far a slide that closes a loop is out, or its speed.
 
     With d from its first to its second end (complex) and e^(i a) along it, that is
-    ``Re(e^(-i a) d)``. Of its speed the slopes by the coordinates are how its derivatives by them
-    change with time.
+    ``Re(e^(-i a) d)``.
     """
 
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, sense: Sliding) -> None:
@@ -80,11 +73,6 @@ class _Length:
             return np.asarray(np.sum(self._rows(now) * now.v, axis=1))
         first, second = self._points.places(now.places).T
         return np.asarray((self._back(now) * (second - first)).real)
-
-    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (links,) by coordinates and by speeds, at one instant."""
-        row = self._rows(now)[0]
-        return (self._row_rates(now)[0], row) if self._is_speed else (row, np.zeros(len(row)))
 
     def _back(self, now: Now) -> ComplexArray:
         return np.asarray((now.places.axis[:, self._base] * self._turn).conj())
@@ -101,16 +89,6 @@ class _Length:
         moves = self._kinematics.moves(now.places, self._points.links, points)
         return np.asarray((self._back(now)[:, None] * self._spun(points, moves)).real)
 
-    def _row_rates(self, now: Now) -> FloatArray:
-        """Time derivatives of those."""
-        at, links = now.places, self._points.links
-        rates = self._kinematics.rates(at, now.x, now.v)
-        points, moving = self._points.places(at), self._points.rates(at, rates)
-        spun = self._spun(points, self._kinematics.moves(at, links, points))
-        changing = self._spun(moving, self._kinematics.move_rates(at, rates, links, moving))
-        spin = rates.angle[:, self._base, None]
-        return np.asarray((self._back(now)[:, None] * (changing - 1j * spin * spun)).real)
-
 
 class _Place:
     """A coordinate of a point."""
@@ -122,12 +100,6 @@ class _Place:
     def value(self, now: Now) -> FloatArray:
         place = self._points.places(now.places)[:, 0]
         return place.imag if self._axis else place.real
-
-    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (links,) by coordinates and by speeds, at one instant."""
-        points = self._points.places(now.places)
-        moved = self._kinematics.moves(now.places, self._points.links, points)[0, 0]
-        return np.asarray(moved.imag if self._axis else moved.real), np.zeros(len(moved))
 
 
 def _sensor(
@@ -174,17 +146,6 @@ class LoadSize:
         assert self.formula is not None
         return self.formula.expression.switches(now.t + self.formula.clock, self.sensed(now))
 
-    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (links,) by coordinates and by speeds, at one instant."""
-        by_place, by_speed = np.zeros((2, now.x.shape[1]))
-        seen = [float(one[0]) for one in self.sensed(now)]
-        slopes = self._applied.slopes(float(now.t[0]), seen) if seen else []
-        for sense, slope in zip(self._senses, slopes, strict=True):
-            place, speed = sense.slopes(now)
-            by_place += slope * place
-            by_speed += slope * speed
-        return by_place, by_speed
-
 
 class _Torque:
     """A torque between two parts."""
@@ -201,10 +162,6 @@ class _Torque:
         """Size, and what a unit of it is on the coordinates (n, links)."""
         return [(self._size, np.broadcast_to(self._row, now.x.shape))]
 
-    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
-        by_place, by_speed = self._size.slopes(now)
-        return np.outer(self._row, by_place), np.outer(self._row, by_speed)
-
 
 class _Force:
     """A force at a point, in the axes of the ground or of a part."""
@@ -212,11 +169,8 @@ class _Force:
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, force: PointForce) -> None:
         self._kinematics = kinematics
         self._points = Points(layout, [force.point])
-        self._path = np.array(layout.path(int(self._points.links[0])), dtype=int)
         frame = layout.frame(force.axes)
         self._axes, self._turn = frame.link, complex(np.exp(1j * frame.angle))
-        self._turned_by = np.zeros(len(layout.links))
-        self._turned_by[layout.hinges(force.axes)] = 1.0
         self.sizes = [LoadSize(layout, kinematics, size) for size in force.sizes]
 
     def _direction(self, now: Now) -> ComplexArray:
@@ -239,26 +193,6 @@ class _Force:
 
     def push(self, now: Now) -> FloatArray:
         return np.asarray((np.conj(self._force(now))[:, None] * self._moved(now)).real)
-
-    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
-        (x_by_place, x_by_speed), (y_by_place, y_by_speed) = (
-            size.slopes(now) for size in self.sizes
-        )
-        direction, moved = self._direction(now)[0], self._moved(now)[0]
-        force = complex(self._force(now)[0])
-        by_place = direction * (x_by_place + 1j * y_by_place) + 1j * force * self._turned_by
-        by_speed = direction * (x_by_speed + 1j * y_by_speed)
-        of_place = np.outer(moved, np.conj(by_place)).real + self._bent(force, moved)
-        return of_place, np.outer(moved, np.conj(by_speed)).real
-
-    def _bent(self, force: complex, moved: ComplexArray) -> FloatArray:
-        """Share (links, links) of a force that stays, at a point that moves on a bend."""
-        found = np.zeros((len(moved), len(moved)))
-        path = self._path  # from the ground outwards, as links are numbered
-        near, far = np.minimum.outer(path, path), np.maximum.outer(path, path)
-        bends = np.where(self._kinematics.hinge[near], 1j * moved[far], 0.0)
-        found[np.ix_(path, path)] = (np.conj(force) * bends).real
-        return found
 
 
 class Loads:
@@ -294,16 +228,6 @@ class Loads:
         for load in self._all:
             found += load.push(now)
         return found
-
-    def slopes(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """How forces fall (links, links) with coordinates, and with speeds."""
-        now = self.now(np.array([t]), x[None], v[None])
-        stiffness, damping = np.zeros((2, len(x), len(x)))
-        for load in self._all:
-            by_place, by_speed = load.slopes(now)
-            stiffness -= by_place
-            damping -= by_speed
-        return stiffness, damping
 
     def formulas(self, now: Now) -> list[Given]:
         """Every torque and component of a force that a formula gives."""

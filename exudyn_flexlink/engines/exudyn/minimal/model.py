@@ -9,6 +9,7 @@ left over in the other rows are the constraint forces, those of motors, slots an
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     PartPoints,
     Transform,
+    falls,
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
@@ -84,6 +86,7 @@ class MinimalModel:
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
         self._part_points = PartPoints(layout, self.kinematics, mechanism.parts)
+        self._lengths = self._part_points.lengths(self.start[0])
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)
@@ -102,16 +105,15 @@ class MinimalModel:
         layout, slots, state = self.layout, self.assembly.mechanism.slots, self.assembly.state
         starts = zip(slots, state.places.tolist(), state.laps, strict=True)
         begun: dict[str, tuple[float, int]] = {s.name: (place, lap) for s, place, lap in starts}
-        lengths = self._part_points.lengths(self.start[0])
         if not layout.closures:
             guides = [
                 SlotGuide(g, *begun[g.slot.name], float(self.start[0][g.turning]), events)
                 for g in layout.slots
             ]
             riders = [TrackPoint(r.slot, *begun[r.slot.name], events) for r in layout.rides]
-            return OpenCoordinates(layout, self.start, guides, riders, lengths)
+            return OpenCoordinates(layout, self.start, guides, riders, self._lengths)
         points = [TrackPoint(slot, *begun[slot.name], events) for slot in slots]
-        return ClosedCoordinates(layout, self.kinematics, self.start, points, lengths)
+        return ClosedCoordinates(layout, self.kinematics, self.start, points, self._lengths)
 
     def _build(self) -> None:
         self._container = Engine.SystemContainer()
@@ -258,13 +260,14 @@ class MinimalModel:
         x, v = whole.state.x, whole.state.v
         found = [contact.slopes(x, v) for _, contact in self.giving_way()]
         if self.loads.stiff:
-            found.append(self.loads.slopes(float(whole.t), x, v))
+            push = partial(self.loads.push, np.full(4 * len(x), float(whole.t)))
+            found.append(falls(push, x, v, self._lengths))
         return [slopes for slopes in found if slopes is not None]
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
         state: TreeState = at.kept.state
-        stiffness, damping = self.all_springs.slopes(state.x, state.v)
+        stiffness, damping = self.all_springs.slopes(state.x, state.v, self._lengths)
         return state.transform.reduced(stiffness), state.transform.reduced(damping)
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:

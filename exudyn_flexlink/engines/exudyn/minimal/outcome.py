@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Event as Asked
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.ending import checks
+from exudyn_flexlink.engines.ending import RADAU, checks
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, Track
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
@@ -30,7 +30,7 @@ from exudyn_flexlink.mechanism import (
     turned,
 )
 from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
-from exudyn_flexlink.result import EnergyHistory, Event, Outcome, Result
+from exudyn_flexlink.result import EnergyHistory, EngineSettings, Event, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 
@@ -249,17 +249,10 @@ class RunReader:
             outcome=outcome,
         )
 
-    def _settings(self) -> dict[str, float | str]:
-        accuracy = self.run.scene.accuracy
-        settings: dict[str, float | str] = {
-            "formulation": "minimal",
-            "integrator": "Radau IIA of order 9",
-        }
-        if accuracy.step is not None:
-            settings["step"] = accuracy.step
-        if accuracy.tolerance is not None:
-            settings["tolerance"] = self.run.stepper.control.tolerance
-        return settings
+    def _settings(self) -> EngineSettings:
+        step = self.run.scene.accuracy.step
+        tolerance = self.run.stepper.control.tolerance if step is None else None
+        return EngineSettings(replace(RADAU, tolerance=tolerance, step=step), "minimal")
 
     # --- reactions ----------------------------------------------------------------------------
 

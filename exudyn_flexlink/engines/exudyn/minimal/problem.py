@@ -19,14 +19,13 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     RigidContact,
 )
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import StepEnd, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
     EventFinder,
     Goal,
     PieceEnd,
     TurnsMade,
-    WallChange,
 )
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -40,16 +39,18 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 
-IN_CONTACT = 0.15  # of the contact's half period: the first step in it
+# Of a contact's half period: the first step in it, or any without control of errors. No stage of a
+# longer one may see the touch.
+FIRST = 0.15
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 
 class _Looked(NamedTuple):
-    """A step, its end, and what is `found` at its `Recorder.instants`; None if that may wait."""
+    """A step, all coordinates at its end, and those at its `Recorder.instants`."""
 
     step: Step
-    end: StepEnd
-    found: TreeState | None
+    end: TreeState
+    found: TreeState
 
 
 @dataclass
@@ -70,7 +71,7 @@ class MinimalProblem:
     stop_reason: str = ""
     stop_advice: str = ""
     _looked: _Looked | None = None  # the last step looked at
-    _near: Step | None = None  # the last one, if what was taken up is near its end only
+    _first: float = inf  # s: limit of the first step after a contact has closed
     _jumped: bool = False  # a contact's force, or speeds, where the last step ended
 
     def __post_init__(self) -> None:
@@ -82,6 +83,7 @@ class MinimalProblem:
         self._free_since: float | None = 0.0
         self._overlooked = Overlooked(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
+        self._walls = len(self.model.contacts)  # number of the first pair of link and guide
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
         self.impacts = Impacts(self.model, self._finder, self.recorder)
@@ -105,7 +107,7 @@ class MinimalProblem:
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state, with the independent coordinates that are best there."""
-        self._settle()
+        self.recorder.work_off()
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self._finder.kinks.take_sides(time, q, v)
@@ -145,57 +147,31 @@ class MinimalProblem:
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
-        (end, exact), found = self._look(step)[1:]
-        self._near = None if exact else step
+        end, found = self._look(step)[1:]
+        self._first = inf
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
-        self._finder.accept(step, end)
+        self._finder.accept(end)
         self.recorder.take(step, found)
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
-    def _settle(self) -> None:
-        """Go to the very end of the last step, if it was near to it only."""
-        self.recorder.work_off()
-        if self._near is not None:
-            step, self._near = self._near, None
-            end = self.model.state(step.end, step.finish.q, step.finish.v)
-            self.model.coordinates.settle(step.end, end, step.finish.a)
-
-    def _end_of(self, step: Step) -> TreeState:
-        """All coordinates at the end of a step."""
-        return self._look(step).end.state
-
     def _look(self, step: Step) -> _Looked:
-        """All coordinates at the end of a step, and within it where they can't wait."""
+        """All coordinates at the end of a step, and within it."""
         if self._looked is None or self._looked.step is not step:
-            end = self._told_end(step)
-            self._looked = self._found(step) if end is None else _Looked(step, end, None)
+            times = self.recorder.instants(step)
+            q, v = step.at(times)
+            q[-1], v[-1] = step.finish.q, step.finish.v
+            found = self.model.states(times, q, v)
+            self._looked = _Looked(step, found.pick(-1), found)
         return self._looked
 
-    def _told_end(self, step: Step) -> StepEnd | None:
-        """The end of a step as its stages tell it; None if it has to be found."""
-        end = self.model.coordinates.end_of(step)
-        if end is None or end.exact or self._finder.nothing_happens(step, end.state):
-            return end
-        return None
-
-    def _found(self, step: Step) -> _Looked:
-        times = self.recorder.instants(step)
-        q, v = step.at(times)
-        q[-1], v[-1] = step.finish.q, step.finish.v
-        found = self.model.states(times, q, v)
-        return _Looked(step, StepEnd(found.pick(-1), True), found)
-
     def longest(self, at: Evaluation) -> float:
-        """Limit of a step, s: places stay near those searched from, a point comes to rest."""
-        near = self.model.coordinates.longest(at.kept.state)
-        touches = self._finder.touches
-        rests = [contact.rests_in(touches[k]) for k, contact in self.model.giving_way()]
-        limits = [near, *rests]
+        """Limit of a step, s: places stay near those searched from."""
+        limits = [self._first, self.model.coordinates.longest(at.kept.state)]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
             acting = np.array(self.half_periods)[self.model.touches.pressed]
-            limits += (IN_CONTACT * acting).tolist()
+            limits += (FIRST * acting).tolist()
         return min(limits)
 
     def slipped(self, step: Step) -> float:
@@ -215,17 +191,16 @@ class MinimalProblem:
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
-        end, exact = self._look(step).end
-        return self._finder.first(step, end) if exact else None
+        return self._finder.first(step, self._look(step).end)
 
     def late(self, event: Event, step: Step) -> float:
         """How long (s) before the step's end its event was; negative: after. 0 if near enough."""
-        what, end = event.what, self._end_of(step)
-        if isinstance(what, WallChange):
-            return self._finder.walls.late(what.pair, end, step.end)
+        what, end = event.what, self._look(step).end
+        if isinstance(what, ContactChange) and what.contact >= self._walls:
+            return self._finder.walls.late(what.contact - self._walls, end, step.end)
         if isinstance(what, KinkPassed):
             return self._finder.kinks.late(what, end, step.end)
-        if event.leaps or not isinstance(what, ContactChange):
+        if not isinstance(what, ContactChange):
             return 0.0
         contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
         touch = contact.touch(end.x, end.v)
@@ -244,15 +219,14 @@ class MinimalProblem:
         k = event.what.contact if isinstance(event.what, ContactChange) else None
         if k is None or k not in self.model.rigid.all:
             return True
-        end = self._end_of(step)
+        end = self._look(step).end
         touch = self.model.contacts[k].touch(end.x, end.v)
         closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
         return not closes or meets(touch, step.end)
 
-    def cross(self, event: Event) -> float:
-        """Change the equations; return how long (s) the next step may be."""
+    def cross(self, event: Event) -> None:
+        """Change the equations."""
         self.recorder.work_off()
-        longest = inf
         if isinstance(event.what, TurnsMade):
             self.reached = True
         elif isinstance(event.what, PieceEnd):
@@ -264,15 +238,12 @@ class MinimalProblem:
                 self.stop_advice = "lengthen the curve, or end the run before"
         elif isinstance(event.what, KinkPassed):
             self._finder.kinks.cross(event.what)
-        elif isinstance(event.what, WallChange):
-            longest = self._change_walls(event.time, event.what.pair)
-        elif isinstance(event.what, ContactChange):
-            k = event.what.contact
-            if k in self.model.rigid.all:
-                self._change_rigid(event.time, k)
-                return longest
-            longest = self._change_contact(event.time, k, self._finder.touches[k])
-        return longest
+        elif event.what.contact >= self._walls:
+            self._change_walls(event.time, event.what.contact - self._walls)
+        elif event.what.contact in self.model.rigid.all:
+            self._change_rigid(event.time, event.what.contact)
+        else:
+            self._change_contact(event.time, event.what.contact)
 
     def _change_rigid(self, time: float, k: int) -> None:
         self.recorder.keep_last(before=True)
@@ -286,33 +257,30 @@ class MinimalProblem:
         for other, contact in self.model.rigid.all.items():  # one impact may begin or end others
             contact.follow(self._finder.x, presses=self._finder.presses(other))
 
-    def _change_contact(self, time: float, k: int, touch: Touch) -> float:
-        """Let a contact begin or end; as `cross`."""
-        contact = self.model.contacts[k]
+    def _change_contact(self, time: float, k: int) -> None:
+        """Let a contact begin or end."""
+        touch = self._finder.touches[k]
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
         self._jumped = what is Change.SLIDES_OFF
         if k < self._of_scene:
             self.recorder.keep_last(before=self._jumped)
         self._change(time, k, what, touch)
-        begins = what is Change.CLOSES
-        contact.follow(self._finder.x, presses=begins)
-        return IN_CONTACT * self.half_periods[k] if begins else inf
+        self.model.contacts[k].follow(self._finder.x, presses=what is Change.CLOSES)
 
-    def _change_walls(self, time: float, there: int | None = None) -> float:
-        """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""
-        longest, before, walls = inf, len(self.model.contacts), self._finder.walls
+    def _change_walls(self, time: float, there: int | None = None) -> None:
+        """Let all pairs that do so at an event of `there` begin or cease to press."""
+        walls = self._finder.walls
         for k in walls.changed(time, there).tolist():
-            touch, number = walls.touch(k), before + k
+            touch, number = walls.touch(k), self._walls + k
             what = self.model.touches.crossing(number, touch.gap, touch.inside)
             self._change(time, number, what, touch)
-            if what is Change.CLOSES:
-                longest = min(longest, IN_CONTACT * self.half_periods[number])
-        self.model.walls.choose(self.model.touches.pressed[before:])
+        self.model.walls.choose(self.model.touches.pressed[self._walls :])
         self._flight = self._longest_flight(time)
         self._free_since = None if self.model.walls.touching.any() else time
-        return longest
 
     def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
+        if what is Change.CLOSES:
+            self._first = min(self._first, FIRST * self.half_periods[k])
         now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
         self.model.touches.change(k, what, now)
 

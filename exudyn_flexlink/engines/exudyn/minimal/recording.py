@@ -27,7 +27,6 @@ from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.within import Within
 from exudyn_flexlink.mechanism import Ramp
 
 MOST_PARTS = 128  # of a step that is cut at its samples
@@ -46,15 +45,15 @@ class TreeKept(NamedTuple):
 class _Waiting(NamedTuple):
     """A step, and instants in it, s: `samples` of them, then the stages of its parts.
 
-    `edges` (s) are where its parts end and begin; all coordinates at the instants, and then at its
-    end, are known or may be `found` later.
+    `edges` (s) are where its parts end and begin; `found` are all coordinates at the instants, and
+    then at its end.
     """
 
     step: Step
     t: FloatArray
     samples: int
     edges: FloatArray
-    found: TreeState | None
+    found: TreeState
 
 
 class Recorder(BlockRecorder):
@@ -108,8 +107,8 @@ class Recorder(BlockRecorder):
         inner = samples[first:last]
         return np.concatenate([ends[:1], inner[:: 1 + len(inner) // MOST_PARTS], ends[1:]])
 
-    def take(self, step: Step, found: TreeState | None) -> None:
-        """Take a step with what was `found` at its `instants`; None if that may wait."""
+    def take(self, step: Step, found: TreeState) -> None:
+        """Take a step with what was `found` at its `instants`."""
         samples, t = self._due(step.end), self.instants(step)
         self._waiting.append(_Waiting(step, t, len(samples), self._edges(step, samples), found))
         self._pass(step.end)
@@ -133,7 +132,8 @@ class Recorder(BlockRecorder):
             found += [begin, step.stages]
             # At the stages those of the polynomial: so energies are balanced as the motion is.
             free += [begin.accelerations, step.accelerations]
-        state, t = self._states(waiting), np.concatenate([one.t for one in waiting])
+        state = _joined([one.found for one in waiting])
+        t = np.concatenate([one.t for one in waiting])
         last = np.cumsum([len(one.t) for one in waiting]) - 1
         inner = np.delete(np.arange(len(t)), last)
         if len(inner):
@@ -154,20 +154,6 @@ class Recorder(BlockRecorder):
         which = np.cumsum([len(one.edges) - 1 for one in waiting]) - 1
         at.own.x[which], at.own.v[which], at.places[which] = ends.x, ends.v, self._places(ends)
         self._book(steps, known, rates, at)
-
-    def _states(self, waiting: list[_Waiting]) -> TreeState:
-        """All coordinates at the instants of steps, in their order."""
-        later = [one for one in waiting if one.found is None]
-        if later:
-            counts = [len(one.t) for one in later]
-            which = np.repeat(np.arange(len(later)), counts)
-            times = np.concatenate([one.t for one in later])
-            at = Within([one.step for one in later], which, times)
-            whole = self.model.coordinates.states_within(at)
-            if len(later) == len(waiting):
-                return whole
-            parts = iter(np.split(np.arange(len(times)), np.cumsum(counts)[:-1]))
-        return _joined([whole.pick(next(parts)) if w.found is None else w.found for w in waiting])
 
     # --- what is known ------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
-from exudyn_flexlink.engines.exudyn.minimal.problem import IN_CONTACT, MinimalProblem
+from exudyn_flexlink.engines.exudyn.minimal.problem import FIRST, MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
@@ -37,8 +37,7 @@ from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
     Assembly,
     end_of_run,
-    half_period,
-    pairs,
+    half_periods,
     sample_times,
     turn_goal,
 )
@@ -72,12 +71,9 @@ def prepare(
     seeker = ExtremeSeeker(watched, contacts, np.array([0.0, *C]))
     recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
-    halves = [half_period(assembly, contact) for contact in mechanism.touching]
-    for channel in mechanism.channels:
-        halves += [half_period(assembly, channel)] * len(pairs(channel))
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     goal = _goal(scene, assembly, layout)
-    problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
+    problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
@@ -131,8 +127,8 @@ def _shortened(run: MinimalRun) -> list[str]:
     given, halves = run.problem.given, run.problem.half_periods
     if given is None:
         return []
-    found = [halves[k] for k in run.model.touches.ever if IN_CONTACT * halves[k] < given]
-    return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
+    found = [halves[k] for k in run.model.touches.ever if FIRST * halves[k] < given]
+    return [shortened(given, min(found), FIRST * min(found))] if found else []
 
 
 def _slipped(run: MinimalRun) -> list[str]:

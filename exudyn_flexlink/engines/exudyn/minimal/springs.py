@@ -7,9 +7,7 @@ its second end by
     F = -T n,  T = k (|d| - L) + c (n . d'),  n = d / |d|;      L = 0:  F = -k d - c d',
 
 so that Q = J . F. Along a slide n is the direction of its line, which turns with the first part,
-and |d| is n . d. The stiffness is ``J . (-dF/dd) J - F . dJ``, the damping ``J . (-dF/dd') J``;
-that the damper's line turns is left to the iteration. The second derivative of a point by two
-coordinates is i times its derivative by the outer one if the inner one is a hinge, else zero.
+and |d| is n . d.
 """
 
 from __future__ import annotations
@@ -21,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points, falls
 from exudyn_flexlink.mechanism import Anchor, LinearSpring, Mechanism, RotarySpring, Slide
 from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
 
@@ -54,10 +52,6 @@ class LinearSprings:
         self._line = np.array([_line_of(layout, spring) for spring in springs], dtype=complex)
         self._slides = self._line != 0
         self._drawn = (self._length == 0) & ~self._slides
-        self._turning = kinematics.turning.T[self._first.links]  # of first parts, by the hinges
-        count = len(layout.links)
-        above = kinematics.moved_by[:count]  # (links, links): what carries each
-        self._turned = above.T & kinematics.hinge[:, None]  # inner hinge, outer coordinate
 
     def _look(self, x: FloatArray, v: FloatArray) -> _Stretched:
         at = self._kinematics.places(x)
@@ -89,27 +83,6 @@ class LinearSprings:
         now = self._look(x, v)
         square = np.where(self._drawn, np.abs(now.moving) ** 2, now.rate**2)
         return np.asarray((self.damping * square).sum(-1))
-
-    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix (links, links) at one state."""
-        now = self._look(x, v)
-        by = now.along.conj()[:, None] * now.moved  # along the spring, and across it
-        stretch, across = by.real, by.imag
-        tension = -(now.along.conj() * now.force).real
-        size = np.maximum(now.size, MEETING)[:, None]
-        turning = np.where(self._slides[:, None], self._turning, across / size)
-        turned = tension[:, None] * turning
-        turned = np.where(self._drawn[:, None], self.stiffness[:, None] * across, turned)
-        stiffness = (stretch.T * self.stiffness) @ stretch + across.T @ turned
-        sideways = np.where(self._drawn, self.damping, 0.0)
-        damping = (stretch.T * self.damping) @ stretch + (across.T * sideways) @ across
-        return stiffness + self._of_turning(now), damping
-
-    def _of_turning(self, now: _Stretched) -> FloatArray:
-        """Stiffness (links, links) by which the ends' paths are bent."""
-        pushed = (now.force.conj() @ (1j * now.moved)).real  # by outer coordinates
-        upper = -np.where(self._turned, pushed, 0.0)
-        return np.asarray(upper + upper.T - np.diag(np.diag(upper)))
 
 
 def _line_of(layout: TreeLayout, spring: LinearSpring) -> complex:
@@ -189,11 +162,13 @@ class Springs:
         across = self._preload - x @ self._stiffness - v @ self._damping
         return across if self.straight else across + self._between.pull(x, v)
 
-    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix (links, links) of all springs at one state."""
+    def slopes(
+        self, x: FloatArray, v: FloatArray, lengths: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix (links, links) of all springs at one state: see `falls`."""
         if self.straight:
             return self._slopes
-        stiffness, damping = self._between.slopes(x, v)
+        stiffness, damping = falls(self._between.pull, x, v, lengths)
         return self._slopes[0] + stiffness, self._slopes[1] + damping
 
     def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:

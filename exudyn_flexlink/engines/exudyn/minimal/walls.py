@@ -27,8 +27,8 @@ from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArr
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
-from exudyn_flexlink.engines.pair_events import Seen, calm, changed, first_of, late_by
-from exudyn_flexlink.engines.pressing import pressing
+from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.pressing import law_numbers, pressing
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Channel, FaceContact, deepest_allowed, pairs
 from exudyn_flexlink.mechanism.tree import TreeLayout
@@ -153,7 +153,7 @@ class Walls:
         self._channels, self.contacts = [one for one, _ in both], [pair for _, pair in both]
         self.faces = WallFaces(layout, kinematics, self.contacts)
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
-        self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
+        self._laws = law_numbers(self._channels)
         self._any_friction = bool(self._laws[3].any())
         self.touched = np.zeros(len(self.contacts), dtype=bool)  # at any time so far
         self.choose(self.touched)
@@ -216,18 +216,6 @@ class Walls:
         return np.asarray((rows.T / (mobility * swing**2)) @ rows)
 
 
-def _numbers(channel: Channel) -> tuple[float, float, float, float, float]:
-    """Law of a channel: both parts of its stiffness, transition speed, friction, slip speed."""
-    law, friction = channel.law, channel.friction
-    return (
-        law.elastic,
-        law.lossy,
-        law.transition_speed,
-        0.0 if friction is None else friction.coefficient,
-        1.0 if friction is None else friction.slip_speed,
-    )
-
-
 class WallWatch:
     """Looks at steps; `seen` are all pairs at the end of the last one accepted."""
 
@@ -271,7 +259,7 @@ class WallWatch:
         self._ahead = end, stages.pick(-1)
         path = self._with_held_pairs_closed(self.seen.then(stages))
         pressing = self.walls.touching
-        restless = np.flatnonzero(~calm(path, self._lengths, pressing, step.h))
+        restless = np.flatnonzero(~calm(path, self._lengths, pressing, step.h * PARTS))
         if not len(restless):
             return None
         at_once = self.changed(step.t)

@@ -36,10 +36,14 @@ from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
     EnergyHistory,
+    EngineSettings,
+    Integrator,
     Outcome,
     Result,
 )
 from exudyn_flexlink.scene import PrismaticJoint, Scene
+
+METHOD, ORDER = "generalised-alpha, index 3", 2
 
 
 @dataclass(frozen=True)
@@ -95,25 +99,22 @@ def finish(prepared: Prepared, complaint: str) -> Result:
     )
 
 
-def _settings(prepared: Prepared) -> dict[str, float | str]:
-    accuracy, solver = prepared.scene.accuracy, prepared.scene.solver
-    settings: dict[str, float | str] = {
-        "formulation": "redundant",
-        "integrator": "generalised-alpha, index 3",
-        "spectral_radius": solver.spectral_radius,
-        "steps_per_contact": solver.steps_per_contact,
-    }
-    if prepared.system.beams:
-        settings["formulation"] = "beam"
-        settings["elements"] = prepared.system.beams[0].shape.elements
-    if accuracy.step is not None:
-        settings["step"] = accuracy.step
-    if (tolerance := prepared.loop.chooser.tolerance) is not None:
-        settings["tolerance"] = tolerance
+def _settings(prepared: Prepared) -> EngineSettings:
+    scene, beams = prepared.scene, prepared.system.beams
     contact_step = min((own.contact_step for own in prepared.loop.contacts.all), default=inf)
-    if isfinite(contact_step):
-        settings["contact_step"] = contact_step
-    return settings
+    return EngineSettings(
+        Integrator(
+            METHOD,
+            ORDER,
+            tolerance=prepared.loop.chooser.tolerance,
+            step=scene.accuracy.step,
+            spectral_radius=scene.solver.spectral_radius,
+        ),
+        formulation="beam" if beams else "redundant",
+        elements=beams[0].shape.elements if beams else None,
+        steps_per_contact=scene.solver.steps_per_contact,
+        contact_step=contact_step if isfinite(contact_step) else None,
+    )
 
 
 def _written(prepared: Prepared) -> Written:
