@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from math import inf, isfinite
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IntArray
 from exudyn_flexlink.variables import Variable, members
-
-ContactEvent = Literal["contact begins", "contact ends", "leaves the face"]
-"""What happens to a contact; it leaves a face at its end."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +96,11 @@ class Intervals:
     def where(self, chosen: NDArray[Any]) -> Intervals:
         """Those that `chosen`, a mask or indices, picks."""
         return Intervals(**{c.name: getattr(self, c.name)[chosen] for c in fields(Intervals)})
+
+    def lasting(self, time: FloatArray) -> IntArray:
+        """How many last at instants (N,) s, their begin and end among these."""
+        begun = np.searchsorted(np.sort(self.begin), time, side="right")
+        return np.asarray(begun - np.searchsorted(np.sort(self.end), time, side="left"))
 
     def until(self, last: float) -> FloatArray:
         """Ends (K,) s, `last` of what lasts longer."""

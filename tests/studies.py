@@ -55,9 +55,9 @@ class World:
         cost = self.cost(engine, scene) * (scene.run.duration or 0.63) / 0.63
         if cost > allowed:
             self.now += allowed
-            return Solved(self.motion(scene, 0.0), allowed, cost, given_up=True)
+            return Solved(self.motion(scene, 0.0), allowed, given_up=True)
         self.now += cost
-        return Solved(self.motion(scene, self.error(engine, accuracy)), cost, cost)
+        return Solved(self.motion(scene, self.error(engine, accuracy)), cost)
 
     @staticmethod
     def cost(engine, scene):

@@ -106,18 +106,16 @@ def test_ctrl_c_before_there_is_anything_to_compare_writes_nothing(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_run_bound_to_exceed_its_time_is_stopped(monkeypatch):
-    """A tenth of it took 10 s; with a factor of safety of 2 that is at least 50 s, not 20 s."""
+def test_a_run_that_takes_longer_than_it_may_is_stopped(monkeypatch):
     now, sent = [0.0], []
     monkeypatch.setattr("time.monotonic", lambda: now[0])
     monkeypatch.setattr(signal, "raise_signal", sent.append)
     watch = Watch(20.0, lambda: None)
-    now[0] = 3.0
+    now[0] = 20.0
     watch(0.1)
     assert not sent
-    now[0] = 10.0
+    now[0] = 21.0
     watch(0.1)
     watch(0.1)
     assert sent == [signal.SIGINT]
     assert watch.given_up
-    assert watch.expected == pytest.approx(100.0)

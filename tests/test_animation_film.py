@@ -8,8 +8,7 @@ import pytest
 import results
 
 from exudyn_flexlink.animation import FilmError, Slow, film_of, zooms
-from exudyn_flexlink.animation.look import GLOW_SECONDS
-from exudyn_flexlink.animation.shots import SLOW_SECONDS, Shots, frames_of
+from exudyn_flexlink.animation.shots import GLOW_SECONDS, SLOW_SECONDS, Shots, frames_of
 from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.mechanism import Anchor, anchor_position

@@ -201,7 +201,7 @@ def rows_of(said, name):
     return [line.split("  ") for line in said.splitlines() if line.startswith(f"  {name}")]
 
 
-def test_contacts_of_both_runs_stand_side_by_side(tilting, tmp_path):
+def test_contacts_of_both_runs_stand_side_by_side(tilting):
     part = results.first_samples(tilting, 401)  # two of the four laps
     found = compare(tilting, part)
     one, other = found.first.contact["sleeve"], found.second.contact["sleeve"]
@@ -209,13 +209,10 @@ def test_contacts_of_both_runs_stand_side_by_side(tilting, tmp_path):
     assert (one.touches, one.impacts) == (2, 2)
     (touches,) = rows_of(comparison_text(found), "sleeve: touches")
     assert [cell.strip() for cell in touches if cell.strip()][1:] == ["2", "2"]
-    save_comparison(found, tmp_path)
-    data = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
-    assert data["clearances"]["sleeve"]["exudyn 1"]["touches"] == 2
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_a_run_with_clearance_beside_one_without(tilting, tmp_path, first):
+def test_a_run_with_clearance_beside_one_without(tilting, first):
     names = ("without", "with") if first else ("with", "without")
     runs = (straight(tilting), tilting) if first else (tilting, straight(tilting))
     found = compare(*runs, names=names)
@@ -225,9 +222,6 @@ def test_a_run_with_clearance_beside_one_without(tilting, tmp_path, first):
     (row,) = rows_of(comparison_text(found), "sleeve: impacts")
     told = [cell.strip() for cell in row if cell.strip()][1:]
     assert told == (["no clearance", "6"] if first else ["6", "no clearance"])
-    save_comparison(found, tmp_path)
-    data = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
-    assert data["clearances"]["sleeve"]["without"] is None
     assert comparison(found) is not None
 
 
@@ -261,8 +255,7 @@ def test_files_say_what_was_found(both, tmp_path):
     # All is moved by 1e-6 m, and parts turned by 1e-5; the guide's end is 90 mm from its start.
     assert found["deviation"]["up_to_the_horizon"]["largest_m"] == pytest.approx(1.9e-6, rel=1e-4)
     assert found["exceeded"] is False
-    assert found["strikes"][0]["lagrangian"]["impulse_N_s"] == pytest.approx(4e-4)
-    assert found["runs"]["exudyn"]["wall_time_s"]["solve"] == 1.5
+    assert found["runs"] == ["exudyn", "lagrangian"]
     assert found["beyond_the_horizon"]["exudyn"]["rms_m"][0] > 0.01
     table = np.genfromtxt(tmp_path / "comparison.csv", delimiter=",", names=True)
     assert len(table) == len(both.time)

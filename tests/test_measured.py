@@ -20,7 +20,7 @@ from exudyn_flexlink.engines.finer import measured_by, partner, unmeasured
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.observables import common_times, path, positions, separation
-from exudyn_flexlink.observables.measuring import FACTOR
+from exudyn_flexlink.observables.parting import FACTOR
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Integrator, Outcome
 from exudyn_flexlink.scene import Outputs

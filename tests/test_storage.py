@@ -154,7 +154,7 @@ def written_as(folder, **changes):
     [
         {"scene": {"title": "nothing else"}},
         {"scene": None},
-        {"names": []},
+        {"contacts": None},
         {"checks": {"steps": 1}},
         {"outcome": {}},
         {"laps": [{"time": 1}]},

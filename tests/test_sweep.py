@@ -77,6 +77,15 @@ def test_listed_points_are_as_they_are_listed():
     assert made.points == ((1.0, "90 deg"), (2.0, 0.0))
 
 
+@pytest.mark.parametrize(
+    "values", ["1:-1:50", "-1:1:1500", [*range(1, 60), "-5 mm", *range(60, 120)]]
+)
+def test_many_values_are_checked_before_anything_runs(values):
+    """All of up to 1,000, and of more as many."""
+    with pytest.raises(fl.SceneError, match="must be greater than 0"):
+        plan_of({LENGTH: values})
+
+
 def test_scenes_have_the_values_of_their_points():
     found = table(plan_of({LENGTH: "100:300 mm:3"}), own_length)
     assert found.columns()["length_m"] == found.columns()[f"{LENGTH}_m"] == [0.1, 0.2, 0.3]

@@ -1,5 +1,6 @@
 """Processes of a sweep that are killed: what they had made stays, nothing is made twice."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -8,13 +9,14 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from results import PENDULUM, scene_from
+from folders import posix
+from results import PENDULUM, pendulum, scene_from
 from sweep_runs import LENGTH, Length, plan_of, work
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.storage import load_sweep, open_journal
+from exudyn_flexlink.storage import SeriesKeeper, load, load_sweep, open_journal
 from exudyn_flexlink.sweeps import carried_out, local_processes
-from exudyn_flexlink.sweeps.cluster import dask_cluster
+from exudyn_flexlink.sweeps.executors import dask_cluster
 
 COUNT = 8
 SCRIPT = f"""
@@ -22,7 +24,8 @@ import sys
 from pathlib import Path
 from typing import Any
 sys.path[:0] = [{str(Path(__file__).parent)!r}]
-from results import PENDULUM, scene_from
+from folders import posix
+from results import PENDULUM, pendulum, scene_from
 from sweep_runs import LENGTH, Length
 import exudyn_flexlink as fl
 
@@ -136,3 +139,24 @@ def test_two_sweeps_do_not_work_in_one_folder(tmp_path):
         open_journal(tmp_path, plan_of(COUNT), force=True),
     ):
         raise AssertionError("two sweeps in one folder")
+
+
+@posix
+def test_a_process_that_is_asked_to_end_saves_its_run_first(tmp_path):
+    """Asked at every move of a file: nothing half-written stays."""
+    (tmp_path / "sweep.json").write_text("{}")
+    child = os.fork()
+    if child == 0:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        move = os.replace
+
+        def asked(source, target):
+            os.kill(os.getpid(), signal.SIGTERM)
+            move(source, target)
+
+        os.replace = asked
+        SeriesKeeper(tmp_path)(pendulum(), "run")
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == signal.SIGTERM
+    assert load(tmp_path / "series/run").scene.title == "pendulum"
+    assert not list(tmp_path.rglob(".flexlink-*"))

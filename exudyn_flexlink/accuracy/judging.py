@@ -113,7 +113,7 @@ class Study(Bench):
     @property
     def judged_by(self) -> tuple[str, ...]:
         """Names of the points of the mechanism whose errors are told."""
-        return judged_points(self.reference.scene)
+        return judged_points(self.reference.result.scene)
 
     @cached_property
     def still(self) -> bool:
@@ -134,11 +134,9 @@ def judge(runs: Runs) -> Study:
     """
     truth = _reference(runs)
     if truth is None:
-        told = {**runs.refused, **runs.failed}
-        why = [f"{name}: {reason}" for name, reason in told.items()]
-        why += [f"left out for lack of time: {name}" for name in runs.left_out]
+        why = [f"{name}: {reason}" for name, reason in runs.left_out.items()]
         raise NothingRunError(
-            "no two runs ended, so there is nothing to compare\n" + "\n".join(why)
+            "\n".join(["no two runs ended, so there is nothing to compare", *why])
         )
     check, independent = _check(truth, [trial for trial in runs.trials if trial is not truth])
     horizon = agreement(truth.result, check.result) if check else None
@@ -168,7 +166,7 @@ def _reference(runs: Runs) -> Trial | None:
         return runs.reference
     fit = [t for t in runs.trials if t.method.of_rods and t.method.knob == "tolerance"]
     fit = fit or [t for t in runs.trials if t.method.of_rods]
-    return min(fit, key=lambda t: (t.value, -t.wall), default=None)
+    return min(fit, key=lambda t: (t.value, -t.processor), default=None)
 
 
 def _check(truth: Trial, others: Sequence[Trial]) -> tuple[Trial | None, bool]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import log
 from typing import Protocol
@@ -12,9 +11,6 @@ from exudyn_flexlink.accuracy.sources import Finer
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
-SLOPES = {"tolerance": 0.5, "step": 1.0}
-"""How cost grows as a knob is turned down, before two runs show it: a second-order method."""
-STEEPEST = 1.0
 SAME = 1e-6  # between logarithms of settings: rounding
 
 
@@ -24,15 +20,10 @@ class RefusedError(Exception):
 
 @dataclass(frozen=True)
 class Solved:
-    """One run: processor time of the solve and wall time of all of it, s.
-
-    `given_up`: stopped because it would have taken longer than allowed; `wall` is then the estimate
-    of what it would have taken.
-    """
+    """One run, and processor time of the solve, s; `given_up`: stopped after the time allowed."""
 
     result: Result
     processor: float
-    wall: float
     given_up: bool = False
 
 
@@ -53,9 +44,7 @@ class Trial:
 
     method: Method
     value: float
-    scene: Scene
     result: Result
-    wall: float
     times: list[float]
 
     @property
@@ -81,7 +70,10 @@ class Varied:
 
 @dataclass
 class Runs:
-    """All that was run: `trials` of methods, `varied` in sources of error; what was not, why."""
+    """All that was run: `trials` of methods, `varied` in sources of error.
+
+    `left_out` says of what did not come to its end why: it was refused, failed, or took too long.
+    """
 
     scene: Scene
     target: float
@@ -89,9 +81,7 @@ class Runs:
     trials: list[Trial] = field(default_factory=list)
     reference: Trial | None = None
     varied: list[Varied] = field(default_factory=list)
-    left_out: list[str] = field(default_factory=list)
-    refused: dict[str, str] = field(default_factory=dict)
-    failed: dict[str, str] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
     interrupted: bool = False
     spent: float = 0.0
 
@@ -99,19 +89,9 @@ class Runs:
         """Trials of a method, finest first."""
         return sorted((t for t in self.trials if t.method == method), key=lambda t: t.value)
 
-    def costs(self, method: Method) -> dict[float, float]:
-        """Processor times (s) of a method's runs, by the value of its knob."""
-        return {trial.value: trial.processor for trial in self.of(method)}
-
     def has(self, method: Method, value: float) -> bool:
         """Whether a method was run at a value, or one equal to it but for rounding."""
-        return any(abs(log(value / other)) < SAME for other in self.costs(method))
-
-    @property
-    def slowness(self) -> float:
-        """Wall time over processor time so far: a machine may be shared."""
-        used = sum(trial.times[0] for trial in self.trials)
-        return max(sum(trial.wall for trial in self.trials) / used, 1.0) if used > 0 else 1.0
+        return any(abs(log(value / trial.value)) < SAME for trial in self.of(method))
 
     @property
     def own(self) -> Trial | None:
@@ -119,17 +99,3 @@ class Runs:
         method = own_method(self.scene, self.methods)
         value = own_value(self.scene, method)
         return next((t for t in self.of(method) if t.value == value), None)
-
-
-def predict(costs: Mapping[float, float], value: float, knob: str = "tolerance") -> float:
-    """Cost (s) at a knob's value from costs at other values: a power law through the two finest.
-
-    A coarser run costs no more than a finer one; the nearest is taken for it.
-    """
-    slope = SLOPES[knob]
-    if len(costs) > 1:
-        fine, coarse = sorted(costs)[:2]
-        found = log(costs[fine] / costs[coarse]) / log(coarse / fine)
-        slope = min(max(found, 0.0), STEEPEST)
-    nearest = min(costs, key=lambda known: abs(log(known / value)))
-    return float(costs[nearest] * max(nearest / value, 1.0) ** slope)

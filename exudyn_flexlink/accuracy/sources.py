@@ -20,7 +20,6 @@ WalledJoint = SleeveJoint | RevoluteJoint
 
 MORE_RODS = 2
 STIFFER = 4.0
-MORE_RODS_COST, STIFFER_COST = 4.0, 2.0  # times the cost of the scene itself, or less
 MOST_RODS = 1000  # of a model
 COMPLIANCE_ORDER = 0.5
 """A contact's effect on the motion goes as k^-1/2, like its duration."""
@@ -31,16 +30,12 @@ ORDERS = {"equal": 1, "half_ends": 2}
 
 @dataclass(frozen=True)
 class Finer:
-    """A scene `ratio` times finer in one source of error, which falls with the power `order`.
-
-    Its run takes `dearer` times as long, or less.
-    """
+    """A scene `ratio` times finer in one source of error, which falls with the power `order`."""
 
     kind: str
     scene: Scene
     ratio: float
     order: float
-    dearer: float
 
 
 def finer_scenes(scene: Scene) -> list[Finer]:
@@ -49,9 +44,9 @@ def finer_scenes(scene: Scene) -> list[Finer]:
     found = []
     if rods is not None:
         order = min(ORDERS[body.layout] for body in beams(scene).values())  # of the slowest
-        found.append(Finer("rods", rods, MORE_RODS, order, MORE_RODS_COST))
+        found.append(Finer("rods", rods, MORE_RODS, order))
     if stiffer is not None:
-        found.append(Finer("contact", stiffer, STIFFER, COMPLIANCE_ORDER, STIFFER_COST))
+        found.append(Finer("contact", stiffer, STIFFER, COMPLIANCE_ORDER))
     return found
 
 

@@ -233,7 +233,11 @@ def film_of(
     first = max(float(take.result.time[0]) for take in takes)
     last = min(float(take.result.time[-1]) for take in takes)
     start, stop = first if begin is None else begin, last if end is None else end
-    mistakes = _mistakes_of_times(begin, end, first, last)
+    mistakes = [
+        f"{name} {value:g} s is not within the run: it goes from {first:g} s to {last:g} s"
+        for name, value in (("the begin", begin), ("the end", end))
+        if value is not None and not (isfinite(value) and first <= value <= last)
+    ]
     if not mistakes and not start < stop:
         mistakes.append(
             f"nothing to animate: it would begin at {start:g} s and end at {stop:g} s"
@@ -265,14 +269,3 @@ def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) 
         first, second = f"{first} (first)", f"{second} (second)"
     one, two = colours_of_both(result, other)
     return Take(result, first, one), Take(other, second, two)
-
-
-def _mistakes_of_times(
-    begin: float | None, end: float | None, first: float, last: float
-) -> list[str]:
-    """Say which instants asked for are not within the run."""
-    return [
-        f"{name} {value:g} s is not within the run: it goes from {first:g} s to {last:g} s"
-        for name, value in (("the begin", begin), ("the end", end))
-        if value is not None and not (isfinite(value) and first <= value <= last)
-    ]

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from exudyn_flexlink.animation.drawing import look_data
 from exudyn_flexlink.animation.film import Film, Take, Touching, strength, touching_of
-from exudyn_flexlink.animation.look import look_data
 from exudyn_flexlink.animation.shots import SLOW_SECONDS, kept_instants, usual_speed
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.arrays import FloatArray

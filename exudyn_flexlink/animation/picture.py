@@ -13,15 +13,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.drawing import (
+    INK,
+    PALE,
     POINTS,
     Place,
     draw_glows,
     draw_mechanism,
     draw_points,
     draw_trail,
+    thickness,
 )
 from exudyn_flexlink.animation.film import Film
-from exudyn_flexlink.animation.look import INK, PALE, thickness
 from exudyn_flexlink.animation.shots import Frames, Shots
 from exudyn_flexlink.animation.zoom_panel import ZoomPanel, draw_instant, draw_timeline
 from exudyn_flexlink.observables import turns

@@ -10,7 +10,6 @@ from math import log10
 import numpy as np
 
 from exudyn_flexlink.animation.film import Film, FilmError, Take, Touching, strength, touching_of
-from exudyn_flexlink.animation.look import GLOW_SECONDS, LABELLED
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism import anchor_position
@@ -24,6 +23,8 @@ LOOSER = 1.6  # times the error that is allowed, until they are no more
 SECONDS = 9.0  # of a film
 OF_A_TURN = 3.0  # s: a crank that goes round faster can't be followed by the eye
 SLOW_SECONDS = 4.0  # of a film, that a stretch of slow motion lasts
+GLOW_SECONDS = 0.45  # of the film: how long a touch is seen after its end
+LABELLED = 0.12  # of the largest force: a weaker touch in a joint is not told in numbers
 MOST_FRAMES = 50_000  # half an hour
 STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
 
@@ -103,11 +104,9 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
     inside = own[(own > film.begin) & (own < film.end)]
     times = np.concatenate([[film.begin], inside, [film.end]])
     poses = take.poses(times)
-    reach = np.array([part.reach for part in take.model.parts])
     # An angle counts as what it moves at the end of its part.
-    values = (poses * np.stack([np.ones_like(reach), np.ones_like(reach), reach], axis=1)).reshape(
-        len(times), -1
-    )
+    scales = np.array([(1.0, 1.0, part.reach) for part in take.model.parts])
+    values = (poses * scales).reshape(len(times), -1)
     plays = [channel.clearance for channel in walled(take.model)]
     plays += [bearing.distance for bearing in take.model.bearings]
     allowed = min([PRECISE * film.size, *(OF_CLEARANCE * play for play in plays)])
@@ -249,10 +248,5 @@ def _told(value: float, pressing: float) -> str:
     """A force in N, that which presses, else the largest; of an impact its impulse in N s."""
     if value == 0:
         return ""
-    if value < 0:
-        return f"{_digits(-value)} N s"
-    return f"{_digits(pressing if pressing > 0 else value)} N"
-
-
-def _digits(value: float) -> str:
-    return f"{value:.0f}" if value >= 1000 else f"{value:#.3g}".rstrip(".")
+    size, unit = (-value, "N s") if value < 0 else (pressing or value, "N")
+    return (f"{size:.0f}" if size >= 1000 else f"{size:#.3g}".rstrip(".")) + f" {unit}"

@@ -79,7 +79,19 @@ def film_bytes(
         raise FilmError("\n".join(mistakes))
     if suffix == "html":
         return page(film, filming.speed).encode("utf-8")
-    return (_gif if suffix == "gif" else _video)(film, filming, progress)
+    if suffix == "gif":  # whose frames last a whole number of ticks
+        ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
+        fps, width = 1 / (ticks * GIF_TICK), filming.width or GIF_WIDTH
+    else:
+        fps, width = filming.fps or VIDEO_FPS, filming.width or VIDEO_WIDTH
+    frames = frames_of(film, fps, filming.speed or usual_speed(film))
+    if suffix == "gif" and len(frames.times) * width**2 > MOST_PIXELS:
+        raise FilmError(
+            f"too long for a GIF: {len(frames.times)} frames; show a part of the run, or play it "
+            "faster, with fewer frames in a second, narrower, or as a video"
+        )
+    picture = Picture(film, frames, width)
+    return (_gif if suffix == "gif" else _video)(picture, fps, _counted(picture, progress))
 
 
 def usual_formats() -> tuple[str, ...]:
@@ -92,27 +104,18 @@ def is_animation(content: bytes) -> bool:
     return GENERATOR.encode() in content
 
 
-def _gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+def _gif(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
     """Return a film as the content of a GIF that repeats."""
-    ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
-    frames = frames_of(film, 1 / (ticks * GIF_TICK), filming.speed or usual_speed(film))
-    width = filming.width or GIF_WIDTH
-    if len(frames.times) * width**2 > MOST_PIXELS:
-        raise FilmError(
-            f"too long for a GIF: {len(frames.times)} frames; show a part of the run, or play it "
-            "faster, with fewer frames in a second, narrower, or as a video"
-        )
-    picture = Picture(film, frames, width)
     chosen = np.unique(np.linspace(0, len(picture) - 1, LOOKED_AT).astype(int))
     palette = _palette([picture.frame(int(i))[..., :3] for i in chosen])
     images = (
         Image.fromarray(own[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
-        for own in _counted(picture, progress)
+        for own in frames
     )
     written = BytesIO()
     next(images).save(
-        written, format="GIF", save_all=True, append_images=images, duration=10 * ticks, loop=0,
-        optimize=False, comment=GENERATOR.encode(),
+        written, format="GIF", save_all=True, append_images=images, loop=0,
+        duration=round(1000 / fps), optimize=False, comment=GENERATOR.encode(),
     )  # fmt: skip
     return written.getvalue()
 
@@ -127,23 +130,20 @@ def _palette(frames: list[Pixels]) -> Image.Image:
     return palette
 
 
-def _video(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+def _video(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
     """Return a film as the content of an MP4."""
     program = ffmpeg()
     assert program is not None  # see `Filming.mistakes`
-    rate = filming.fps or VIDEO_FPS
-    frames = frames_of(film, rate, filming.speed or usual_speed(film))
-    picture = Picture(film, frames, filming.width or VIDEO_WIDTH)
     with TemporaryDirectory() as folder:
         file, told = Path(folder) / "film.mp4", Path(folder) / "told.txt"
         size = f"{picture.width}x{picture.height}"
         command = [
             program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba",
-            "-s", size, "-r", f"{rate:g}", "-i", "-", "-an", "-pix_fmt", "yuv420p",
+            "-s", size, "-r", f"{fps:g}", "-i", "-", "-an", "-pix_fmt", "yuv420p",
             "-movflags", "+faststart", "-metadata", f"comment={GENERATOR}", str(file),
         ]  # fmt: skip
         with told.open("wb") as errors:
-            code = _pipe(command, errors.fileno(), _counted(picture, progress))
+            code = _pipe(command, errors.fileno(), frames)
         if code or not file.exists() or not file.stat().st_size:
             reason = told.read_text(encoding="utf-8", errors="replace").strip()
             raise FilmError(f"ffmpeg made no video: {reason or 'it did not say why'}")

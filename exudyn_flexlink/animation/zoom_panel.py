@@ -8,9 +8,17 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-from exudyn_flexlink.animation.drawing import Place, draw_glows, draw_mechanism, draw_points
+from exudyn_flexlink.animation.drawing import (
+    ARROW,
+    INK,
+    PALE,
+    TOUCH,
+    Place,
+    draw_glows,
+    draw_mechanism,
+    draw_points,
+)
 from exudyn_flexlink.animation.film import strength
-from exudyn_flexlink.animation.look import ARROW, INK, PALE, TOUCH
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.zooms import Zoom
 from exudyn_flexlink.mechanism import Channel, pair_sides

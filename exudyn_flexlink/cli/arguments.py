@@ -92,8 +92,8 @@ COMMANDS = {
         (*MODEL,
          Option("--target", "error that is good enough, in m; default: the model's tolerance, or "
                 "1e-4", "M", type=values.length),
-         Option("--budget", "time that the study may take; runs that do not fit in are left out; "
-                "default: 60", "SECONDS", type=values.duration, default=60.0),
+         Option("--budget", "time that the study may take; no run takes more than half of what is "
+                "left; default: 60", "SECONDS", type=values.duration, default=60.0),
          IMPACT, without(), *output("-accuracy"))),
     "stability": Command(
         "stability",

@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.integrate.turning import ROUNDING, StepPolynomial, TurnSeeker, highest
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact, approach
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes
@@ -23,7 +23,7 @@ class ExtremeSeeker:
     """Takes the steps of a run, and finds where what it tells is least and greatest.
 
     `contacts` (c,) are looked at while they press; `nodes` (n,) are the parts of a step, from 0 to
-    1, at which its motion is given; steps known by their ends alone are cubics.
+    1, at which its motion is given.
     """
 
     def __init__(self, watched: Watched, contacts: Sequence[Contact], nodes: FloatArray) -> None:
@@ -31,12 +31,12 @@ class ExtremeSeeker:
         self.nodes = nodes
         self.deepest = np.zeros(len(contacts))  # m
         self._watched = watched
-        self._polynomials = {len(own): StepPolynomial(own) for own in (HERMITE, nodes)}
+        self._polynomial = StepPolynomial(nodes)
         self._seeker = TurnSeeker(len(self._watched.names))
         self._pressed: list[list[tuple[FloatArray, ...]]] = [[] for _ in contacts]
         self._laws: dict[RestitutionPenalty, list[int]] = {}
         for k, contact in enumerate(contacts):
-            if isinstance(contact.law, RestitutionPenalty):
+            if not isinstance(contact.law, Impulse):  # rigid: no depth tells its force
                 self._laws.setdefault(contact.law, []).append(k)
         self._peaks: dict[int, tuple[Extremes, Extremes]] = {}
 
@@ -54,7 +54,7 @@ class ExtremeSeeker:
         """
         if not len(time):
             return
-        polynomial = self._polynomials[motion[0].shape[1]]
+        polynomial = self._polynomial
         places, rates, speeds, changes = self._watched.of(*motion, polynomial.slopes)
         values = np.concatenate([places, speeds], axis=2)
         slopes = np.concatenate([rates * length[:, None, None], changes], axis=2)
@@ -87,7 +87,7 @@ class ExtremeSeeker:
         time, length = (part[np.concatenate(rows)] for part in steps)
         depth = np.concatenate([-at.gap for at in seen])
         rate = np.concatenate([-at.gap_rate for at in seen])
-        step = self._polynomials[motion[0].shape[1]]
+        step = self._polynomial
         found = step.coefficients(depth, rate * length[:, None])
         speed = step.derivative(found) / length[:, None]
         low, high = np.zeros(len(found)), np.ones(len(found))

@@ -1,9 +1,10 @@
 """The recorder of every run that controls its error: samples, touches, energies and checks.
 
-A step is known at its nodes, its start and its stages, and at the samples within it. Energies
-dissipated and supplied, impulses and works of contacts are integrals over the stages, as accurate
-as the motion. An engine lets steps wait until they are many, or until an event changes the
-equations; then it says what is known at all their instants, and what changes the totals.
+A step is known at its nodes, its start and its stages or its end, and at the samples within it.
+Energies dissipated and supplied, impulses and works of contacts are integrals of the polynomials
+through the nodes, as accurate as the motion. An engine lets steps wait until they are many, or
+until an event changes the equations; then it says what is known at all their instants, and what
+changes the totals.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.integrate.collocation import POWERS, STAGES, WEIGHTS
+from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals
@@ -49,9 +50,9 @@ class Kept(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """Steps in a row, of lengths `h` (k,), s; the same contacts press in all of them.
+    """Steps in a row, of lengths `h` (k,), s; contacts press through all of a step, or not at all.
 
-    `nodes` (k, 1 + stages) are the numbers of their nodes among the instants that are known,
+    `nodes` (k, n) are the numbers of their nodes among the instants that are known,
     `samples` (n,) those of the samples, in order, and `of` (n,) the steps that these are in.
     """
 
@@ -66,14 +67,18 @@ class BlockRecorder(ABC):
     """Takes every step; keeps samples at `grid` (s, increasing), at events and in contacts.
 
     Contacts are those that `seeker` looks at. While one of the scene's presses, the ends of steps
-    are kept: even samples miss the peaks of its force.
+    are kept, or every few of them: even samples miss the peaks of its force.
     """
+
+    ends_kept = 1  # of so many ends of steps in contacts, one
 
     def __init__(
         self, mechanism: Mechanism, grid: FloatArray, seeker: ExtremeSeeker, touches: Touches
     ) -> None:
         self.mechanism, self.grid, self.seeker = mechanism, grid, seeker
         self.touches, self._marked = touches, len(mechanism.contacts)
+        # Of the polynomial through a step's nodes, as places and speeds have it.
+        self._powers = np.linalg.inv(seeker.nodes[:, None] ** np.arange(len(seeker.nodes)))
         self.contacts, self.meter = seeker.contacts, EnergyMeter(mechanism)
         self.energy_residual = self.largest_kinetic_energy = self.constraint_error = 0.0
         # Totals so far: lost in dampers, supplied (J), then impulses of contacts (N s), then what
@@ -151,20 +156,21 @@ class BlockRecorder(ABC):
 
     # --- steps --------------------------------------------------------------------------------
 
-    def _book(self, steps: Steps, known: Kept, rates: FloatArray, ends: Kept) -> None:
+    def _book(self, steps: Steps, known: Kept, rates: FloatArray, ends: Kept) -> FloatArray:
         """Take steps of which all is `known` but totals; `rates` (m, ...) are those of these.
 
-        The balance of energy is checked at the `ends` (k,) of steps.
+        The balance of energy is checked at the `ends` (k,) of steps. Returns totals (1 + k, ...)
+        where the first one begins and where each ends.
         """
         nodes, lengths = steps.nodes, steps.h[:, None]
-        gained = np.cumsum(lengths * (WEIGHTS @ rates[nodes[:, 1:]]), axis=0)
+        gained = np.cumsum(lengths * (self._shares(np.ones(1)) @ rates[nodes])[:, 0], axis=0)
         reached = self._reached + np.vstack([0 * self._reached, gained])
         known.totals[nodes[:, -1]] = ends.totals[:] = self._told(reached[1:])
         if len(steps.samples):
             h = steps.h[steps.of]
             parts = np.divide(known.t[steps.samples] - steps.t[steps.of], h, where=h > 0,
                               out=np.zeros(len(h)))  # fmt: skip
-            within = np.einsum("si,sij->sj", _shares(parts), rates[nodes[steps.of]])
+            within = np.einsum("si,sij->sj", self._shares(parts), rates[nodes[steps.of]])
             known.totals[steps.samples] = self._told(reached[steps.of] + h[:, None] * within)
         self._reached = reached[-1]
         self.touches.note(known.press[nodes])
@@ -179,6 +185,16 @@ class BlockRecorder(ABC):
         self._counted += len(own)
         if self._counted >= BLOCK:
             self._look_through()
+        return reached
+
+    def _shares(self, parts: FloatArray) -> FloatArray:
+        """Weights (m, n) of an integral up to parts (m,) of a step, of what is at its nodes.
+
+        The rule of Radau's method is exact for the polynomial through its stages and the start,
+        which has no weight in it up to the end.
+        """
+        powers = np.arange(1, len(self._powers) + 1)
+        return np.asarray((parts[:, None] ** powers / powers) @ self._powers)
 
     def _told(self, totals: FloatArray) -> FloatArray:
         """Energies lost and supplied (m, 2) of totals (m, ...)."""
@@ -188,11 +204,13 @@ class BlockRecorder(ABC):
     def _keep_samples(self, steps: Steps, known: Kept) -> None:
         """Keep the samples; in contacts the ends of steps, too, where none is."""
         rows, ends = steps.samples, steps.nodes[:, -1]
-        if known.pressed[ends[0], : self._marked].any():
+        pressed = known.pressed[steps.nodes[:, 0], : self._marked].any(axis=1)
+        if pressed.any():
             last = np.full(len(ends), -inf)
             last[steps.of] = known.t[rows]  # in order: the last of a step remains
-            rows = np.concatenate([rows, ends[last < known.t[ends]]])
-            rows = rows[np.argsort(known.t[rows], kind="stable")]
+            free = ends[pressed & (last < known.t[ends])]
+            rows = np.concatenate([rows, free[:: self.ends_kept]])
+            rows = rows[np.unique(known.t[rows], return_index=True)[1]]
         if len(rows):
             self._keep(known.pick(rows))
 
@@ -241,7 +259,7 @@ class BlockRecorder(ABC):
         total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
         if self._start_energy is None:
             self._start_energy = float(total[0])
-        errors = joint_residuals(self.mechanism, poses, ends.places)
+        errors = self.residuals(ends, poses)
         residual = float(np.abs(total - self._start_energy).max())
         self.energy_residual = max(self.energy_residual, residual)
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
@@ -260,19 +278,13 @@ class BlockRecorder(ABC):
             lost[rows] -= elastic
         return np.stack([kinetic, stored, lost, supplied], axis=1)
 
+    def residuals(self, at: Kept, poses: FloatArray) -> FloatArray:
+        """How far joints are open, m."""
+        return joint_residuals(self.mechanism, poses, at.places)
+
 
 def together(parts: list[Kept]) -> Kept:
     """Return instants one after the other."""
     *columns, owns = zip(*parts, strict=True)
     own = owns[0]._make(np.concatenate(column) for column in zip(*owns, strict=True))
     return Kept._make((*map(np.concatenate, columns), own))
-
-
-def _shares(parts: FloatArray) -> FloatArray:
-    """Weights (m, 1 + stages) of an integral up to parts of a step: its start, its stages.
-
-    Of the polynomial through them, as places and speeds have it. Up to the end these are the
-    weights of the method, of which the start has none, since that rule is exact for it.
-    """
-    powers = np.arange(1, STAGES + 2)
-    return np.asarray((parts[:, None] ** powers / powers) @ POWERS)

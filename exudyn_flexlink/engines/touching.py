@@ -73,7 +73,7 @@ class Moment(NamedTuple):
     time: float
     place: float
     gap_rate: float
-    totals: tuple[float, float]
+    totals: tuple[float, float] = (0.0, 0.0)
 
 
 class Touches:

@@ -141,8 +141,8 @@ class Expression:
 
     @cached_property
     def _by_time(self) -> list[Program]:
-        first = self._tape.slope(self._result, TIME)
-        second = self._tape.slope(first, TIME)
+        first = self._tape.slope(self._result)
+        second = self._tape.slope(first)
         return [self._value, *(Program(self._tape, [one]) for one in (first, second))]
 
     @cached_property
@@ -153,7 +153,7 @@ class Expression:
     @cached_property
     def rate_addends(self) -> list[Addend]:
         """Those of its first derivative by time."""
-        return self._addends_of(self._tape.slope(self._result, TIME))
+        return self._addends_of(self._tape.slope(self._result))
 
     def _addends_of(self, result: int) -> list[Addend]:
         found, left = [], [result]
@@ -178,7 +178,7 @@ class Expression:
         """Instants (s) at which a condition that is linear in t changes, in order."""
         found = []
         for switch in self._of_time:
-            rate = self._tape.number_of(self._tape.slope(switch, TIME))
+            rate = self._tape.number_of(self._tape.slope(switch))
             if rate:
                 found.append(-float(Program(self._tape, [switch]).run(0.0)[0]) / rate)
         return sorted(found)
@@ -187,7 +187,7 @@ class Expression:
         """Instants (s) between two at which a condition of time alone changes, in order."""
         found = set(self.linear_bends)
         for switch in self._of_time:
-            if self._tape.number_of(self._tape.slope(switch, TIME)) is None:
+            if self._tape.number_of(self._tape.slope(switch)) is None:
                 found.update(zeros(Addend(self._tape, switch), begin, end).tolist())
         return sorted(time for time in found if begin < time < end)
 

@@ -186,7 +186,7 @@ class Addend:
 
     @cached_property
     def _rate(self) -> Addend:
-        return Addend(self._tape, self._tape.slope(self._result, TIME), self._held)
+        return Addend(self._tape, self._tape.slope(self._result), self._held)
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (n,) at instants (n,) s and values (n,) of what is sensed; NaN where none is."""

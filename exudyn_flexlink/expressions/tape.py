@@ -1,4 +1,4 @@
-"""Operations one after the other: what a formula computes, and its exact derivatives.
+"""Operations one after the other: what a formula computes, and its exact time derivatives.
 
 Every operation takes results of earlier ones, so that a formula is a list of them and the number of
 its last. Equal operations are kept once: derivatives share what they have in common, and grow with
@@ -124,7 +124,7 @@ class Tape:
     def __init__(self) -> None:
         self.operations: list[Operation] = []
         self._known: dict[Operation, int] = {}
-        self._slopes: dict[tuple[int, int], int] = {}  # by operation and variable
+        self._slopes: dict[int, int] = {}  # time derivatives, by operation
 
     def number(self, value: float) -> int:
         """Add a number."""
@@ -164,12 +164,12 @@ class Tape:
         behind = (self.operations[i] for i in self.needed([result]))
         return {int(one.value) for one in behind if one.name == "variable"}
 
-    def slope(self, result: int, by: int) -> int:
-        """Add the derivative of a result by a variable."""
+    def slope(self, result: int) -> int:
+        """Add the derivative of a result by time."""
         for i in self.needed([result]):
-            if (i, by) not in self._slopes:
-                self._slopes[i, by] = self._slope_of(i, by)
-        return self._slopes[result, by]
+            if i not in self._slopes:
+                self._slopes[i] = self._slope_of(i)
+        return self._slopes[result]
 
     # --- inner --------------------------------------------------------------------------------
 
@@ -202,15 +202,13 @@ class Tape:
             found = self.operations[left].takes[0]
         return found
 
-    def _slope_of(self, i: int, by: int) -> int:
+    def _slope_of(self, i: int) -> int:
         name, takes, value = self.operations[i]
         if name == "number":
             return self.number(0.0)
-        if name == "variable" and by == TIME and value != TIME:
-            return self.variable(int(value) + RATES)
         if name == "variable":
-            return self.number(1.0 if value == by else 0.0)
-        inner = [self._slopes[k, by] for k in takes]
+            return self.number(1.0) if value == TIME else self.variable(int(value) + RATES)
+        inner = [self._slopes[k] for k in takes]
         if all(self.number_of(k) == 0 for k in inner):
             return self.number(0.0)
         return self._by_rule(name, i, takes, inner)

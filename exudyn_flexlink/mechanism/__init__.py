@@ -84,22 +84,20 @@ from exudyn_flexlink.mechanism.model import (
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
 from exudyn_flexlink.mechanism.pulses import with_pulses
-from exudyn_flexlink.mechanism.resolution import (
-    Resolution,
-    coarse_tolerance,
-    extent,
-    half_period,
-    half_periods,
-    least_tolerance,
-    resolutions,
-)
 from exudyn_flexlink.mechanism.schedule import (
+    Resolution,
     TurnGoal,
     beyond_redundant,
+    coarse_tolerance,
     cut_off,
     end_of_run,
+    extent,
     formulation,
+    half_period,
+    half_periods,
     kept_interval,
+    least_tolerance,
+    resolutions,
     sample_bytes,
     sample_times,
     turn_goal,

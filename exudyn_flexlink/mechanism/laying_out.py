@@ -11,9 +11,9 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import ends_of_lap, ray_crossings
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
+from exudyn_flexlink.mechanism.least_motion import within_body
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-from exudyn_flexlink.mechanism.spanning import within_body
 
 BEHIND = 1e-10  # m: so little behind its start a point counts as on it
 

@@ -4,12 +4,13 @@ One problem in many dresses: accelerations (the metric is the mass matrix), velo
 size, the least step that closes the joints, the mobility of a point, the number of independent
 constraints. The parts of the spanning tree are eliminated one by one, from its ends to its roots,
 as articulated bodies (R. Featherstone, Rigid Body Dynamics Algorithms, chapter 7), so that the work
-grows with the number of parts, not with its cube. Only the joints that the tree leaves over, slots
-and drives are solved together, by least squares.
+grows with the number of parts, not with its cube. Its joints never contradict each other. Only the
+joints that the tree leaves over, slots and drives are solved together, by least squares.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,12 +20,12 @@ from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.constraints import Constraints
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree, within_body
 
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
 FIRST = 1e3  # times as much as joints counts a given angle, where both contradict
 TURN = np.array([0.0, 0.0, 1.0])
+NOTHING = -1
 
 
 class LeastMotion:
@@ -45,11 +46,14 @@ class LeastMotion:
         rigid: bool = False,
     ) -> None:
         self._constraints = constraints
-        tree = self._tree = spanning_tree(mechanism)
-        hung = _hang(mechanism, constraints, tree, right, rigid)
+        self._tree = spanning_tree(mechanism)
+        pairs = enumerate(self._tree.parents)
+        self._within = [rigid and within_body(mechanism, *pair) for pair in pairs]
+        self._given = _given(constraints, right)
+        hung = self._hang(right)
         self._offset = hung.offset
         self._eliminate(roots @ roots.transpose(0, 2, 1), hung)
-        self._rest, weights = _left_over(mechanism, constraints, tree, right, rigid)
+        self._rest, weights = self._left_over(right)
         self._slopes = weights[:, None] * constraints.jacobian(self._rest)
         self._right = weights * right[self._rest]
         self._allowed = self._swept(self._as_columns(self._slopes))
@@ -58,6 +62,54 @@ class LeastMotion:
         self._lengths = _lengths(mechanism, self._slopes / weights[:, None], roots)
 
     # --- the tree ---------------------------------------------------------------------------
+
+    def _left_over(self, right: FloatArray) -> tuple[IndexArray, FloatArray]:
+        """Rows of which something is demanded and that are not of the tree; how much each counts.
+
+        What is given of a part that hangs on nothing is its joint in the tree. The angle of a part
+        that moves as one with its parent counts once.
+        """
+        implied, weights = np.isnan(right), np.ones(len(right))
+        rows_of_joints = np.diff(self._constraints.first_rows)
+        joints = np.repeat(np.arange(len(rows_of_joints)), rows_of_joints)
+        implied[: len(joints)] |= np.isin(joints, self._tree.joints)
+        for (part, axis), row in self._given.items():
+            parent = self._tree.parents[part], axis
+            twice = axis == 2 and self._within[part] and parent in self._given
+            implied[row] = twice or self._tree.joints[part] == NOTHING
+            weights[row] = FIRST if axis == 2 else 1.0
+        rest = np.flatnonzero(~implied)
+        return rest, weights[rest]
+
+    def _hang(self, demanded: FloatArray) -> _Hung:
+        """Solve each joint of the tree for its part, and what is given of parts that have none."""
+        constraints, count = self._constraints, self._constraints.count
+        own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
+        for (part, axis), row in self._given.items():
+            if self._tree.joints[part] == NOTHING:
+                own[part, axis, axis], right[part, axis] = 1.0, demanded[row]
+        for part, joint in enumerate(self._tree.joints):
+            if joint == NOTHING:
+                continue
+            first, last = constraints.first_rows[joint : joint + 2].tolist()
+            side = int(constraints.parts[first, 1] == part)
+            own[part, : last - first] = constraints.slopes[first:last, side]
+            parents[part, : last - first] = constraints.slopes[first:last, 1 - side]
+            right[part, : last - first] = demanded[first:last]
+            if self._within[part]:
+                # In the third row what the joint leaves open: to turn, or to stretch along the rod.
+                own[part, 2], parents[part, 2] = TURN, -TURN
+                if constraints.kinds[joint] == "slide":
+                    for whole, slopes in ((own, side), (parents, 1 - side)):
+                        x, y, _ = constraints.slopes[first, slopes]
+                        whole[part, 2] = y, -x, 0.0
+        left, sizes, directions = np.linalg.svd(own)
+        held = np.any(own != 0, axis=2).sum(axis=1)[:, None] > np.arange(3)  # by singular value
+        inverse = np.where(held, 1.0 / np.where(held, sizes, 1.0), 0.0)
+        solved = directions.transpose(0, 2, 1) @ (inverse[:, :, None] * left.transpose(0, 2, 1))
+        free = np.where(held[:, None, :], 0.0, directions.transpose(0, 2, 1))
+        filling = held[:, :, None] * np.eye(3)
+        return _Hung(-solved @ parents, (solved @ right[:, :, None])[:, :, 0], free, filling)
 
     def _eliminate(self, metric: FloatArray, hung: _Hung) -> None:
         """Let every part, from the ends of the tree, follow its parent as is best for all beyond.
@@ -174,25 +226,16 @@ def _rank(rows: FloatArray) -> int:
     return int(np.linalg.matrix_rank(rows, tol=INDEPENDENT)) if len(rows) else 0
 
 
-def _left_over(
-    mechanism: Mechanism, constraints: Constraints, tree: Spanning, right: FloatArray, rigid: bool
-) -> tuple[IndexArray, FloatArray]:
-    """Rows of which something is demanded and that are not of the tree, and how much each counts.
-
-    With `rigid` an angle that is given of more than one part of a body counts once.
-    """
-    implied = np.isnan(right)
-    for joint in tree.joints:
-        if joint != NOTHING:
-            implied[constraints.first_rows[joint] : constraints.first_rows[joint + 1]] = True
-    alone = (constraints.parts[:, 0] == GROUND) & np.all(constraints.slopes[:, 1] == TURN, axis=1)
-    alone[: constraints.first_rows[-1]] = False  # those are of joints
-    told = {int(constraints.parts[row, 1]): row for row in np.flatnonzero(alone & ~implied)}
-    for part, row in told.items():
-        parent = tree.parents[part]
-        implied[row] = rigid and parent in told and within_body(mechanism, part, parent)
-    rest = np.flatnonzero(~implied)
-    return rest, np.where(alone[rest], FIRST, 1.0)
+def _given(constraints: Constraints, right: FloatArray) -> dict[tuple[int, int], int]:
+    """Rows of no joint that fix a coordinate of a part, by the part and the coordinate."""
+    fixed = (constraints.parts[:, 0] == GROUND) & ~np.isnan(right)
+    fixed &= np.sum(constraints.slopes[:, 1] != 0, axis=1) == 1
+    fixed &= constraints.slopes[:, 1].max(axis=1) == 1
+    fixed[: constraints.first_rows[-1]] = False
+    rows = np.flatnonzero(fixed)
+    axes = np.argmax(constraints.slopes[rows, 1], axis=1)
+    parts = constraints.parts[rows, 1]
+    return dict(zip(zip(parts.tolist(), axes.tolist(), strict=True), rows.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -206,40 +249,6 @@ class _Hung:
     offset: FloatArray
     free: FloatArray
     filling: FloatArray
-
-
-def _hang(
-    mechanism: Mechanism,
-    constraints: Constraints,
-    tree: Spanning,
-    demanded: FloatArray,
-    rigid: bool,
-) -> _Hung:
-    """Solve each joint of the tree for its part."""
-    count = constraints.count
-    own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
-    for part, joint in enumerate(tree.joints):
-        if joint == NOTHING:
-            continue
-        first, last = constraints.first_rows[joint : joint + 2].tolist()
-        side = int(constraints.parts[first, 1] == part)
-        own[part, : last - first] = constraints.slopes[first:last, side]
-        parents[part, : last - first] = constraints.slopes[first:last, 1 - side]
-        right[part, : last - first] = demanded[first:last]
-        if rigid and within_body(mechanism, part, tree.parents[part]):
-            # In the third row what the joint leaves open: to turn, or to stretch along the rod.
-            own[part, 2], parents[part, 2] = TURN, -TURN
-            if constraints.kinds[joint] == "slide":
-                for whole, slopes in ((own, side), (parents, 1 - side)):
-                    x, y, _ = constraints.slopes[first, slopes]
-                    whole[part, 2] = y, -x, 0.0
-    left, sizes, directions = np.linalg.svd(own)
-    held = np.any(own != 0, axis=2).sum(axis=1)[:, None] > np.arange(3)  # by singular value
-    inverse = np.where(held, 1.0 / np.where(held, sizes, 1.0), 0.0)
-    solved = directions.transpose(0, 2, 1) @ (inverse[:, :, None] * left.transpose(0, 2, 1))
-    free = np.where(held[:, None, :], 0.0, directions.transpose(0, 2, 1))
-    filling = held[:, :, None] * np.eye(3)
-    return _Hung(-solved @ parents, (solved @ right[:, :, None])[:, :, 0], free, filling)
 
 
 def scale_roots(mechanism: Mechanism) -> FloatArray:
@@ -258,3 +267,82 @@ def whole_roots(mechanism: Mechanism, q: FloatArray) -> FloatArray:
         along, turning = np.sqrt(np.sum(reaches**-2.0)), np.sqrt(np.sum(arms**2 + 1.0))
         roots[first] = np.diag([along, along, turning])
     return roots
+
+
+# --- the spanning tree ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Spanning:
+    """By part: what it hangs on (GROUND too if free) and by which joint (NOTHING if free).
+
+    `order` has parents before what hangs on them. Joints are counted as in `constraint_rows`.
+    """
+
+    order: tuple[int, ...]
+    parents: tuple[int, ...]
+    joints: tuple[int, ...]
+
+
+def spanning_tree(mechanism: Mechanism) -> Spanning:
+    """Find a spanning tree of pins, welds and slides.
+
+    A body's own hinges come first: it is the joints of the scene that close its loops.
+    """
+    ends = [
+        *((joint.first.part, joint.second.part) for joint in mechanism.attachments),
+        *((slide.first.part, slide.second.part) for slide in mechanism.slides),
+    ]
+    neighbours = _neighbours(_without_loops(mechanism, ends), ends)
+    count = len(mechanism.parts)
+    parents, joints, order = [GROUND] * count, [NOTHING] * count, list[int]()
+    seen = {GROUND}
+    for start in (GROUND, *range(count)):
+        waiting = [start] if start == GROUND or start not in seen else []
+        while waiting:
+            part = waiting.pop()
+            if part != GROUND:
+                order.append(part)
+            seen.add(part)
+            for joint, other in neighbours.get(part, []):
+                if other not in seen:
+                    parents[other], joints[other] = part, joint
+                    waiting.append(other)
+    return Spanning(tuple(order), tuple(parents), tuple(joints))
+
+
+def within_body(mechanism: Mechanism, first: int, second: int) -> bool:
+    """Tell whether two parts are of one body."""
+    parts = mechanism.parts
+    return GROUND not in (first, second) and parts[first].body == parts[second].body
+
+
+def _without_loops(mechanism: Mechanism, ends: Sequence[tuple[int, int]]) -> list[int]:
+    """Joints that connect what is not connected yet, those within bodies first."""
+    hinges = [joint for joint, pair in enumerate(ends) if within_body(mechanism, *pair)]
+    leader = {part: part for part in range(GROUND, len(mechanism.parts))}
+
+    def leader_of(part: int) -> int:
+        while leader[part] != part:
+            leader[part] = part = leader[leader[part]]
+        return part
+
+    kept = []
+    for joint in dict.fromkeys((*hinges, *range(len(ends)))):
+        first, second = (leader_of(part) for part in ends[joint])
+        if first != second:
+            leader[first] = second
+            kept.append(joint)
+    return kept
+
+
+def _neighbours(
+    kept: Sequence[int], ends: Sequence[tuple[int, int]]
+) -> dict[int, list[tuple[int, int]]]:
+    """By part, the joints kept and the parts they lead to."""
+    found: dict[int, list[tuple[int, int]]] = {}
+    for joint in kept:
+        first, second = ends[joint]
+        found.setdefault(first, []).append((joint, second))
+        found.setdefault(second, []).append((joint, first))
+    return found

@@ -11,10 +11,15 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.constraints import Constraints
-from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
+from exudyn_flexlink.mechanism.least_motion import (
+    NOTHING,
+    LeastMotion,
+    scale_roots,
+    spanning_tree,
+    within_body,
+)
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import Anchor
-from exudyn_flexlink.mechanism.spanning import NOTHING, spanning_tree, within_body
 
 SECOND = 0.1  # rad/s: as much counts 1 m/s of a point, in a mechanism with 1 m from end to end
 SETTLED = 1e-12  # of the largest speed: a change by less is rounding

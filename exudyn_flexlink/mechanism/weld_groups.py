@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -46,7 +46,10 @@ def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
 def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
     """A part and all that is welded to it, with frames in its axes."""
     group = {part: Frame(ROOT)}
-    while (weld := _leading_out(welds, group)) is not None:
+    while out := [
+        own for own in welds if len({own.first.part, own.second.part} & group.keys()) == 1
+    ]:
+        weld = out[0]
         near = weld.first.part in group
         here, there = (weld.first, weld.second) if near else (weld.second, weld.first)
         angle = group[here.part].angle + (weld.angle if near else -weld.angle)
@@ -64,11 +67,3 @@ def inertia_with_welded(at: Anchor, parts: Sequence[RigidPart], welds: Sequence[
             x, y = frame.place(*parts[part].centre)
             total += parts[part].inertia + parts[part].mass * ((x - at.x) ** 2 + (y - at.y) ** 2)
     return total
-
-
-def _leading_out(welds: Iterable[Weld], group: Collection[int]) -> Weld | None:
-    """First weld between a part of a group and another; None if there is none."""
-    for weld in welds:
-        if (weld.first.part in group) != (weld.second.part in group):
-            return weld
-    return None

@@ -13,34 +13,31 @@ from exudyn_flexlink.observables.crank import (
     first_passes,
     joint_angle,
     laps,
+    steady_speeds,
     turned_since_start,
     turns,
 )
-from exudyn_flexlink.observables.forces import (
-    Force,
-    force_deviations,
-    force_peaks,
-    forces_of,
-    touching,
-    worst_force,
-)
-from exudyn_flexlink.observables.interpolation import between_samples, straight_between
+from exudyn_flexlink.observables.forces import Force, force_peaks, forces_of
 from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
-from exudyn_flexlink.observables.measuring import error_between
 from exudyn_flexlink.observables.parting import (
     STILL,
     Deviation,
     common_points,
     common_times,
+    error_between,
     farthest,
     first_beyond,
+    force_deviations,
     parting_limit,
     positions,
     separation,
     separations,
+    touching,
+    worst_force,
 )
 from exudyn_flexlink.observables.points import (
     PointPath,
+    between_samples,
     judged_points,
     name_of,
     path,
@@ -49,6 +46,7 @@ from exudyn_flexlink.observables.points import (
     point_names,
     room,
     still_text,
+    straight_between,
     watched_point,
 )
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes

@@ -72,16 +72,21 @@ def turns(result: Result) -> bool:
     name = crank_joint(result.scene)
     if name is None:
         return False
-    drives = result.scene.drives.values()
-    if name == result.scene.run.of or any(
-        isinstance(drive, SpeedDrive)
-        and drive.joint == name
-        and isinstance(drive.value, float)
-        and drive.value != 0.0
-        for drive in drives
-    ):
+    if name == result.scene.run.of or name in steady_speeds(result.scene):
         return True
     return float(np.ptp(crank_angle(result))) >= 2 * pi
+
+
+def steady_speeds(scene: Scene) -> dict[str, float]:
+    """Speeds (rad/s) of the revolute joints that a drive turns at one speed, by name."""
+    return {
+        drive.joint: drive.value
+        for drive in scene.drives.values()
+        if isinstance(drive, SpeedDrive)
+        and isinstance(scene.joints[drive.joint], RevoluteJoint)
+        and isinstance(drive.value, float)
+        and drive.value
+    }
 
 
 def laps(result: Result) -> IndexArray:

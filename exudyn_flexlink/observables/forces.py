@@ -1,26 +1,15 @@
-"""Forces of a run by quantity and name, and how far they are from those of another run.
-
-Forces are known worse than the positions that they belong to: where positions err by a vibration,
-forces err by that times the square of its frequency. So they have errors of their own. N is the
-number of instants.
-"""
+"""Forces of a run by quantity and name; N is the number of samples."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread
-from exudyn_flexlink.observables.interpolation import straight_between
-from exudyn_flexlink.observables.parting import common_times
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
-
-Pair = tuple[str, str]
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
 NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
@@ -107,104 +96,3 @@ def force_peaks(result: Result) -> dict[str, ForcePeak]:
         if name not in unbound:
             found[name] = ForcePeak(value, force.unit, at)
     return found
-
-
-def force_deviations(
-    first: Result, second: Result, until: float = inf
-) -> dict[str, ForceDeviation]:
-    """How far forces of two runs are apart before `until` (s), by what they are called.
-
-    At the instants that the first run's scene asks for. Left out are those at which one run touches
-    what the other does not, or that are next to an impulse: there a force is the contact's or not,
-    as much as both runs differ in its instant, which says nothing about the size of any force.
-    """
-    time = common_times(first, second)
-    spacing = float(np.max(np.diff(time), initial=0.0))
-    time = time[time < until]
-    alike, in_touch = _touching(first, second, time)
-    alike &= time > 0  # both begin with one state
-    alike &= ~(_near_impulses(first, time, spacing) | _near_impulses(second, time, spacing))
-    both = forces_of(first), forces_of(second)
-    found = {}
-    for name, force in both[0].items():
-        if name not in both[1]:
-            continue
-        one, other = (
-            straight_between(run.time, own[name].values, time)
-            for run, own in zip((first, second), both, strict=True)
-        )
-        parts = (_spread(time, one, other, alike & part) for part in (~in_touch, in_touch))
-        found[name] = ForceDeviation(force.unit, *parts)
-    return found
-
-
-def worst_force(found: Mapping[str, ForceDeviation]) -> tuple[str, float]:
-    """Name of the force that is farthest off as a part of its own largest, and that part.
-
-    While nothing touches, unless something does throughout. Forces that are rounding, beside the
-    largest of their unit, tell nothing. An empty name and 0 where no force does.
-    """
-    parts = {name: own.free or own.touching for name, own in found.items()}
-    sizes: dict[str, float] = {}
-    for name, part in parts.items():
-        unit = found[name].unit
-        sizes[unit] = max(sizes.get(unit, NO_FORCE), part.size if part else 0.0)
-    told = {
-        name: part.relative
-        for name, part in parts.items()
-        if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[found[name].unit])
-    }
-    return max(told.items(), key=lambda item: item[1], default=("", 0.0))
-
-
-def _spread(
-    time: FloatArray, one: FloatArray, other: FloatArray, part: BoolArray
-) -> ForceSpread | None:
-    if not part.any():
-        return None
-    one, other = (values[part].reshape(int(part.sum()), -1) for values in (one, other))
-    apart = np.linalg.norm(one - other, axis=1)
-    size = max(float(np.linalg.norm(values, axis=1).max()) for values in (one, other))
-    worst = int(apart.argmax())
-    rms = float(np.sqrt(np.mean(apart**2)))
-    return ForceSpread(float(apart[worst]), float(time[part][worst]), rms, size)
-
-
-def touching(result: Result, time: FloatArray) -> BoolArray:
-    """Whether anything touches, a contact or a wall, at instants (N,) s."""
-    return _any(time, list(_pairs(result, time).values()))
-
-
-def _touching(first: Result, second: Result, time: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """Whether the same touches in both runs, of what can touch in both; whether anything does."""
-    both = _pairs(first, time), _pairs(second, time)
-    common = [pair for pair in both[0] if pair in both[1]]
-    parted = [both[0][pair] != both[1][pair] for pair in common]
-    return ~_any(time, parted), touching(first, time) | touching(second, time)
-
-
-def _any(time: FloatArray, masks: Sequence[BoolArray]) -> BoolArray:
-    return np.asarray(np.any([np.zeros(len(time), dtype=bool), *masks], axis=0))
-
-
-def _pairs(result: Result, time: FloatArray) -> dict[Pair, BoolArray]:
-    """Whether each pair of what can touch does, at instants (N,) s."""
-    found = {}
-    for name, touches in result.intervals.items():
-        pairs = result.sleeves[name].pairs if name in result.sleeves else (name,)
-        for k, pair in enumerate(pairs):
-            own = touches.where(touches.pair == k)
-            begun = np.searchsorted(np.sort(own.begin), time, side="right")
-            ended = np.searchsorted(np.sort(own.end), time, side="left")
-            found[name, pair] = begun > ended
-    return found
-
-
-def _near_impulses(result: Result, time: FloatArray, spacing: float) -> BoolArray:
-    """Whether an impulse is within a spacing of instants (N,), s."""
-    near = np.zeros(len(time), dtype=bool)
-    for touches in result.intervals.values():
-        hits = np.sort(touches.begin[np.isinf(touches.peak_force)])
-        count = [np.searchsorted(hits, time + off) for off in (-spacing, spacing)]
-        near |= count[1] > count[0]
-    return near

@@ -18,7 +18,7 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
 )
 from exudyn_flexlink.observables.answers import Measure, Moved, Slid, Turned, answer_of, rest_of
-from exudyn_flexlink.observables.interpolation import between_samples
+from exudyn_flexlink.observables.points import between_samples
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
 

@@ -76,6 +76,7 @@ def _strike(
     result: Result, contact: str, burst: list[Interval], angle: FloatArray | None, goes_round: bool
 ) -> Strike:
     first, ended = burst[0], not any(interval.lasts for interval in burst)
+    bounced = any(interval.impact for interval in burst)
     lap, at = None, None
     if angle is not None:
         at = float(np.interp(first.begin, result.time, angle))
@@ -90,16 +91,10 @@ def _strike(
         place=first.place,
         impulse=sum(interval.impulse for interval in burst) if ended else nan,
         energy_lost=sum(interval.energy_lost for interval in burst) if ended else nan,
-        peak_force=_peak_force(burst),
+        peak_force=nan if bounced else max(interval.peak_force for interval in burst),
         contacts=len(burst),
         ended=ended,
     )
-
-
-def _peak_force(burst: list[Interval]) -> float:
-    if any(interval.impact for interval in burst):
-        return nan
-    return max(interval.peak_force for interval in burst)
 
 
 def settled(result: Result, contact: str, before: float) -> float:

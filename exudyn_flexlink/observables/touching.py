@@ -17,7 +17,6 @@ from enum import IntEnum
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables.crank import first_passes, laps, turned_since_start
 from exudyn_flexlink.result import Result, SleeveHistory
 
@@ -118,9 +117,8 @@ def contact_states(result: Result, joint: str) -> ContactStates:
     first, last = float(result.time[0]), float(result.time[-1])
     edges = np.unique(np.concatenate([[first, last], touches.begin, touches.end]))
     edges = edges[(edges >= first) & (edges <= last)]
-    upper, lower = (
-        _pressing(edges, touches.begin[side == way], touches.end[side == way]) for way in (1, -1)
-    )
+    middles = (edges[1:] + edges[:-1]) / 2
+    upper, lower = (touches.where(side == way).lasting(middles) for way in (1, -1))
     state = np.select(
         [(upper > 0) & (lower > 0), upper + lower >= 2, upper + lower == 1],
         [State.OPPOSITE_SIDES, State.SAME_SIDE, State.ONE_POINT],
@@ -134,7 +132,15 @@ def contact_totals(
 ) -> ContactTotals:
     """Contacts of a joint from `start` to `end` (s); what begins at `end` counts no more."""
     states, touches = contact_states(result, joint), _walls(result, joint).touches
-    return _totals(states, touches, start, end)
+    mine = touches.where((touches.begin >= start) & (touches.begin < end))
+    return ContactTotals(
+        states.fractions(start, end),
+        len(mine),
+        states.impacts(start, end),
+        float(mine.impulse.sum()),
+        float(mine.energy_lost.sum()),
+        float((mine.until(states.time[-1]) - mine.begin).max(initial=0.0)),
+    )
 
 
 def lap_contacts(result: Result, joint: str) -> list[ContactTotals]:
@@ -142,10 +148,9 @@ def lap_contacts(result: Result, joint: str) -> list[ContactTotals]:
 
     A touch belongs to the lap in which it begins.
     """
-    states, touches = contact_states(result, joint), _walls(result, joint).touches
     starts = lap_starts(result)
     ends = [*starts[1:], np.inf]
-    return [_totals(states, touches, *lap) for lap in zip(starts, ends, strict=True)]
+    return [contact_totals(result, joint, *lap) for lap in zip(starts, ends, strict=True)]
 
 
 def lap_starts(result: Result) -> list[float]:
@@ -158,18 +163,17 @@ def lap_starts(result: Result) -> list[float]:
 def pair_totals(result: Result, joint: str) -> list[PairTotals]:
     """Pairs of a joint that touched at all, those that touched longest first."""
     history = _walls(result, joint)
-    touches, last = history.touches, float(result.time[-1])
     found = []
-    for k in np.unique(touches.pair).tolist():
-        mine = touches.pair == k
+    for k in np.unique(history.touches.pair).tolist():
+        mine = history.touches.where(history.touches.pair == k)
         found.append(
             PairTotals(
                 history.pairs[k],
-                int(mine.sum()),
-                float((touches.until(last) - touches.begin)[mine].sum()),
-                float(touches.impulse[mine].sum()),
-                float(touches.energy_lost[mine].sum()),
-                float(touches.peak_force[mine].max()),
+                len(mine),
+                float((mine.until(result.time[-1]) - mine.begin).sum()),
+                float(mine.impulse.sum()),
+                float(mine.energy_lost.sum()),
+                float(mine.peak_force.max()),
             )
         )
     return sorted(found, key=lambda pair: -pair.time)
@@ -190,25 +194,6 @@ def deepest(result: Result, joint: str) -> float:
     if joint in result.bearings:
         return float(result.bearings[joint].touches.penetration.max(initial=0.0))
     return result.sleeves[joint].deepest if joint in result.sleeves else 0.0
-
-
-def _totals(states: ContactStates, touches: Intervals, start: float, end: float) -> ContactTotals:
-    mine = (touches.begin >= start) & (touches.begin < end)
-    return ContactTotals(
-        states.fractions(start, end),
-        int(mine.sum()),
-        states.impacts(start, end),
-        float(touches.impulse[mine].sum()),
-        float(touches.energy_lost[mine].sum()),
-        float((touches.until(states.time[-1]) - touches.begin)[mine].max(initial=0.0)),
-    )
-
-
-def _pressing(edges: FloatArray, begin: FloatArray, end: FloatArray) -> IntArray:
-    """Number of touches that last over each interval between edges."""
-    middle = (edges[1:] + edges[:-1]) / 2
-    begun = np.searchsorted(np.sort(begin), middle)
-    return np.asarray(begun - np.searchsorted(np.sort(end), middle))
 
 
 def _walls(result: Result, joint: str) -> SleeveHistory:

@@ -9,9 +9,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position, build_mechanism
-from exudyn_flexlink.observables.interpolation import between_samples, straight_between
 from exudyn_flexlink.observables.parting import common_times
-from exudyn_flexlink.observables.points import path, point_anchor, watched_point
+from exudyn_flexlink.observables.points import path, point_anchor, straight_between, watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, RodBody, SleeveJoint, split_point
 
@@ -43,7 +42,8 @@ def spectrum(time: FloatArray, values: FloatArray) -> Spectrum:
     # scipy takes a second to import, which `check` should not wait for
     from scipy.signal import find_peaks, welch  # noqa: PLC0415
 
-    resolution = resolution_of(time)
+    count = max(1, int(SEGMENT * len(time)))
+    resolution = float(1 / (count * (time[1] - time[0]))) if len(time) > 1 else inf
     values = values[:-1]
     if len(values) < FEWEST or not np.ptp(values):
         return Spectrum(np.zeros(0), np.zeros(0), (), resolution)
@@ -52,12 +52,6 @@ def spectrum(time: FloatArray, values: FloatArray) -> Spectrum:
     peaks, _ = find_peaks(power, height=WEAK * power.max())
     strongest = peaks[np.argsort(power[peaks])[::-1][:MOST_LINES]]
     return Spectrum(frequencies, power, tuple(frequencies[strongest].tolist()), resolution)
-
-
-def resolution_of(time: FloatArray) -> float:
-    """Distance (Hz) of the frequencies of a spectrum of even instants (N,) s."""
-    count = max(1, int(SEGMENT * len(time)))
-    return float(1 / (count * (time[1] - time[0]))) if len(time) > 1 else np.inf
 
 
 def strongest_line(time: FloatArray, signal: FloatArray, lowest: float, highest: float) -> float:
@@ -110,12 +104,9 @@ def vibration(result: Result, begin: float = 0.0, end: float = inf) -> Vibration
     point, time = watched_point(result.scene), common_times(result, result)
     time = time[(time >= begin) & (time <= end)]
     off = perturbation(result, point, time)
-    ideal = off is not None
-    if off is None:
-        seen = path(result, point)
-        off = between_samples(seen.time, seen.position, seen.velocity, time)
-    x, y = (spectrum(time, column) for column in off.T)
-    return Vibration(off, x, y, ideal)
+    moved = path(result, point).at(time) if off is None else off
+    x, y = (spectrum(time, column) for column in moved.T)
+    return Vibration(moved, x, y, off is not None)
 
 
 def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | None:

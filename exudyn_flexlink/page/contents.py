@@ -134,17 +134,12 @@ def _facts(result: Result) -> Table:
     """What a reader asks first: who solved it, how accurately, how long it is and how far off."""
     way = result.settings.formulation
     engine = result.engine if way is None else f"{result.engine}, formulation '{way}'"
-    rows = [["engine", engine], ["accuracy asked for", _asked(result)], *cost_table(result).rows]
-    rows.append(["positions", positions_text(result.error)])
-    return Table("The run", rows)
-
-
-def _asked(result: Result) -> str:
     accuracy = result.scene.accuracy
+    asked = f"fixed steps of {number(accuracy.step or 0.0)} s"
     if accuracy.tolerance is not None:
-        return f"an error of {number(accuracy.tolerance)} m at most"
-    assert accuracy.step is not None  # a scene has one of both
-    return f"fixed steps of {number(accuracy.step)} s"
+        asked = f"an error of {number(accuracy.tolerance)} m at most"
+    rows = [["engine", engine], ["accuracy asked for", asked], *cost_table(result).rows]
+    return Table("The run", [*rows, ["positions", positions_text(result.error)]])
 
 
 def _strikes(result: Result, pictures: Mapping[str, Picture]) -> Section:

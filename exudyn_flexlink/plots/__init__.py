@@ -7,15 +7,14 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from exudyn_flexlink.plots.accuracy import differences, work_precision
 from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
 from exudyn_flexlink.plots.forces import energy, forces
 from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
 from exudyn_flexlink.plots.sleeve import guide_contact
-from exudyn_flexlink.plots.stability import bifurcation, stability
 from exudyn_flexlink.plots.start import start
+from exudyn_flexlink.plots.studies import bifurcation, differences, stability, work_precision
 from exudyn_flexlink.plots.style import (
     ENGINE_COLOURS,
     FORMATS,

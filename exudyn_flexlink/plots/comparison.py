@@ -85,21 +85,17 @@ def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
 def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw both coordinates and the motions of struck bodies, of both runs."""
     factor, unit = length_unit(compared.first.position)
-    scales = {body: _scale(compared, body) for body in compared.levers}
+    answers = compared.first.answers
+    scales = {body: shown_in(compared.measures[body].unit, answers[body]) for body in answers}
     for seen, style in zip(compared.both, _styles(compared), strict=True):
-        answers = (scales[body][0] * values for body, values in seen.answers.items())
-        shown = [*(factor * seen.position.T), *answers]
+        motions = (scales[body][0] * values for body, values in seen.answers.items())
+        shown = [*(factor * seen.position.T), *motions]
         for axes, values in zip(rows, shown, strict=False):
             axes.plot(x, values, label=seen.name, **style)
     for axes, coordinate in zip(rows, "xy", strict=False):
         axes.set_ylabel(f"${coordinate}$ of {compared.point}\n({unit})")
     for axes, body in zip(rows[2:], compared.levers, strict=False):
         axes.set_ylabel(f"{compared.measures[body].word} of\n{body} ({scales[body][1]})")
-
-
-def _scale(compared: Comparison, body: str) -> tuple[float, str]:
-    """Factor from the unit in which a body's motion is told to that which is shown, its name."""
-    return shown_in(compared.measures[body].unit, compared.first.answers[body])
 
 
 def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:

@@ -1,24 +1,61 @@
-"""The mechanism itself, drawn at a few instants, and larger in the strike."""
+"""The mechanism itself, drawn into axes: at a few instants, and larger in the strike."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from math import ceil
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import Strike, lever_response, strikes, turned_since_start, turns
+from exudyn_flexlink.mechanism import Mechanism, anchor_position, build_mechanism
+from exudyn_flexlink.observables import (
+    Strike,
+    lever_response,
+    point_anchor,
+    strikes,
+    turned_since_start,
+    turns,
+    watched_point,
+)
 from exudyn_flexlink.plots.frame import new_figure
-from exudyn_flexlink.plots.panels import is_beyond, legend_outside, letter, title_at, told_time
-from exudyn_flexlink.plots.sketch import Sketch
-from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
+from exudyn_flexlink.plots.outline import (
+    Drawn,
+    body_lines,
+    box_around,
+    drawn_lines,
+    named_points,
+    pivots,
+    together,
+)
+from exudyn_flexlink.plots.panels import (
+    BEYOND_LINE,
+    horizon,
+    is_beyond,
+    legend_outside,
+    length_unit,
+    letter,
+    sized,
+    title_at,
+    told_time,
+)
+from exudyn_flexlink.plots.style import BLACK, GREY, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import split_point
+from exudyn_flexlink.scene import RigidBody, Scene, split_point
 
+BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
+SHOWN = ("curve", "ring", *BODIES)
+NEAR = 1e-9  # m: points nearer than this are named together
+BAND = 7.0  # points, of the shading along the path beyond the horizon
+_MARKS = {"O": "+", "P": "s", "S": "o"}
 COLUMNS = 2
 LEGEND = 2.6  # inches on a screen, of legend and labels beside the panels
 LABELS = 0.75  # inches in print, of labels beside the panels
@@ -30,6 +67,149 @@ ZOOM_ROOM = 1.25  # of what a zoom is to show
 LEAST_ZOOM = 0.1  # of the whole drawing: a window is no smaller
 FIRST = "first contact"
 IN_TURN = np.deg2rad([0.0, 100.0, 200.0, 300.0])  # no two of them mirrored at a dead centre
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """A scene's mechanism in some poses (N, parts, 3): x, y in m and the angle of every part.
+
+    Of a run also the path of the watched point S.
+    """
+
+    scene: Scene
+    poses: FloatArray
+    result: Result | None = None
+
+    @cached_property
+    def model(self) -> Mechanism:
+        """The mechanism of the scene."""
+        return build_mechanism(self.scene)
+
+    @cached_property
+    def track(self) -> FloatArray:
+        """Where the watched point S goes (N, 2), m."""
+        anchor = point_anchor(self.scene, self.model, watched_point(self.scene))
+        return np.asarray(anchor_position(anchor, self.poses))
+
+    @cached_property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Lower left and upper right corner (2,) m of all that is drawn, with a margin."""
+        some = self.poses[:: max(1, len(self.poses) // 200)]
+        points = [drawn.line.at(some) for drawn in self.shown]
+        points += [np.array([at.x, at.y]) for at in pivots(self.model)]
+        return box_around([self.track, *points])
+
+    @cached_property
+    def shown(self) -> list[Drawn]:
+        """Curves, bodies and circles, as lines."""
+        return self.drawn(SHOWN)
+
+    def drawn(self, kinds: Collection[str]) -> list[Drawn]:
+        """Lines of some kinds."""
+        return [own for own in drawn_lines(self.scene, self.model) if own.kind in kinds]
+
+    @cached_property
+    def unit(self) -> tuple[float, str]:
+        """Factor from m, and name, of the unit of lengths."""
+        low, high = self.box
+        return length_unit(high - low)
+
+    def window(self, axes: Axes, box: tuple[FloatArray, FloatArray]) -> None:
+        """Let axes show a box, by its corners (2,) m."""
+        low, high = (self.unit[0] * corner for corner in box)
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+        axes.set_aspect("equal")
+
+    def lines(self, body: str, index: int) -> list[FloatArray]:
+        """Polylines (points, 2) m of a body at a sample: its rods, or rays to its points."""
+        own = body_lines(self.scene, self.model, body)
+        return [line.at(self.poses[index]) for line in own]
+
+    def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
+        """Draw curves, bodies and pivots on the ground at a sample."""
+        factor, q = self.unit[0], self.poses[index]
+        for own in self.shown:
+            axes.plot(*(factor * own.line.at(q)).T, **_look(self.scene, own), alpha=alpha)
+        for at in pivots(self.model):
+            axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
+                      markersize=sized(7), zorder=5)  # fmt: skip
+
+    def body_legend(self) -> list[Line2D]:
+        """Entries for bodies, guides and curves."""
+        curve = "track" if self.model.slots else "curve"
+        bodies, curves = {}, {}
+        for own in self.shown:
+            look, body = _look(self.scene, own), own.line.name
+            if own.kind in BODIES:
+                label = f"walls of {body}" if own.kind == "wall" else body
+                bodies[body] = Line2D([], [], label=label, **look)
+            elif own.kind == "curve":
+                curves[curve] = Line2D([], [], label=curve, **look)
+        return [*bodies.values(), *curves.values()]
+
+    def draw_path(self, axes: Axes, done: slice) -> None:
+        """Draw where S goes, the part of the samples `done` in black."""
+        factor, _ = self.unit
+        axes.plot(*(factor * self.track).T, color=GREY, linewidth=sized(0.7), zorder=1)
+        axes.plot(*(factor * self.track[done]).T, color=BLACK, linewidth=sized(1.0), zorder=2)
+        if self.result is not None and (found := horizon(self.result)) is not None:
+            beyond = self.track[self.result.time >= found[0]]
+            axes.plot(*(factor * beyond).T, **BEYOND_LINE, linewidth=sized(BAND))
+
+    def name_points(self, axes: Axes, index: int) -> None:
+        """Mark and name, as the paper does, the origin O, P in the one slot, and S."""
+        points = {
+            name: np.asarray(anchor_position(anchor, self.poses[index]))
+            for name, anchor in named_points(self.scene, self.model).items()
+        }
+        for name, place in points.items():
+            mark = self.unit[0] * place
+            axes.plot(*mark, _MARKS[name], color=BLACK, markersize=sized(4), zorder=6)
+        for first, names in together(points, NEAR).items():
+            x, y = self.unit[0] * points[first]
+            axes.annotate(
+                ", ".join(sorted(names)),
+                (x, y),
+                xytext=(0, sized(5)),
+                textcoords="offset points",
+                ha="center",
+                fontsize=mpl.rcParams["legend.fontsize"],
+                annotation_clip=True,
+                zorder=7,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.3},
+            )
+
+    def legend(self) -> list[Line2D]:
+        """Entries for all that is drawn."""
+        scene, model = self.scene, self.model
+        handles = self.body_legend()
+        mark: dict[str, Any] = {"color": BLACK, "markersize": sized(4), "linewidth": 1.0}
+        told = {"S": f"S: {watched_point(scene)}, path", "P": "P: in the slot", "O": "O: origin"}
+        for name in ("S", "P", "O") if len(model.slots) == 1 else ("S", "O"):
+            mark["linestyle"] = "-" if name == "S" else ""
+            handles.append(Line2D([], [], marker=_MARKS[name], label=told[name], **mark))
+        if pivots(model):
+            pivot: dict[str, Any] = {"marker": "^", "color": BLACK, "mfc": "white", "linestyle": ""}
+            handles.append(Line2D([], [], label="pivot on the ground", **pivot))
+        if self.result is not None and (found := horizon(self.result)) is not None:
+            handles.append(Line2D([], [], label=found[1], **BEYOND_LINE, linewidth=sized(BAND)))
+        return handles
+
+
+def _look(scene: Scene, own: Drawn) -> dict[str, Any]:
+    """How a line is drawn; points of rigid bodies and hinges are dots."""
+    looks: dict[str, dict[str, Any]] = {
+        "curve": {"linewidth": 1.0, "zorder": 1},
+        "wall": {"linewidth": 2.0, "zorder": 2},
+        "guide": {"linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2},
+        "ring": {"linewidth": sized(1.2), "zorder": 3},
+        "bar": {"linewidth": sized(2.2), "zorder": 4},
+        "link": {"linewidth": 1.5, "marker": ".", "markersize": sized(3), "zorder": 4},
+    }
+    if own.kind == "bar" and isinstance(scene.bodies[own.line.name], RigidBody):
+        looks["bar"] |= {"marker": "o", "markersize": sized(4)}
+    return {"color": own.colour, **looks[own.kind]}
 
 
 @styled
@@ -67,7 +247,7 @@ def mechanism(
         sketch.window(axes, sketch.box)
         axes.set_title(_panel_title(result, index, what, style), loc="left")
     if strike is not None:
-        low, high = _zoom(panels[-1], sketch, strike)
+        low, high = _zoom(panels[-1], sketch, result, strike)
         at = [what for _, what in shown].index(FIRST)
         corner, size = sketch.unit[0] * low, sketch.unit[0] * (high - low)
         panels[at].indicate_inset((*corner, *size), edgecolor=BLACK, alpha=0.8)
@@ -102,12 +282,13 @@ def _label(panels: Sequence[Axes], unit: str, *, zoomed: bool) -> None:
         axes.set_ylabel(f"y ({unit})" if i % COLUMNS == 0 else "")
 
 
-def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, FloatArray]:
+def _zoom(
+    axes: Axes, sketch: Sketch, result: Result, strike: Strike
+) -> tuple[FloatArray, FloatArray]:
     """Draw a strike, and what vibrates after it, larger, at instants from its begin on.
 
     The window, whose corners (2,) m are returned, has the shape of the whole drawing.
     """
-    result = sketch.result
     until = min(strike.begin + ZOOM_TIME * (strike.end - strike.begin), float(result.time[-1]))
     times = np.linspace(strike.begin, until, ZOOM_INSTANTS)
     indices = [result.sample_at(time) for time in times]

@@ -15,8 +15,9 @@ from matplotlib.path import Path
 from matplotlib.transforms import Bbox
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
+from exudyn_flexlink.mechanism import Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
+from exudyn_flexlink.plots.drawing import Sketch
 from exudyn_flexlink.plots.frame import framed_figure, settle
 from exudyn_flexlink.plots.outline import (
     acting_marks,
@@ -27,7 +28,6 @@ from exudyn_flexlink.plots.outline import (
     together,
 )
 from exudyn_flexlink.plots.panels import legend_outside, sized
-from exudyn_flexlink.plots.sketch import Posed
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.scene import Scene
 
@@ -77,7 +77,7 @@ _FACE: dict[str, Any] = {"color": RED, "linewidth": 8.0, "alpha": 0.35, "zorder"
 @styled
 def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     """Draw bodies, joints, curves, springs, drives and contacts at time 0, with their names."""
-    posed = Posed(scene, assembly.state.q[None])
+    posed = Sketch(scene, assembly.state.q[None])
     low, high = _room(posed)
     width, height = high - low
     room = (style.width - LEGEND * (not style.narrow) - 0.6) / style.scale
@@ -100,14 +100,14 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     return figure
 
 
-def _room(posed: Posed) -> tuple[FloatArray, FloatArray]:
+def _room(posed: Sketch) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
     low, high = posed.box
     ends = [end for own in posed.drawn(["spring"]) for end in own.line.at(posed.poses[0])]
     return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
 
 
-def _caption(scene: Scene, posed: Posed) -> str:
+def _caption(scene: Scene, posed: Sketch) -> str:
     x, y = scene.gravity
     words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s^2"]
     many = len(_named_points(posed))
@@ -115,7 +115,7 @@ def _caption(scene: Scene, posed: Posed) -> str:
     return "; ".join(words).replace("-", "\u2212")
 
 
-def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
+def _draw_symbols(axes: Axes, posed: Sketch) -> list[Line2D]:
     """Draw joints, springs, drives and contacts; returns entries of a legend."""
     factor, _ = posed.unit
     seen: dict[str, Line2D] = {}
@@ -124,7 +124,7 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
         marker, colour, face, size, front = _SYMBOLS[mark.kind]
         look: dict[str, Any] = {"marker": marker, "color": colour, "mfc": face, "linestyle": "",
                                 "markersize": sized(size), "zorder": front}  # fmt: skip
-        axes.plot(*(factor * _place(posed, mark.anchor)), **look)
+        axes.plot(*(factor * anchor_position(mark.anchor, posed.poses[0])), **look)
         seen[mark.kind] = Line2D([], [], label=mark.kind, **look)
     others = (("spring", "linear spring", _SPRING), ("face", "face of a contact", _FACE))
     for kind, label, look in others:
@@ -135,22 +135,17 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
     return list(seen.values())
 
 
-def _place(posed: Posed, anchor: Anchor) -> FloatArray:
-    return np.asarray(anchor_position(anchor, posed.poses[0]))
-
-
-def _named_points(posed: Posed) -> dict[str, FloatArray]:
+def _named_points(posed: Sketch) -> dict[str, FloatArray]:
     """Places of all points that the scene names; centres only where a body has no other."""
     scene = posed.scene
-    return {
-        f"{name}.{point}": _place(posed, point_anchor(scene, posed.model, f"{name}.{point}"))
-        for name, body in scene.bodies.items()
-        for point in body.point_names
-        if point != "centre"
-    }
+    bodies = scene.bodies.items()
+    names = [f"{name}.{p}" for name, body in bodies for p in body.point_names if p != "centre"]
+    anchors = [point_anchor(scene, posed.model, name) for name in names]
+    places = [anchor_position(anchor, posed.poses[0]) for anchor in anchors]
+    return dict(zip(names, places, strict=True))
 
 
-def _name(axes: Axes, posed: Posed) -> None:
+def _name(axes: Axes, posed: Sketch) -> None:
     """Write the names of bodies and of points, those of one place together."""
     factor, _ = posed.unit
     low, high = posed.box
@@ -166,7 +161,7 @@ def _name(axes: Axes, posed: Posed) -> None:
     labels = Labels(axes, factor * np.concatenate([*spots, *alone]))
     marks = (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model))
     if marks:
-        symbols = np.stack([_place(posed, mark.anchor) for mark in marks])
+        symbols = np.stack([anchor_position(mark.anchor, posed.poses[0]) for mark in marks])
         labels.keep_free(factor * symbols, sized(SYMBOL))
     for body, own in lines.items():
         longest = max(own, key=lambda points: float(np.ptp(points, axis=0).max()))

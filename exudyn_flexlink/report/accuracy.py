@@ -19,7 +19,7 @@ from exudyn_flexlink.accuracy import (
 )
 from exudyn_flexlink.accuracy.sources import MOST_RODS
 from exudyn_flexlink.observables import measures, name_of
-from exudyn_flexlink.report.text import in_blocks, table
+from exudyn_flexlink.report.text import Table, in_blocks, lines_of, table
 from exudyn_flexlink.scene import FlexibleBody
 
 NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact compliance"}
@@ -66,11 +66,11 @@ def _points(study: Study) -> list[str]:
             rows.append([f"{method}: {point.method.knob}"])
         rows.append(_row(study, point))
     what = "" if len(study.judged_by) == 1 else " of the point that is farthest off"
-    lines = [
+    return [
         f"Errors (m){what}, errors of forces as parts of the force (of the one that is worst), "
-        "and processor time (s) of the solve, best of those run"
+        "and processor time (s) of the solve, best of those run",
+        *table(rows),
     ]
-    return [*lines, *table(rows)]
 
 
 def _row(study: Study, point: Point) -> list[str]:
@@ -84,12 +84,6 @@ def _row(study: Study, point: Point) -> list[str]:
     return [setting, str(point.steps), *told, worst, force, cost]
 
 
-def _still(study: Study) -> str:
-    if len(study.judged_by) == 1:
-        return f"{study.judged_by[0]} does not move and judges nothing: watch another point."
-    return "nothing moves, so that any setting will do."
-
-
 def _told(error: float, floor: float) -> str:
     """Return an error, or what it is known to be less than."""
     return f"{error:.1e}" if error >= floor else f"< {floor:.1e}"
@@ -99,13 +93,10 @@ def _sources(study: Study) -> list[str]:
     if study.still:
         return ["Nothing that is judged moves: there is no error to take apart"]
     own = study.own.told if study.own is not None else ""
-    rows = [["", "rms", "largest", "of", "forces", ""]]
-    rows += [_source(study, source) for source in study.sources]
-    lines = [f"Where the error comes from, at the model's own settings{own and f' ({own})'}"]
-    if len(rows) > 1:
-        lines += table(rows)
-    lines += [f"  {note}" for note in notes(study)]
-    return [*lines, dominance(study)]
+    caption = f"Where the error comes from, at the model's own settings{own and f' ({own})'}"
+    rows = [_source(study, source) for source in study.sources]
+    lines = lines_of(Table(caption, rows, ["", "rms", "largest", "of", "forces", ""])) or [caption]
+    return [*lines, *(f"  {note}" for note in notes(study)), dominance(study)]
 
 
 def _source(study: Study, source: Source) -> list[str]:
@@ -201,8 +192,11 @@ def dominance(study: Study) -> str:
 
 def recommendation(study: Study) -> str:
     """Say in one sentence what to choose for the target, and what limits."""
+    if study.still and len(study.judged_by) == 1:
+        still = f"{study.judged_by[0]} does not move and judges nothing: watch another point"
+        return f"Recommendation: {still}."
     if study.still:
-        return f"Recommendation: {_still(study)}"
+        return "Recommendation: nothing moves, so that any setting will do."
     advice = advise(study)
     return f"Recommendation: {_choice(study, advice)}{_limit(study, advice)}."
 
@@ -267,7 +261,5 @@ def _more_rods(study: Study, source: Source) -> str:
 
 
 def _left_out(study: Study) -> list[str]:
-    runs = study.runs
-    lines = [f"  {name}: {why}" for name, why in {**runs.refused, **runs.failed}.items()]
-    lines += [f"  {name}: no time" for name in runs.left_out]
+    lines = [f"  {name}: {why}" for name, why in study.runs.left_out.items()]
     return ["Left out", *lines] if lines else []

@@ -173,22 +173,11 @@ def _told(value: float, digits: str, unit: str, unknown: str = "not known") -> s
 
 
 def _runs(comparison: Comparison) -> list[str]:
-    both = comparison.both
-    rows = [
-        ["engine", *(seen.result.engine for seen in both)],
-        ["accuracy", *(seen.accuracy for seen in both)],
-        ["energy balance, off by", *(_energy(seen) for seen in both)],
-        ["steps", *(number(seen.result.checks.steps) for seen in both)],
-        ["solver time", *(_time(seen) for seen in both)],
-    ]
-    return lines_of(Table("Runs", rows, ["", *(seen.name for seen in both)]))
-
-
-def _energy(seen: Seen) -> str:
-    share = 100 * seen.result.checks.relative_energy_residual
-    return f"{seen.result.checks.energy_residual:.2g} J ({share:.2g} %)"
-
-
-def _time(seen: Seen) -> str:
-    seconds = seen.result.timings.get("solve")
-    return "not known" if seconds is None else f"{seconds:.2f} s"
+    columns = [["engine", "accuracy", "energy balance, off by", "steps", "solver time"]]
+    for seen in comparison.both:
+        result, checks = seen.result, seen.result.checks
+        energy = f"{checks.energy_residual:.2g} J ({100 * checks.relative_energy_residual:.2g} %)"
+        time = f"{result.timings['solve']:.2f} s" if "solve" in result.timings else "not known"
+        columns.append([result.engine, seen.accuracy, energy, number(checks.steps), time])
+    names = ["", *(seen.name for seen in comparison.both)]
+    return lines_of(Table("Runs", list(zip(*columns, strict=True)), names))

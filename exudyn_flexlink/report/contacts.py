@@ -60,9 +60,9 @@ def guide_table(result: Result, joint: str) -> Table:
     """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    rows = [[str(i), *_cells(lap)] for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
-    if len(laps) != 1:
-        rows.append(["all", *_cells(whole)])
+    told = [(str(i), lap) for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
+    told += [("all", whole)] if len(laps) != 1 else []
+    rows = [[name, *(cell(totals) for _, cell in _COLUMNS.values())] for name, totals in told]
     more = len(laps) - MOST_LAPS
     if joint in result.bearings:
         what = f"Journal in '{joint}': time free, on one point; touches and impacts"
@@ -134,10 +134,6 @@ def contact_rows(
         ]
         for name, (unit, cell) in _COLUMNS.items()
     ]
-
-
-def _cells(totals: ContactTotals) -> list[str]:
-    return [cell(totals) for _, cell in _COLUMNS.values()]
 
 
 def _longest_pairs(result: Result, joint: str) -> list[list[str]]:

@@ -45,8 +45,9 @@ _USED_BY = {
 
 def run_text(result: Result) -> str:
     """Return the summary of a run: time and steps, strikes, errors."""
+    ending = "Completed" if result.outcome.completed else "Stopped before its end"
     blocks = [
-        [_ending(result), *lines_of(cost_table(result))],
+        [f"{ending}: {result.scene.title}", *lines_of(cost_table(result))],
         *(_strikes(result, contact) for contact in result.scene.contacts),
         lines_of(response_table(result)),
         *(guide_lines(result, joint) for joint in joints_with_play(result)),
@@ -78,12 +79,6 @@ def idle_settings(result: Result) -> list[str]:
         for name, users in _USED_BY.items()
         if way not in users and getattr(solver, name) != usual[name].default
     ]
-
-
-def _ending(result: Result) -> str:
-    outcome = result.outcome
-    word = "Completed" if outcome.completed else "Stopped before its end"
-    return f"{word}: {result.scene.title}"
 
 
 def cost_table(result: Result) -> Table:

@@ -136,17 +136,19 @@ def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _widths(columns: list[list[str]]) -> list[int]:
-    """Widths of columns that fit into `WIDTH`, if they can: the widest gives way first.
-
-    Words are never broken.
-    """
+    """Widths of columns that fit into `WIDTH`, if they can, with as few lines more as can be."""
     widths = [max(map(len, column)) for column in columns]
-    least = [max(len(line) for cell in own for line in _wrapped(cell, 1)) for own in columns]
     while sum(widths) + len(GAP) * len(widths) > WIDTH:
-        broad = [i for i, width in enumerate(widths) if width > least[i]]
-        if not broad:
+        narrower = []
+        for i, (column, width) in enumerate(zip(columns, widths, strict=True)):
+            cells = [_wrapped(cell, max(width - 1, 1)) for cell in column]
+            least = max(len(line) for cell in cells for line in cell)
+            if least < width:
+                more = sum(map(len, cells)) - sum(len(_wrapped(cell, width)) for cell in column)
+                narrower.append((more / (width - least), i, least))
+        if not narrower:  # words are never broken
             break
-        widths[max(broad, key=widths.__getitem__)] -= 1
+        _, i, widths[i] = min(narrower)
     return widths
 
 

@@ -65,7 +65,8 @@ def known_keys(annotation: Any, data: Any, path: KeyPath) -> list[str]:
     for step in path:
         if isinstance(data, Mapping) and classes:
             fields = _fields(_meant(classes, data))
-            classes = part_classes(fields[str(step)]) if step in fields else []
+            # What is no key is the name of a part, in a mapping of such parts.
+            classes = part_classes(fields[str(step)]) if step in fields else classes
         data = data[step]
     return list(_fields(_meant(classes, data))) if classes else []
 

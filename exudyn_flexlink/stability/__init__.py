@@ -18,15 +18,17 @@ from exudyn_flexlink.stability.exponent import (
     largest_exponent,
     trajectory,
 )
-from exudyn_flexlink.stability.laps import LapDistances, lap_distances, repeating
-from exudyn_flexlink.stability.neighbours import StoppedError
-from exudyn_flexlink.stability.rhythm import (
+from exudyn_flexlink.stability.laps import (
     ImpossibleLapsError,
+    LapDistances,
     NoRhythmError,
     Rhythm,
+    lap_distances,
     laps_of_cycle,
+    repeating,
     rhythm_of,
 )
+from exudyn_flexlink.stability.neighbours import StoppedError
 from exudyn_flexlink.stability.sections import (
     Branches,
     Section,

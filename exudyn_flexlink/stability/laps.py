@@ -1,21 +1,64 @@
-"""How far a point is, lap by lap, from where it was laps before: what repeats itself."""
+"""How long a lap takes, and how far a point is from where it was laps before: what repeats."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, lcm, pi
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.observables import between_samples, path, watched_point
+from exudyn_flexlink.observables import path, steady_speeds, watched_point
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import LapsSpec, Scene, SlotJoint
 
 PHASES = 256  # of a lap, at which it is compared
 MOST = 8  # laps: a motion that takes more to repeat itself counts as none that does
 ALIKE = 3.0  # times the run's own error: two laps differ by both their errors
 FALLS = 0.9  # from a distance to the next, where laps settle to a period
 LEAST_FALLS = 2  # in a row
+
+
+class NoRhythmError(ValueError):
+    """Nothing in the scene tells how long a lap takes; the text says what may be given."""
+
+
+class ImpossibleLapsError(ValueError):
+    """Laps so short, so long or so many that they can't be run; the text says which."""
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """A `lap` takes so many s; after `laps` the mechanism is driven the same way again."""
+
+    lap: float
+    laps: int = 1
+
+    @property
+    def cycle(self) -> float:
+        """Time (s) after which the mechanism is driven the same way again."""
+        return self.laps * self.lap
+
+
+def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
+    """Return the rhythm of the first joint that a drive turns at one speed, or of a `lap` (s).
+
+    Curves with laps tell how many laps make a cycle.
+    """
+    turned = list(steady_speeds(scene).values())
+    if lap is None and not turned:
+        raise NoRhythmError(
+            "no drive turns a joint at one speed, so that nothing tells what a lap is: say how "
+            "long it takes, such as the period of a force"
+        )
+    return Rhythm(2 * pi / abs(turned[0]) if lap is None else lap, laps_of_cycle(scene))
+
+
+def laps_of_cycle(scene: Scene) -> int:
+    """Laps after which the mechanism is driven the same way again: those of curves with laps."""
+    slots = (joint for joint in scene.joints.values() if isinstance(joint, SlotJoint))
+    curves = [scene.curves[slot.curve] for slot in slots]
+    return lcm(*(len(own.curves) for own in curves if isinstance(own, LapsSpec)))
 
 
 @dataclass(frozen=True)
@@ -73,8 +116,7 @@ def lap_distances(
     count = max(0, int((float(seen.time[-1]) - after) / lap * (1 + 1e-9)))
     phases = np.arange(PHASES) / PHASES
     times = after + lap * (np.arange(count)[:, None] + phases)
-    places = between_samples(seen.time, seen.position, seen.velocity, times.ravel())
-    places = places.reshape(count, PHASES, 2)
+    places = seen.at(times.ravel()).reshape(count, PHASES, 2)
     before = np.arange(1, min(MOST, max(count - 1, 0)) + 1)
     largest = np.full((len(before), count), np.nan)
     for row, shift in enumerate(before.tolist()):

@@ -25,7 +25,7 @@ from exudyn_flexlink.stability.exponent import (
     Trajectory,
     largest_exponent,
 )
-from exudyn_flexlink.stability.rhythm import Rhythm
+from exudyn_flexlink.stability.laps import Rhythm
 
 Simulate = Callable[[Scene], Result]
 """Runs a scene once: who calls knows the engine."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
-    between_samples,
     crank_angle,
     first_passes,
     path,
@@ -83,9 +82,8 @@ def _at(
     result: Result, times: FloatArray, phase: float, point: str | None, *, by_crank: bool
 ) -> Section:
     seen = path(result, watched_point(result.scene) if point is None else point)
-    place = between_samples(seen.time, seen.position, seen.velocity, times)
     speed = straight_between(seen.time, seen.velocity, times)
-    return Section(seen.point, phase, by_crank, times, place, speed)
+    return Section(seen.point, phase, by_crank, times, seen.at(times), speed)
 
 
 def section_columns(section: Section) -> dict[str, FloatArray]:

@@ -16,13 +16,15 @@ from exudyn_flexlink.stability.exponent import FEWEST, SETTLE, Exponent, TooShor
 from exudyn_flexlink.stability.laps import (
     ALIKE,
     PHASES,
+    ImpossibleLapsError,
     LapDistances,
     Repeating,
+    Rhythm,
     lap_distances,
     repeating,
+    rhythm_of,
 )
 from exudyn_flexlink.stability.neighbours import STRETCHES, Simulate, StoppedError, exponent_of
-from exudyn_flexlink.stability.rhythm import ImpossibleLapsError, Rhythm, rhythm_of
 from exudyn_flexlink.stability.sections import Section, section_by_crank, section_by_time
 
 FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it

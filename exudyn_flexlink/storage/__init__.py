@@ -6,19 +6,17 @@ text. `load` gives the Result back exactly. ``summary.json`` and CSV files are p
 readers.
 """
 
-from exudyn_flexlink.storage.accuracy import save_accuracy
 from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
-from exudyn_flexlink.storage.comparison import save_comparison
 from exudyn_flexlink.storage.errors import StorageError
 from exudyn_flexlink.storage.manifest import own_files
 from exudyn_flexlink.storage.reading import load
-from exudyn_flexlink.storage.stability import save_stability
-from exudyn_flexlink.storage.staging import (
+from exudyn_flexlink.storage.replacing import (
     KeptBesideError,
     replace_file,
     staged_files,
     staged_folder,
 )
+from exudyn_flexlink.storage.studies import save_accuracy, save_comparison, save_stability
 from exudyn_flexlink.storage.sweep import (
     SeriesKeeper,
     is_sweep,

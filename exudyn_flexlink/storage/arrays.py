@@ -1,4 +1,4 @@
-"""The arrays of a result by name, with dimensions and units, and the result of such arrays.
+"""A result as arrays by name, with dimensions and units, and the rest of it; and back.
 
 A name, in the file and in tables, is the path to the array in Python with dots:
 ``contacts.strike.touches.begin``. Names of a scene have no dots. Which fields are arrays stands at
@@ -14,6 +14,7 @@ from typing import Any, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.errors import PROGRAM
@@ -41,7 +42,7 @@ class Read:
 
 def arrays_of(result: Result) -> dict[str, Array]:
     """Return all arrays of a result by name."""
-    return dict(_arrays(result, Result, ""))
+    return taken_apart(result)[0]
 
 
 def attributes_of(result: Result) -> dict[str, str]:
@@ -56,68 +57,83 @@ def attributes_of(result: Result) -> dict[str, str]:
     }
 
 
+def taken_apart(result: Result) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Return the arrays of a result by name, and its fields with None in place of every array."""
+    arrays: dict[str, Array] = {}
+
+    def rest(value: Any, own: Variable | None, name: str) -> Any:
+        if isinstance(value, Mapping):
+            return {key: rest(item, own, f"{name}.{key}") for key, item in value.items()}
+        if own is not None:
+            arrays.update(_arrays(value, own, name))
+            return None
+        return fields(value, type(value), name) if is_dataclass(value) else value
+
+    def fields(record: Any, kind: type[Any], path: str) -> dict[str, Any]:
+        return {
+            member.name: rest(getattr(record, member.name), member.variable, _name(member, path))
+            for member in members(kind)
+        }
+
+    return arrays, fields(result, Result, "")
+
+
+def put_together(read: Read, fields: Mapping[str, Any], **given: Any) -> Result:
+    """Return the result of arrays and `fields`, as `taken_apart` gives both; some are `given`.
+
+    Raises:
+        KeyError: a field is missing.
+        TypeError: one is of another kind.
+        ValueError: one can't be, or an array is missing.
+
+    """
+
+    def whole(rest: Any, kind: Any, own: Variable | None, name: str) -> Any:
+        if get_origin(kind) is Mapping:
+            inner = get_args(kind)[1]
+            return {key: whole(rest[key], inner, own, f"{name}.{key}") for key in rest}
+        if own is not None:
+            return _value(read, kind, own, name)
+        return record(rest, kind, name) if is_dataclass(kind) else _adapter(kind)(rest)
+
+    def record(rest: Any, kind: Any, path: str, **given: Any) -> Any:
+        own = (member for member in members(kind) if member.name not in given)
+        return kind(
+            **given,
+            **{m.name: whole(rest[m.name], m.type, m.variable, _name(m, path)) for m in own},
+        )
+
+    result: Result = record(fields, Result, "", **given)
+    return result
+
+
 @cache
-def told_fields() -> dict[str, Any]:
-    """Fields of a result that hold no arrays, with their types; the scene is not among them."""
-    own = (member for member in members(Result) if member.name != "scene")
-    return {member.name: member.type for member in own if not _holds_arrays(member)}
+def _adapter(kind: Any) -> Any:
+    """What turns a value that JSON tells into one of a type."""
+    return TypeAdapter(kind).validate_python
 
 
-def names_in(result: Result) -> dict[str, tuple[str, ...]]:
-    """Names of the scene by which a field of a result holds arrays, by the name of the field."""
-    return {
-        member.name: tuple(getattr(result, member.name))
-        for member in members(Result)
-        if get_origin(member.type) is Mapping and _holds_arrays(member)
-    }
-
-
-def _holds_arrays(member: Member) -> bool:
-    kinds = filter(is_dataclass, (member.type, *get_args(member.type)))
-    return member.variable is not None or any(
-        own.variable is not None for kind in kinds for own in members(kind)
-    )
-
-
-def _name_of(member: Member, path: str) -> str:
-    """Name of a field of the dataclass at `path`."""
-    own = member.variable.name if member.variable else ""
-    return _join(path, own or member.name)
-
-
-def _join(path: str, name: str) -> str:
-    """Return the path to what has a name at `path`, which is empty at the top."""
+def _name(member: Member, path: str) -> str:
+    """Name of a field of the dataclass at `path`, which is empty at the top."""
+    name = (member.variable.name if member.variable else "") or member.name
     return f"{path}.{name}" if path else name
 
 
-def _dimensions_of(own: Variable, path: str) -> tuple[str, ...]:
-    """Names of the dimensions of a variable that belongs to the dataclass at `path`."""
-    names = own.dimensions.split()
-    return tuple(f"{path}{name}".rstrip(".") if name.startswith(".") else name for name in names)
+def _dimensions(own: Variable, name: str) -> tuple[str, ...]:
+    """Names of the dimensions of a variable, which may be those of the dataclass around it."""
+    path = name.rpartition(".")[0]
+    every = own.dimensions.split()
+    return tuple(f"{path}{one}".rstrip(".") if one.startswith(".") else one for one in every)
 
 
-def _arrays(record: Any, kind: type[Any], path: str) -> Iterator[tuple[str, Array]]:
-    """Those of a dataclass, and of all dataclasses in it."""
-    for member in members(kind):
-        value, name = getattr(record, member.name), _name_of(member, path)
-        named = {name: value}
-        if isinstance(value, Mapping):
-            named = {_join(name, key): item for key, item in value.items()}
-        for where, item in named.items():
-            if member.variable is not None:
-                yield from _array(item, member.variable, where, path)
-            elif is_dataclass(item):
-                yield from _arrays(item, type(item), where)
-
-
-def _array(value: Any, own: Variable, name: str, path: str) -> Iterator[tuple[str, Array]]:
+def _arrays(value: Any, own: Variable, name: str) -> Iterator[tuple[str, Array]]:
     """The array of a variable, or one for each of its components."""
-    dimensions = _dimensions_of(own, path)
+    dimensions = _dimensions(own, name)
     for i, (component, units) in enumerate(own.components.items()):
         told = _told(units, f"{own.long_name}: {component}")
-        yield _join(name, component), Array(dimensions, value[..., i], told)
+        yield f"{name}.{component}", Array(dimensions, value[..., i], told)
     if not own.components:
-        units = label_of(path)[1] if own.units is None else own.units
+        units = label_of(name.rpartition(".")[0])[1] if own.units is None else own.units
         yield name, Array(dimensions, np.asarray(value, own.kind), _told(units, own.long_name))
 
 
@@ -125,48 +141,21 @@ def _told(units: str, long_name: str) -> dict[str, str]:
     return ({"units": units} if units else {}) | {"long_name": long_name}
 
 
-@dataclass(frozen=True)
-class Records:
-    """What was `read`; `names` are those of the fields that are by the scene's names."""
+def _value(read: Read, kind: Any, own: Variable, name: str) -> Any:
+    """The value of a variable: an array, or a tuple, or a single number."""
+    if own.components:
+        return np.stack([_taken(read, own, f"{name}.{part}") for part in own.components], axis=-1)
+    values = _taken(read, own, name)
+    if get_origin(kind) is tuple:
+        return tuple(values.tolist())
+    return values if own.dimensions else values.item()
 
-    read: Read
-    names: Mapping[str, tuple[str, ...]]
 
-    def record(self, kind: type[Any], path: str = "", **given: Any) -> Any:
-        """Return a dataclass with its arrays, and the dataclasses in it; other fields are given.
-
-        Raises:
-            KeyError: `names` lack a field.
-            ValueError: there is no such array.
-
-        """
-        own = (member for member in members(kind) if member.name not in given)
-        return kind(**given, **{member.name: self._member(member, path) for member in own})
-
-    def _member(self, member: Member, path: str) -> Any:
-        name = _name_of(member, path)
-        if get_origin(member.type) is not Mapping:
-            return self._value(member.variable, member.type, name, path)
-        kind = get_args(member.type)[1]
-        keys = self.names[member.name]
-        return {key: self._value(member.variable, kind, _join(name, key), path) for key in keys}
-
-    def _value(self, own: Variable | None, kind: Any, name: str, path: str) -> Any:
-        if own is None:
-            return self.record(kind, name)
-        if own.components:
-            parts = [self._taken(own, _join(name, part), path) for part in own.components]
-            return np.stack(parts, axis=-1)
-        values = self._taken(own, name, path)
-        if get_origin(kind) is tuple:
-            return tuple(values.tolist())
-        return values if own.dimensions else values.item()
-
-    def _taken(self, own: Variable, name: str, path: str) -> NDArray[Any]:
-        """An array of the file, which has none of those without any element, nor a length 0."""
-        if name in self.read.arrays:
-            return self.read.arrays[name].astype(own.kind, copy=False)
-        shape = [self.read.lengths.get(name, 0) for name in _dimensions_of(own, path)]
-        if 0 not in shape:
-            raise ValueError(f"no '{name}' in it")
-        return np.empty(shape, own.kind)
+def _taken(read: Read, own: Variable, name: str) -> NDArray[Any]:
+    """An array of the file, which has none of those without any element, nor a length 0."""
+    if name in read.arrays:
+        return read.arrays[name].astype(own.kind, copy=False)
+    shape = [read.lengths.get(one, 0) for one in _dimensions(own, name)]
+    if 0 not in shape:
+        raise ValueError(f"no '{name}' in it")
+    return np.empty(shape, own.kind)

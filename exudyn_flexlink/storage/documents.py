@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 from pydantic_core import to_json
 
 from exudyn_flexlink.loading import plain_data
@@ -66,46 +64,11 @@ def _cell(value: Any) -> Any:
     return f"{value:.12g}" if isinstance(value, float) else value
 
 
-def read_document(file: Path) -> dict[str, Any]:
-    """Read the data of a document that this version of the program wrote.
-
-    Raises:
-        FileNotFoundError: there is none.
-        StorageError: it can't be read, is damaged, or of another program or version.
-
-    """
-    check_readable(file)
-    try:
-        data = json.loads(file.read_bytes().decode("utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        raise FileNotFoundError(file) from None
-    except OSError as error:
-        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
-    except (ValueError, RecursionError) as error:
-        raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
-    if not isinstance(data, dict) or data.get("program") != PROGRAM:
-        raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a result")
-    if other := other_version(data):
-        raise StorageError(f"{file} was written by {other}; {AGAIN}")
-    return data
-
-
 def other_version(document: Mapping[str, Any]) -> str:
     """Name the version that wrote a document of this program; empty if it was this one."""
     there, versions = document.get("format", "unknown"), document.get("versions")
     name = versions.get(PROGRAM, "?") if isinstance(versions, Mapping) else "?"
     return "" if there == FORMAT else f"another version, {PROGRAM} {name} with format {there}"
-
-
-def damage(error: ValidationError, what: str) -> str:
-    """Say in words what is wrong in JSON, first of all; `what` it should be."""
-    told = error.errors()[0]
-    if told["type"] == "json_invalid":
-        return "it is no JSON"
-    if not told["loc"]:
-        return f"it is no {what}"
-    where = ".".join(map(str, told["loc"][:2]))
-    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"
 
 
 def check_readable(file: Path) -> None:

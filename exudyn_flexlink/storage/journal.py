@@ -8,16 +8,17 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
 from pydantic import TypeAdapter, ValidationError
 
-from exudyn_flexlink.storage.documents import damage, in_json
+from exudyn_flexlink.storage.documents import in_json
 from exudyn_flexlink.storage.errors import StorageError, cannot_write
-from exudyn_flexlink.sweeps import Row, Sweep
+from exudyn_flexlink.storage.replacing import check_regular
+from exudyn_flexlink.sweeps import Row
 
 if sys.platform != "win32":
     import fcntl
@@ -48,29 +49,57 @@ class Journal:
             raise StorageError(cannot_write(Path(self._stream.name), error)) from error
 
 
-def rows_in(file: Path) -> Iterator[Row]:
-    """Rows of a journal's whole lines.
+@contextmanager
+def journal_in(folder: Path, ids: Collection[str]) -> Iterator[Journal]:
+    """Open the journal of a sweep to go on with it: what it knows are the rows with these `ids`.
 
     Raises:
-        OSError: the file can't be read.
+        StorageError: it can't be written, or a line is damaged.
+
+    """
+    file = folder / JOURNAL
+    check_regular(folder, JOURNAL)
+    try:
+        stream = file.open("a+b", buffering=0)
+    except OSError as error:
+        raise StorageError(cannot_write(file, error)) from error
+    with stream:
+        stream.seek(0)
+        content = stream.read()
+        known = {name: row for name, row in rows_of(content, file).items() if name in ids}
+        stream.truncate(content.rfind(b"\n") + 1)
+        yield Journal(stream, known)
+
+
+def rows_of(content: bytes, file: Path) -> dict[str, Row]:
+    """Rows of the whole lines of a journal, by their ids; a later one counts.
+
+    Raises:
         StorageError: a line is damaged.
 
     """
-    return _lines(file.read_bytes(), file)
+    found = {}
+    for number, line in enumerate(content.split(b"\n")[:-1], start=1):
+        try:
+            row = _ROW.validate_json(line)
+        except ValidationError as error:
+            raise StorageError(
+                f"{file}:{number}: this line is damaged: {_damage(error)}; delete it, and "
+                "'--resume' makes its run again"
+            ) from error
+        found[row.id] = row
+    return found
 
 
-def rows_kept(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
-    """Return the rows of a journal, and cut half a line off its end.
-
-    Raises:
-        StorageError: a line is damaged.
-
-    """
-    ids = {point.id for point in sweep.points}
-    stream.seek(0)
-    content = stream.read()
-    stream.truncate(content.rfind(b"\n") + 1)
-    return {row.id: row for row in _lines(content, Path(stream.name)) if row.id in ids}
+def _damage(error: ValidationError) -> str:
+    """Say in words what is wrong in a line, first of all."""
+    told = error.errors()[0]
+    if told["type"] == "json_invalid":
+        return "it is no JSON"
+    if not told["loc"]:
+        return "it is no row of a sweep"
+    where = ".".join(map(str, told["loc"][:2]))
+    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"
 
 
 @contextmanager
@@ -93,24 +122,12 @@ def locked(folder: Path) -> Iterator[None]:
     handle = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        if isinstance(error, BlockingIOError):
-            os.close(handle)
-            raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
+    except BlockingIOError:
+        os.close(handle)
+        raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
+    except OSError:  # there is no such lock
+        pass
     try:
         yield
     finally:
         os.close(handle)
-
-
-def _lines(content: bytes, file: Path) -> Iterator[Row]:
-    whole, _, _ = content.rpartition(b"\n")  # of the rest the writer was killed
-    for number, line in enumerate(whole.split(b"\n") if whole else (), start=1):
-        try:
-            yield _ROW.validate_json(line)
-        except ValidationError as error:
-            why = damage(error, "row of a sweep")
-            raise StorageError(
-                f"{file}:{number}: this line is damaged: {why}; delete it, and '--resume' makes "
-                "its run again"
-            ) from error

@@ -1,9 +1,8 @@
 """Which files of a folder a result wrote: its manifest names them, each with its SHA-256.
 
-A file is the program's own if the manifest of its folder names it and it still has a content that
-was written. Everything else is the user's, also a file of ours that was changed since. Each folder
-has a manifest of its own, which names the folders in it that belong to the same result. While a
-result takes the place of an earlier one, a file may have the content of either.
+A file is the program's own if the manifest names it and it still has a content that was written.
+Everything else is the user's, also a file of ours that was changed since. While a result takes the
+place of an earlier one, a file may have the content of either.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import json
 import os
 import stat
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, TypeAdapter
@@ -29,7 +28,6 @@ from exudyn_flexlink.storage.errors import (
     SWEEP,
 )
 
-PREFIX = ".flexlink-"  # of what is there only while something is written
 FIGURES = "figures"  # what a folder holds that has no document
 KINDS = {
     SUMMARY: "run",
@@ -42,14 +40,14 @@ KINDS = {
 
 
 def _inside(name: str) -> str:
-    """Return a name that is one of a file in the very folder.
+    """Return a path, with "/", that leads to a file in the folder or below it.
 
     Raises:
         ValueError: it leads elsewhere.
 
     """
-    if name in ("", ".", "..") or set(name) & set("/\\\0"):
-        raise ValueError(f"'{name}' is no name of a file")
+    if {"", ".", ".."} & set(name.split("/")) or set(name) & set("\\\0"):
+        raise ValueError(f"'{name}' is no name of a file in the folder")
     return name
 
 
@@ -58,13 +56,12 @@ Name = Annotated[str, AfterValidator(_inside)]
 
 @dataclass(frozen=True)
 class Manifest:
-    """What stands in a folder, and the SHA-256 that every file in it may have, by its name."""
+    """What stands in a folder, and the SHA-256 that every file of it may have, by its path."""
 
     what: str
     title: str
     completed: bool
     files: dict[Name, tuple[str, ...]]
-    folders: tuple[Name, ...] = ()
     program: Literal["exudyn-flexlink"] = PROGRAM
 
     @property
@@ -72,16 +69,9 @@ class Manifest:
         """What stands in the folder, in words."""
         return f"{self.what} of '{self.title}'" if self.title else self.what
 
-    def write(self, folder: Path) -> None:
-        """Write it into a folder, in one move.
-
-        Raises:
-            OSError: it can't be written.
-
-        """
-        beside = folder / f"{PREFIX}{MANIFEST}"
-        beside.write_bytes(to_json(self, indent=2) + b"\n")
-        os.replace(beside, folder / MANIFEST)
+    def content(self) -> bytes:
+        """Return what stands in its file."""
+        return to_json(self, indent=2) + b"\n"
 
 
 _MANIFEST = TypeAdapter(Manifest)
@@ -103,35 +93,33 @@ def manifest_of(folder: Path) -> Manifest:
         OSError: a file can't be read.
 
     """
-    entries = sorted(folder.iterdir())
     files: dict[str, tuple[str, ...]] = {
-        entry.name: (digest(entry),) for entry in entries if is_regular(entry)
+        file.relative_to(folder).as_posix(): (digest(file),)
+        for file in sorted(folder.rglob("*"))
+        if is_regular(file)
     }
-    folders = tuple(entry.name for entry in entries if entry.is_dir())
-    for document, what in KINDS.items():
-        if document in files:
-            told = json.loads((folder / document).read_bytes())
-            return Manifest(what, told["title"], told["completed"], files, folders)
-    return Manifest(FIGURES, "", False, files, folders)
+    document = next((name for name in KINDS if name in files), None)
+    if document is None:
+        return Manifest(FIGURES, "", False, files)
+    told = json.loads((folder / document).read_bytes())
+    return Manifest(KINDS[document], told["title"], told["completed"], files)
 
 
-def own_files(folder: Path) -> dict[str, tuple[str, ...]]:
-    """SHA-256 of all files that the manifests of a folder and of those in it name, by path.
-
-    Paths are relative to `folder`, with "/".
-    """
+def own_files(folder: Path) -> tuple[str, ...]:
+    """Paths of the files that the manifest of a folder names, with "/", and of that itself."""
     manifest = read_manifest(folder)
-    if manifest is None:
-        return {}
-    found = {MANIFEST: (digest(folder / MANIFEST),), **manifest.files}
-    for name in filter(lambda name: is_folder(folder / name), manifest.folders):
-        found |= {f"{name}/{file}": own for file, own in own_files(folder / name).items()}
-    return found
+    return () if manifest is None else (MANIFEST, *manifest.files)
 
 
-def is_own(file: Path, contents: tuple[str, ...]) -> bool:
-    """Tell whether a file still is a regular file with one of these SHA-256."""
-    return is_regular(file) and digest(file) in contents
+def folders_to(folder: Path, name: str) -> list[Path]:
+    """Folders on the way from a folder to a file in it, the outermost first."""
+    return [folder / above for above in PurePosixPath(name).parents][-2::-1]
+
+
+def is_own(folder: Path, name: str, contents: tuple[str, ...]) -> bool:
+    """Tell whether a file of a folder, reached without a link, has one of these SHA-256."""
+    reached = all(is_folder(above) for above in folders_to(folder, name))
+    return reached and is_regular(folder / name) and digest(folder / name) in contents
 
 
 def is_regular(file: Path) -> bool:

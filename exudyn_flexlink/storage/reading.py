@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
-
-from pydantic import BaseModel, ValidationError, create_model
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.storage.arrays import Records, told_fields
-from exudyn_flexlink.storage.documents import AGAIN, check_readable, damage, other_version
+from exudyn_flexlink.storage.arrays import put_together
+from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version
 from exudyn_flexlink.storage.errors import ARRAYS, SWEEP, StorageError
 from exudyn_flexlink.storage.netcdf import read_netcdf
 from exudyn_flexlink.storage.writing import RUN
@@ -32,12 +29,10 @@ def load(place: Path) -> Result:
     try:
         check_readable(file)
         read = read_netcdf(file)
-        run = json.loads(read.attributes[RUN])
-        if other := other_version(run):
+        fields = json.loads(read.attributes[RUN])
+        if other := other_version(fields):
             raise StorageError(f"{file} was written by {other}; {AGAIN}")
-        told = vars(_told().model_validate(run))
-        scene = _scene(told.pop("scene"), file)
-        result: Result = Records(read, told.pop("names")).record(Result, scene=scene, **told)
+        return put_together(read, fields, scene=_scene(fields["scene"], file))
     except (FileNotFoundError, NotADirectoryError):
         raise StorageError(_missing(file)) from None
     except MemoryError as error:
@@ -46,16 +41,8 @@ def load(place: Path) -> Result:
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, TypeError, KeyError) as error:
-        raise _unreadable(file, error) from error
-    return result
-
-
-@cache
-def _told() -> type[BaseModel]:
-    """What the text in the file of a run tells: all of it that is no array."""
-    fields: dict[str, Any] = {name: (kind, ...) for name, kind in told_fields().items()}
-    names = dict[str, tuple[str, ...]]
-    return create_model("Told", names=(names, ...), scene=(dict[str, Any], ...), **fields)
+        why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+        raise StorageError(f"{file} is damaged: {why}; {AGAIN}") from error
 
 
 def _missing(file: Path) -> str:
@@ -68,12 +55,6 @@ def _missing(file: Path) -> str:
     if (folder / SWEEP).is_file():
         return f"{folder} holds a sweep, no run; give the folder of a finished run"
     return f"{folder} has no {ARRAYS}; give the folder of a finished run"
-
-
-def _unreadable(file: Path, error: Exception) -> StorageError:
-    """Say why a file is damaged."""
-    why = damage(error, "run") if isinstance(error, ValidationError) else str(error)
-    return StorageError(f"{file} is damaged: {why}; {AGAIN}")
 
 
 def _scene(data: Any, file: Path) -> Scene:

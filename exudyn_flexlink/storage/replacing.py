@@ -1,7 +1,8 @@
-"""New files take the place of those that an earlier result wrote, and of no others.
+"""Results appear whole or not at all, in place of what an earlier one wrote and of nothing else.
 
-A folder that holds files of the user can't be renamed away: files are replaced one by one. A
-process may be killed anywhere in between, so that each step leaves what can be told apart:
+All is written into a temporary folder first. Then its files move into the folder of the result,
+which can't be renamed away: files of the user may be in it. A process may be killed anywhere in
+between, so that each step leaves what can be told apart:
 
 1. The manifest names the files that are there and those that will come.
 2. What was printed from the earlier result goes: tables, figures, summaries.
@@ -18,151 +19,138 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from exudyn_flexlink.storage.errors import ARRAYS, MANIFEST, StorageError
+from exudyn_flexlink.storage.errors import ARRAYS, MANIFEST, StorageError, cannot_write
 from exudyn_flexlink.storage.manifest import (
     FIGURES,
     KINDS,
-    PREFIX,
+    Manifest,
+    folders_to,
     is_folder,
     is_own,
     is_regular,
     manifest_of,
-    own_files,
     read_manifest,
 )
 
-WHOLE = (ARRAYS, *KINDS)  # the first of them that there is stands for the whole result
+PREFIX = ".flexlink-"  # of what is there only while something is written
 FILE_KINDS = ((stat.S_ISLNK, "link"), (stat.S_ISDIR, "folder"), (stat.S_ISFIFO, "pipe"))
-_ADVICE = "it is never replaced: move it away yourself, or choose another folder"
 
 
-def put(staged: Path, target: Path, *, force: bool, add: bool = False) -> None:
-    """Move the files of a folder to `target`, which is made if it is missing.
+class KeptBesideError(StorageError):
+    """A result was written whole, but not where it should be: it is in `folder`."""
 
-    Files of an earlier result that the new one does not have are removed, unless it is to `add`
-    some.
+    def __init__(self, why: StorageError, folder: Path) -> None:
+        super().__init__(f"{why}. What was computed is in {folder}", forcible=why.forcible)
+        self.folder = folder
+
+
+@contextmanager
+def staged_folder(target: Path, *, force: bool = False, what: str = "") -> Iterator[Path]:
+    """Yield a temporary folder; once all is written there, its files move to `target`.
+
+    `target` may be new, empty, or hold a result of this program: then the new files replace those
+    that its manifest names, and whatever else is in it stays. A result that is not complete
+    replaces no complete one, nor one of another kind, which `what` tells before anything is
+    written. After any exception or interrupt `target` is as it was. `force`
+    replaces a complete result by an incomplete one, writes into a folder of other files, and
+    replaces files of the user that have the names of new ones.
 
     Raises:
-        StorageError: a file in the way is not the program's own, or what stands there is complete
-            and the new result is not, without `force`.
-        OSError: the place can't be written.
+        KeptBesideError: all is written, but may not, or can't, be moved to `target`.
+        StorageError: that is known before anything is written, or the place can't be written.
 
     """
-    now, there = manifest_of(staged), read_manifest(target)
-    if not add:
-        check_kind(target, now.what)
-        if there is not None and there.completed and not (force or now.completed):
+    target = _resolved(target)
+    _check_place(target, Manifest(what, "", True, {}), force=force)
+    with _temporary(target) as staged:
+        yield staged
+        now = manifest_of(staged)
+        try:
+            _check_place(target, now, force=force)  # hours may have passed
+            _put(staged, now, target)
+        except (StorageError, OSError) as error:
+            why = StorageError(cannot_write(target, error)) if isinstance(error, OSError) else error
+            raise KeptBesideError(why, _kept_beside(staged, now, target)) from None
+
+
+@contextmanager
+def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
+    """Yield a temporary folder; once all is written there, its files are moved into `folder`.
+
+    `folder` is made if it is missing. Files of the same names in it are replaced if its manifest
+    names them, or with `force`; all others stay. A run of a comparison has no manifest of its own:
+    that of the comparison names its files.
+
+    Raises:
+        StorageError: the folder can't be written, or a file of the user is in the way.
+
+    """
+    folder = _resolved(folder)
+    above = None if read_manifest(folder) else read_manifest(folder.parent)
+    part = any(name.startswith(f"{folder.name}/") for name in (above.files if above else ()))
+    home = folder.parent if part else folder
+    with _temporary(folder) as staged:
+        _try_to_write(folder)
+        files = staged / folder.relative_to(home)
+        files.mkdir(exist_ok=True)
+        yield files
+        now = manifest_of(staged)
+        _check_files(home, now.files, read_manifest(home), force=force)
+        if now.files:
+            _put(staged, now, home, add=True)
+
+
+def replace_file(
+    file: Path, content: bytes, is_own: Callable[[bytes], bool], *, force: bool
+) -> None:
+    """Write a file, whole or not at all.
+
+    A file that stands there is replaced if its content `is_own`, this program's, or with `force`;
+    links, devices and folders never are.
+
+    Raises:
+        StorageError: the file may not be replaced, or can't be written.
+
+    """
+    if not file.parent.is_dir():
+        raise StorageError(f"can't write {file}: there is no such folder")
+    if os.path.lexists(file):
+        if not is_regular(file):
+            raise StorageError(f"can't write {file}: it is {kind_of(file)}; give a new name")
+        with suppress(OSError):  # what can't be read is not known to be the program's
+            force = force or is_own(file.read_bytes())
+        if not force:
             raise StorageError(
-                f"{target} holds a complete {there.told}; this one is incomplete and does not "
-                "replace it, unless that is forced",
+                f"can't write {file}: this program did not write what is in it; choose another "
+                "name, or force it",
                 forcible=True,
             )
-    check_replaceable(target, _files(staged), force=force)
-    _replace(staged, target, add=add)
+    try:
+        _write(file, content)
+    except OSError as error:
+        raise StorageError(cannot_write(file, error)) from error
 
 
-def _replace(staged: Path, target: Path, *, add: bool) -> None:
-    """Replace the files of a folder, and of those in it: they come before what tells of them."""
-    target.mkdir(parents=True, exist_ok=True)
-    now, there = manifest_of(staged), read_manifest(target)
-    new, coming = list(now.files), replace(now, completed=False)
-    if there is not None:
-        old, folders = there.files, tuple(dict.fromkeys((*there.folders, *now.folders)))
-        both = {name: (*old.get(name, ()), *now.files.get(name, ())) for name in old | now.files}
-        done = there.completed and now.completed
-        coming = replace(there, files=both, folders=folders, completed=done)
-        if add:
-            now = replace(there, files=old | now.files, folders=folders)
-    coming.write(target)
-    inside = manifest_of(staged).folders
-    whole = None if inside else next((name for name in WHOLE if name in new), None)
-    if not add:
-        _remove_own(target, but=whole)
-    for name in inside:
-        _replace(staged / name, target / name, add=add)
-    for name in sorted(new, key=lambda name: (name != whole, name)):
-        _move(staged / name, target / name)
-    for name in set(coming.folders) - set(now.folders):
-        _remove_folder(target / name)
-    now.write(target)
-    for rest in target.glob(f"{PREFIX}*"):  # what killed processes left half copied
-        with suppress(OSError):
-            rest.rmdir() if is_folder(rest) else rest.unlink()
-
-
-def _remove_own(folder: Path, *, but: str | None = None) -> None:
-    """Remove the files of a result from a folder, but for its manifest."""
-    manifest = read_manifest(folder)
-    for name, contents in manifest.files.items() if manifest else ():
-        if name != but and is_own(folder / name, contents):
-            (folder / name).unlink()
-
-
-def _remove_folder(folder: Path) -> None:
-    """Remove a folder of an earlier result, and those in it, unless something else is in it."""
-    manifest = read_manifest(folder) if is_folder(folder) else None
-    if manifest is None:
-        return
-    for name in manifest.folders:
-        _remove_folder(folder / name)
-    _remove_own(folder)
-    (folder / MANIFEST).unlink()
-    with suppress(OSError):
-        folder.rmdir()
-
-
-def _move(source: Path, place: Path) -> None:
-    """Copy a file beside its place, which may be on another disk, then move it there at once."""
-    beside = place.with_name(f"{PREFIX}{place.name}")
-    shutil.copyfile(source, beside)
-    os.replace(beside, place)
-
-
-def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> None:
-    """Look whether files of these names may be written into an existing folder.
-
-    With `force`, the user's files may be replaced, too; never a folder, link or device.
+def check_regular(folder: Path, name: str) -> None:
+    """Look whether a path in a folder leads, through no link, to a file or to nothing yet.
 
     Raises:
-        StorageError: one of them may not.
+        StorageError: something else is there, which is never replaced nor followed.
 
     """
-    own = own_files(target)
-    for name in (*names, MANIFEST):
-        place = target / name
-        for above in (folder for folder in place.parents if target in folder.parents):
-            if os.path.lexists(above) and not is_folder(above):
-                raise StorageError(f"{above} is {kind_of(above)}; {_ADVICE}")
-        if not os.path.lexists(place):
-            continue
-        if not is_regular(place):
-            raise StorageError(f"{place} is {kind_of(place)}; {_ADVICE}")
-        if not force and not is_own(place, own.get(name, ())):
-            changed = "was changed since the run there wrote it"
-            why = changed if name in own else f"is the user's: no {MANIFEST} names it"
-            raise StorageError(
-                f"{place} {why}; rename it, choose another folder, or force it", forcible=True
-            )
-
-
-def check_kind(target: Path, what: str) -> None:
-    """Look whether a folder holds nothing else than what is to be put there.
-
-    Raises:
-        StorageError: it holds a result of another kind, which is never replaced.
-
-    """
-    there = read_manifest(target)
-    if there is not None and there.what not in (what, FIGURES):
-        does_not = f"{what} do not" if what == FIGURES else f"a {what} does not"
+    wrong = [above for above in folders_to(folder, name) if not is_folder(above)]
+    wrong += [] if is_regular(folder / name) else [folder / name]
+    for place in filter(os.path.lexists, wrong):
         raise StorageError(
-            f"{target} holds a {there.told}, which {does_not} replace: choose another "
-            "folder, or remove that one yourself"
+            f"{place} is {kind_of(place)}; it is never replaced: move it away yourself, or choose "
+            "another folder"
         )
 
 
@@ -174,8 +162,181 @@ def kind_of(place: Path) -> str:
     return next((f"a {kind}" for test, kind in FILE_KINDS if test(mode)), "a device")
 
 
-def _files(folder: Path) -> Iterator[str]:
-    """Paths of all files in a folder, relative to it, with "/"."""
-    for entry in sorted(folder.rglob("*")):
-        if not is_folder(entry):
-            yield entry.relative_to(folder).as_posix()
+def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> None:
+    """Move the files of a folder to `target`, in place of those of the result that is there.
+
+    Where some are to be added, all of that stay.
+
+    Raises:
+        OSError: the place can't be written.
+
+    """
+    there = read_manifest(target)
+    old = there.files if there else {}
+    both = {name: (*old.get(name, ()), *now.files.get(name, ())) for name in old | now.files}
+    completed = there is not None and there.completed and (add or now.completed)
+    target.mkdir(parents=True, exist_ok=True)
+    _write(target / MANIFEST, replace(there or now, files=both, completed=completed).content())
+    runs = [name for name in now.files if Path(name).name == ARRAYS]
+    whole = runs or [name for name in KINDS if name in now.files]  # it is replaced in one move
+    for name in () if add else set(old) - set(whole):
+        if is_own(target, name, old[name]):
+            (target / name).unlink()
+    for name in sorted(now.files, key=lambda name: (name not in whole, name)):
+        (target / name).parent.mkdir(exist_ok=True)
+        _write(target / name, (staged / name).read_bytes())
+    for folder in {target, *((target / name).parent for name in both)}:
+        for rest in folder.glob(f"{PREFIX}*"):  # what killed processes left half written
+            with suppress(OSError):
+                rest.rmdir() if is_folder(rest) else rest.unlink()
+        with suppress(OSError):  # it is not empty
+            folder.rmdir()
+    last = replace(there, files=old | now.files) if add and there else now
+    _write(target / MANIFEST, last.content())
+
+
+def _write(place: Path, content: bytes) -> None:
+    """Write a file beside its place, then move it there; a link that stands there is replaced.
+
+    Raises:
+        OSError: it can't be written.
+
+    """
+    beside = place.with_name(f"{PREFIX}{place.name}")
+    try:
+        beside.unlink(missing_ok=True)  # what a killed process left, or a link
+        with beside.open("xb") as stream:
+            stream.write(content)
+        os.replace(beside, place)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
+
+
+def _resolved(target: Path) -> Path:
+    """Return the whole path of a place.
+
+    Raises:
+        StorageError: it is no path, such as a link to itself.
+
+    """
+    try:
+        return Path(target).resolve()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise StorageError(f"can't write {target}: {error}; choose another place") from error
+
+
+@contextmanager
+def _temporary(target: Path) -> Iterator[Path]:
+    """Yield a new folder among the system's temporary ones, for what shall be in `target`.
+
+    Raises:
+        StorageError: something can't be written; `target` is what the user knows the place by.
+
+    """
+    try:
+        with TemporaryDirectory(prefix="flexlink-", ignore_cleanup_errors=True) as folder:
+            yield Path(folder)
+    except OSError as error:
+        raise StorageError(cannot_write(target, error)) from error
+
+
+def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
+    """Look whether a result may be put into a folder; its kind is empty if nobody knows it yet.
+
+    Raises:
+        StorageError: it may not, or the folder can't be written.
+
+    """
+    try:
+        there = read_manifest(target)
+        entries = target.iterdir() if target.exists() else ()
+        others = [entry for entry in entries if not entry.name.startswith(PREFIX)]
+        if there is not None and now.what and there.what not in (now.what, FIGURES):
+            does_not = f"{FIGURES} do not" if now.what == FIGURES else f"a {now.what} does not"
+            raise StorageError(
+                f"{target} holds a {there.told}, which {does_not} replace: choose another "
+                "folder, or remove that one yourself"
+            )
+        if there is not None and there.completed and not (force or now.completed):
+            raise StorageError(
+                f"{target} holds a complete {there.told}; this one is incomplete and does not "
+                "replace it, unless that is forced",
+                forcible=True,
+            )
+        if there is None and others and not force:
+            raise StorageError(
+                f"{target} holds files that are no run of this program, or of an earlier version: "
+                f"no {MANIFEST} names them; choose another name, or force it: files with the names "
+                "of new ones are replaced then, and no others",
+                forcible=True,
+            )
+        _check_files(target, [*now.files, *(there.files if there else ())], there, force=force)
+    except NotADirectoryError:
+        raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder") from None
+    except PermissionError as error:
+        raise StorageError(f"can't read {target}: {error.strerror or error}") from error
+    except OSError as error:  # such as a name that is too long
+        raise StorageError(cannot_write(target, error)) from error
+    _try_to_write(target)
+
+
+def _check_files(
+    target: Path, names: Iterable[str], there: Manifest | None, *, force: bool
+) -> None:
+    """Look whether files of these names may be written into a folder with the manifest `there`.
+
+    With `force`, the user's files may be replaced, too; never a folder, link or device.
+
+    Raises:
+        StorageError: one of them may not.
+
+    """
+    own = there.files if there else {}
+    for name in (*names, MANIFEST):
+        place = target / name
+        check_regular(target, name)
+        ours = name == MANIFEST and there is not None
+        if force or ours or not place.exists() or is_own(target, name, own.get(name, ())):
+            continue
+        changed = "was changed since the run there wrote it"
+        why = changed if name in own else f"is the user's: no {MANIFEST} names it"
+        raise StorageError(
+            f"{place} {why}; rename it, choose another folder, or force it", forcible=True
+        )
+
+
+def _try_to_write(target: Path) -> None:
+    """Make a folder in a place and remove it; a place that is missing is missing afterwards, too.
+
+    Raises:
+        StorageError: that can't be.
+
+    """
+    trial = target / f"{PREFIX}trial"
+    missing = [folder for folder in (trial, *trial.parents) if not folder.exists()]
+    try:
+        trial.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(cannot_write(target, error)) from error
+    finally:
+        for folder in missing:
+            with suppress(OSError):
+                folder.rmdir()
+
+
+def _kept_beside(staged: Path, now: Manifest, target: Path) -> Path:
+    """Move the staged files to a folder with a free name beside that of the target.
+
+    Raises:
+        OSError: that can't be done either.
+
+    """
+    names = (target.with_name(f"{target.name}-{number}") for number in count(2))
+    beside = next(place for place in names if not os.path.lexists(place))
+    try:
+        _put(staged, now, beside)
+    except OSError:
+        shutil.rmtree(beside, ignore_errors=True)
+        raise
+    return beside

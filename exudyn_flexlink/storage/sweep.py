@@ -7,24 +7,26 @@ once no more rows come.
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage.documents import in_json, read_document, write_csv
-from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
-from exudyn_flexlink.storage.journal import JOURNAL, Journal, locked, rows_in, rows_kept
+from exudyn_flexlink.storage.documents import check_readable, in_json, other_version, write_csv
+from exudyn_flexlink.storage.errors import FORMAT, MANIFEST, PROGRAM, SWEEP, StorageError
+from exudyn_flexlink.storage.journal import JOURNAL, Journal, journal_in, locked, rows_of
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
-from exudyn_flexlink.storage.staging import staged_folder
+from exudyn_flexlink.storage.replacing import check_regular, staged_folder
 from exudyn_flexlink.storage.writing import save
-from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
+from exudyn_flexlink.sweeps import FAILED, Row, Sweep, SweepTable, Varied, table_of, versions
 
-TABLE, SERIES = "table", "series"
+SERIES = "series"
+AGAIN = "sweep again"
+ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class SeriesKeeper:
     folder: Path
 
     def __call__(self, result: Result, name: str) -> None:
-        """Save a run, in place of an earlier one of the same name.
+        """Save a run, in place of an earlier one of the same name, before the process may end.
 
         Raises:
             StorageError: that can't be written, or this machine does not see the sweep's folder.
@@ -42,8 +44,28 @@ class SeriesKeeper:
         """
         if not (self.folder / SWEEP).is_file():
             raise StorageError(f"can't save series: there is no {self.folder / SWEEP} to see here")
-        with staged_folder(self.folder / SERIES / name, force=True) as staged:
+        check_regular(self.folder, f"{SERIES}/{name}/{MANIFEST}")
+        with (
+            _ends_later(),
+            staged_folder(self.folder / SERIES / name, force=True) as staged,
+        ):
             save(result, staged)
+
+
+@contextmanager
+def _ends_later() -> Iterator[None]:
+    """Let Ctrl-C and requests to end wait for what is inside; only the main thread takes them."""
+    asked: list[int] = []
+    numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
+    taken = numbers if current_thread() is main_thread() else []
+    before = {number: signal.signal(number, lambda n, _: asked.append(n)) for number in taken}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in asked:
+            signal.raise_signal(number)
 
 
 @contextmanager
@@ -61,21 +83,17 @@ def open_journal(
 
     """
     folder = Path(folder)
-    file = folder / JOURNAL
     with locked(folder):
+        if series:
+            check_regular(folder, f"{SERIES}/{MANIFEST}")
         if force or not _goes_on(folder, sweep, resume=resume):
             with staged_folder(folder, force=force, what=KINDS[SWEEP]) as staged:
                 _write_plan(staged, sweep, completed=False)
-                file.unlink(missing_ok=True)
-        try:
-            stream = file.open("a+b", buffering=0)
-        except OSError as error:
-            raise StorageError(cannot_write(file, error)) from error
-        with stream:
-            known = rows_kept(stream, sweep)
+                (folder / JOURNAL).unlink(missing_ok=True)
+        with journal_in(folder, {point.id for point in sweep.points}) as journal:
             if series:
-                known = {name: row for name, row in known.items() if _has_series(folder, row)}
-            yield Journal(stream, known)
+                journal.known = {k: x for k, x in journal.known.items() if _has_series(folder, x)}
+            yield journal
 
 
 def load_sweep(folder: Path) -> SweepTable:
@@ -89,25 +107,16 @@ def load_sweep(folder: Path) -> SweepTable:
     plan = _read_plan(folder)
     if plan is None:
         raise StorageError(f"{folder} has no {SWEEP}; give the folder of a sweep")
+    content = _content(folder / JOURNAL)
+    if content is None:
+        raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there")
+    rows = rows_of(content, folder / JOURNAL)
     try:
-        rows = {row.id: row for row in rows_in(folder / JOURNAL)}
-    except FileNotFoundError:
-        raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there") from None
-    except OSError as error:
-        raise StorageError(f"can't read {folder / JOURNAL}: {error.strerror or error}") from error
-    try:
-        points = [(one, values) for one, values in plan["points"] if one in rows]
-        return SweepTable(
-            plan["title"],
-            plan["engine"],
-            tuple(Varied(**one) for one in plan["varied"]),
-            len(plan["points"]),
-            tuple(rows[one] for one, _ in points),
-            tuple(tuple(values) for _, values in points),
-        )
+        varied = [Varied(**one) for one in plan["varied"]]
+        return table_of(plan["title"], plan["engine"], varied, plan["points"], rows)
     except (KeyError, TypeError, ValueError) as error:
         why = f"no {error} in it" if isinstance(error, KeyError) else "it is not what was written"
-        raise StorageError(f"{folder / SWEEP} is damaged: {why}; sweep again") from error
+        raise StorageError(f"{folder / SWEEP} is damaged: {why}; {AGAIN}") from error
 
 
 def is_sweep(folder: Path) -> bool:
@@ -116,28 +125,14 @@ def is_sweep(folder: Path) -> bool:
 
 
 def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
-    """Write ``sweep.json``, ``table.csv`` and, with pyarrow, ``table.parquet`` into a folder.
+    """Write ``sweep.json`` and ``table.csv`` into a folder.
 
     Raises:
         OSError: the folder can't be written.
 
     """
-    columns = table.columns()
     _write_plan(folder, sweep, completed=table.whole)
-    write_csv(folder / f"{TABLE}.csv", columns)
-    if find_spec("pyarrow") is not None:
-        _write_parquet(columns, folder / f"{TABLE}.parquet")
-
-
-def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
-    """Write columns; one that holds texts beside numbers is one of texts."""
-    pyarrow: Any = import_module("pyarrow")
-    made = {}
-    for name, values in columns.items():
-        kinds: set[Any] = {type(value) for value in values} - {type(None)}
-        kind = next(iter(kinds)) if len(kinds) == 1 else float if kinds <= {int, float} else str
-        made[name] = pyarrow.array([None if value is None else kind(value) for value in values])
-    import_module("pyarrow.parquet").write_table(pyarrow.table(made), file)
+    write_csv(folder / "table.csv", table.columns())
 
 
 def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
@@ -159,7 +154,6 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
         "measure": sweep.measure,
         "observed": sweep.observed,
         "versions": versions(),
-        "digest": sweep.digest,
         "varied": sweep.varied,
         "scene": sweep.scene.to_data(),
         "points": [[point.id, point.values] for point in sweep.points],
@@ -170,13 +164,38 @@ def _read_plan(folder: Path) -> dict[str, Any] | None:
     """Read the plan that stands in a folder; None if there is none.
 
     Raises:
-        StorageError: it is damaged, or of another version of this program.
+        StorageError: it is damaged, or of another program or version.
 
     """
-    try:
-        return read_document(folder / SWEEP)
-    except FileNotFoundError:
+    file = folder / SWEEP
+    content = _content(file)
+    if content is None:
         return None
+    try:
+        plan = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
+    if not isinstance(plan, dict) or plan.get("program") != PROGRAM:
+        raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a sweep")
+    if other := other_version(plan):
+        raise StorageError(f"{file} was written by {other}; {AGAIN}")
+    return plan
+
+
+def _content(file: Path) -> bytes | None:
+    """Read a file; None if there is none.
+
+    Raises:
+        StorageError: it can't be read.
+
+    """
+    check_readable(file)
+    try:
+        return file.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
 
 
 def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
@@ -186,7 +205,13 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
         StorageError: neither may be.
 
     """
-    plan = _read_plan(folder)
+    plan, rows = _read_plan(folder), _content(folder / JOURNAL)
+    if plan is None and rows is not None:
+        raise StorageError(
+            f"{folder} has a {JOURNAL}, but no {SWEEP} that tells of which sweep: put that back, "
+            "or force it, which begins anew",
+            forcible=True,
+        )
     if plan is None:
         there = read_manifest(folder)
         if there is not None:
@@ -194,14 +219,13 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
                 f"{folder} holds a {there.told}; choose another place, or remove that yourself"
             )
         return False
-    if plan.get("digest") != sweep.digest:
+    if difference := _difference(plan, sweep):
         raise StorageError(
-            f"{folder} holds another sweep, {_difference(plan, sweep)}; choose another place, or "
+            f"{folder} holds another sweep, {difference}; choose another place, or "
             "force it, which begins anew",
             forcible=True,
         )
-    file = folder / JOURNAL
-    count = file.read_bytes().count(b"\n") if file.is_file() else 0
+    count = (rows or b"").count(b"\n")
     if count and not resume:  # without rows there is nothing to lose
         raise StorageError(
             f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
@@ -212,18 +236,19 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
 
 
 def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
-    """Say in what an earlier sweep differs: the first thing that does."""
+    """Say in what an earlier sweep differs: the first thing that does; empty if nothing does."""
     now = json.loads(in_json(_plan(sweep)))
     words = {
         "title": "of another model",
         "engine": "by another engine",
         "varied": "of other values",
         "scene": "of another scene",
+        "measure": "measured otherwise",
         "points": "of other points",
         "observed": "with other observables",
         "versions": "by other versions of the packages",
     }
-    return next((w for key, w in words.items() if plan.get(key) != now[key]), "solved otherwise")
+    return next((told for key, told in words.items() if plan.get(key) != now[key]), "")
 
 
 def _has_series(folder: Path, row: Row) -> bool:

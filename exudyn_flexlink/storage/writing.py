@@ -22,7 +22,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, names_in, told_fields
+from exudyn_flexlink.storage.arrays import attributes_of, taken_apart
 from exudyn_flexlink.storage.documents import write_document
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, SUMMARY
 from exudyn_flexlink.storage.netcdf import write_netcdf
@@ -30,7 +30,7 @@ from exudyn_flexlink.storage.tables import UNITS, tables_of
 from exudyn_flexlink.sweeps import column_of
 
 RUN = "run"
-"""The attribute of ``result.nc`` with all that is no array, as JSON."""
+"""The attribute of ``result.nc`` with the fields of a result that are no arrays, as JSON."""
 
 
 def save(result: Result, folder: Path) -> None:
@@ -51,21 +51,28 @@ def save(result: Result, folder: Path) -> None:
     """
     tables = tables_of(result)
     folder.mkdir(parents=True, exist_ok=True)
-    told = {name: getattr(result, name) for name in told_fields()}
-    told |= {"names": names_in(result), "scene": result.scene.to_data(), "format": FORMAT}
-    run = to_json(told, fallback=plain_data).decode()
-    write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result) | {RUN: run})
+    arrays, fields = taken_apart(result)
+    fields |= {"scene": result.scene.to_data(), "format": FORMAT}
+    run = to_json(fields, fallback=plain_data).decode()
+    write_netcdf(folder / ARRAYS, arrays, attributes_of(result) | {RUN: run})
     write_document(folder, SUMMARY, _summary(result), tables)
 
 
 def _summary(result: Result) -> dict[str, Any]:
     """What is told of a run: first what most want to know."""
-    scene, told = result.scene, {name: getattr(result, name) for name in told_fields()}
+    scene = result.scene
+    first, last = (
+        {name: getattr(result, name) for name in names}
+        for names in (
+            ("engine", "outcome", "warnings", "error", "checks"),
+            ("settings", "versions", "timings"),
+        )
+    )
     return {
         "title": scene.title,
         "completed": result.outcome.completed,
         "source": scene.source,
-        **{name: told.pop(name) for name in ("engine", "outcome", "warnings", "error", "checks")},
+        **first,
         "strikes": {
             name: [strike_data(strike, scene) for strike in strikes(result, name)]
             for name in scene.contacts
@@ -78,7 +85,7 @@ def _summary(result: Result) -> dict[str, Any]:
         "clearances": {
             name: contact_data(contact_totals(result, name)) for name in joints_with_play(result)
         },
-        **told,
+        **last,
         "events": result.events,
         "samples": len(result.time),
         "pairs": {name: sleeve.pairs for name, sleeve in result.sleeves.items()},

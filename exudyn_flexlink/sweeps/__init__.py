@@ -5,9 +5,14 @@ No engine here: whoever starts a sweep hands in what runs a scene, and who makes
 
 from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
 from exudyn_flexlink.sweeps.dimensions import column_of, label_of
-from exudyn_flexlink.sweeps.executors import CannotStartError, Executor, in_this_process
+from exudyn_flexlink.sweeps.executors import (
+    CannotStartError,
+    Executor,
+    executor_of,
+    in_this_process,
+    local_processes,
+)
 from exudyn_flexlink.sweeps.plan import Sweep, Varied, planned, versions
-from exudyn_flexlink.sweeps.processes import local_processes
 from exudyn_flexlink.sweeps.rows import (
     DOUBTFUL,
     FAILED,
@@ -18,8 +23,7 @@ from exudyn_flexlink.sweeps.rows import (
     Simulate,
     standard_row,
 )
-from exudyn_flexlink.sweeps.running import carried_out, executor_of, work_of
 from exudyn_flexlink.sweeps.study import read_study
-from exudyn_flexlink.sweeps.table import SweepTable
+from exudyn_flexlink.sweeps.table import SweepTable, carried_out, table_of
 from exudyn_flexlink.sweeps.values import in_si
-from exudyn_flexlink.sweeps.work import Work, shortened
+from exudyn_flexlink.sweeps.work import Work, shortened, work_of

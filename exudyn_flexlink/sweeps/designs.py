@@ -16,33 +16,22 @@ from exudyn_flexlink.sweeps.values import (
     Range,
     Value,
     ValuesError,
-    in_si,
     range_of,
     value_of,
     values_of,
 )
 
-FEW = 20  # values of a path that are all checked before anything runs: in half a second
 MOST_POINTS = 1_000_000  # the plan of so many takes about a gigabyte
 Read = Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
-class Told:
-    """A value that is checked before anything runs: a point, a path, where the value is given."""
-
-    point: int
-    path: int
-    place: KeyPath
-
-
-@dataclass(frozen=True)
 class Design:
-    """Points, each a value for every path, and the values that are checked first."""
+    """Points, each a value for every path; `places` tells where each value of a path is given."""
 
     paths: tuple[str, ...]
     points: tuple[tuple[Value, ...], ...]
-    told: tuple[Told, ...]
+    places: tuple[Mapping[Value, KeyPath], ...]
 
 
 def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
@@ -52,16 +41,13 @@ def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Des
     left out; None if nothing is left.
     """
     read = _read_all(values_of, varied, at, mistakes)
-    if not read:
+    if not read or not _few(prod(map(len, read.values())), at, mistakes):
         return None
-    if not _few(prod(map(len, read.values())), at, mistakes):
-        return None
-    paths = tuple(read)
-
-    def place(i: int, _: int, entry: int) -> KeyPath:
-        return _entry((*at, paths[i]), varied[paths[i]], entry)
-
-    return _design(paths, tuple(product(*read.values())), place)
+    places = tuple(
+        {value: _entry((*at, path), varied[path], k) for k, value in enumerate(values)}
+        for path, values in read.items()
+    )
+    return Design(tuple(read), tuple(product(*read.values())), places)
 
 
 def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
@@ -89,7 +75,11 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
         mistakes.append(Mistake(at, "needs at least one point"))
     if len(mistakes) > before or not _few(len(found), at, mistakes):
         return None
-    return _design(paths, tuple(found), lambda i, k, _: (*at, k, paths[i]))
+    places = tuple(
+        {point[i]: (*at, k, path) for point, k in reversed(found.items())}
+        for i, path in enumerate(paths)
+    )
+    return Design(paths, tuple(found), places)
 
 
 def latin_hypercube(
@@ -133,43 +123,9 @@ def _within(
     points = tuple(
         tuple(kind.at(part) for kind, part in zip(kinds, row, strict=True)) for row in rows
     )
-    paths = tuple(read)
-    return _design(paths, points, lambda i, *_: (*at, paths[i]))
-
-
-def _design(
-    paths: tuple[str, ...],
-    points: tuple[tuple[Value, ...], ...],
-    place: Callable[[int, int, int], KeyPath],
-) -> Design:
-    """Choose the values that are checked; `place` tells where one is given.
-
-    By the number of its path, of the first point that has it, and its own among those that differ.
-    """
-    columns = enumerate(zip(*points, strict=True))
-    told = (Told(k, i, place(i, k, n)) for i, column in columns for n, k in _checked(column))
-    return Design(paths, points, tuple(told))
-
-
-def _checked(column: Sequence[Value]) -> list[tuple[int, int]]:
-    """Return which of the values that differ are checked, and the first point of each.
-
-    Those of a few are all. Of many they are the least, the greatest and some between: what is wrong
-    with another one is told in its row.
-    """
-    first = {value: k for k, value in reversed(list(enumerate(column)))}
-    values = sorted(first, key=first.__getitem__)
-    ordered = list(enumerate(values))
-    if len(values) > FEW:
-        ordered.sort(key=lambda one: _order(one[1]))
-        ordered = [ordered[k] for k in np.linspace(0, len(values) - 1, FEW).astype(int)]
-    return sorted((n, first[value]) for n, value in ordered)
-
-
-def _order(value: Value) -> tuple[bool, Value]:
-    """What puts values into order: numbers, of whatever unit, and then texts."""
-    number = in_si(value)
-    return isinstance(number, str), number
+    columns = zip(*points, strict=True)
+    places = tuple(dict.fromkeys(own, (*at, path)) for own, path in zip(columns, read, strict=True))
+    return Design(tuple(read), points, places)
 
 
 def _read_all(

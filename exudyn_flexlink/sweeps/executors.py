@@ -1,20 +1,44 @@
-"""Who makes the runs of a sweep: pools of `concurrent.futures`; rows come as they are finished."""
+"""Who makes the runs of a sweep: this process, processes of this machine, or workers of Dask.
+
+All are pools of `concurrent.futures`; rows come as they are finished.
+"""
 
 from __future__ import annotations
 
+import os
+import pickle
+import signal
+import sys
+import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from multiprocessing import connection, current_process, get_context, parent_process
 
-from exudyn_flexlink.sweeps.plan import Point
+from threadpoolctl import threadpool_limits
+
+from exudyn_flexlink.sweeps.plan import Point, versions
 from exudyn_flexlink.sweeps.rows import FAILED, Row
 from exudyn_flexlink.sweeps.work import Work
 
+MOST = 61  # processes of a pool, which can have no more on Windows
+AHEAD = 2  # tasks for each worker of Dask: one it does, and the next
+SECONDS_TO_CONNECT = 20  # to Dask's scheduler
 ENDED = (
     "the process that ran it ended, as often as it was tried: killed, perhaps for want of memory, "
     "or a crash"
+)
+NOT_BEGUN = (
+    "a process ended before it could begin. A script that sweeps must do so below "
+    "\"if __name__ == '__main__':\", since each process reads it again; or give 'workers=1'"
+)
+NOT_SENT = (
+    "what is observed can't be sent to other processes: {}. Put the function into a module, at its "
+    "top level, or give 'workers=1'"
 )
 
 
@@ -38,16 +62,28 @@ Executor = Callable[[Work], AbstractContextManager[Pool]]
 """Opens a pool for a work, or raises CannotStartError; leaving the pool ends all runs."""
 
 
-@contextmanager
-def in_this_process(work: Work) -> Iterator[Pool]:
-    """Yield a pool that makes a run here, as it is given it."""
+def executor_of(workers: int | None = None, scheduler: str | None = None) -> Executor:
+    """Return who makes the runs: `workers` processes, by default one for every core.
 
-    def submit(point: Point) -> Future[Row]:
-        made: Future[Row] = Future()
-        made.set_result(work.row(point))
-        return made
+    One is this process itself; so are any in a worker of a pool, which may start none (daemonic
+    processes have no children). With the address of Dask's `scheduler`, its workers are.
 
-    yield Pool(submit)
+    Raises:
+        ValueError: both are given, or less than one worker.
+
+    """
+    if scheduler is not None:
+        if workers is not None:
+            raise ValueError("a scheduler has its own workers: give one of both")
+        return partial(dask_cluster, scheduler)
+    cores = (
+        os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    )
+    count = len(cores) if workers is None else workers
+    if count < 1:
+        raise ValueError(f"needs at least one worker, got {count}")
+    here = count == 1 or current_process().daemon
+    return in_this_process if here else partial(local_processes, count)
 
 
 def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
@@ -99,3 +135,156 @@ def _tried(
                     else:
                         yield row
     return lost
+
+
+@contextmanager
+def in_this_process(work: Work) -> Iterator[Pool]:
+    """Yield a pool that makes a run here, as it is given it."""
+
+    def submit(point: Point) -> Future[Row]:
+        made: Future[Row] = Future()
+        made.set_result(work.row(point))
+        return made
+
+    yield Pool(submit)
+
+
+# --- processes of this machine ----------------------------------------------------------------
+
+
+@contextmanager
+def local_processes(count: int, work: Work) -> Iterator[Pool]:
+    """Yield a pool of `count` processes of this machine, which end with it.
+
+    Raises:
+        CannotStartError: the work can't be sent to other processes, or they can't begin.
+
+    """
+    try:
+        sent = pickle.dumps(work)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise CannotStartError(NOT_SENT.format(error)) from error
+    count = min(count, MOST)
+    context = get_context("spawn")  # a fork would share threads and locks of the engines
+    pool = ProcessPoolExecutor(count, context, _begin, (sent,))
+
+    def submit(point: Point) -> Future[Row]:
+        with _starting():
+            return pool.submit(_local_row, point)
+
+    try:
+        with _starting():
+            first = pool.submit(int)
+        yield Pool(submit, count)
+        if isinstance(first.exception(), BrokenExecutor):
+            raise CannotStartError(NOT_BEGUN)
+    finally:
+        for process in [*(pool._processes or {}).values()]:
+            process.terminate()  # what is under way is not wanted any more
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _starting() -> Iterator[None]:
+    """Let a process that is started inside begin as it should.
+
+    It never sees Ctrl-C, which ends the sweep as a whole, and does not read again what was no file,
+    such as '<stdin>'.
+    """
+    main, masks = sys.modules["__main__"], hasattr(signal, "pthread_sigmask")  # not on Windows
+    file = getattr(main, "__file__", None)
+    absent = file is not None and not os.path.exists(file)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    if absent:
+        del main.__file__
+    try:
+        yield
+    finally:
+        if absent:
+            main.__file__ = file
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+_sent: list[bytes] = []  # the work, in a process of the pool
+
+
+def _begin(sent: bytes) -> None:
+    """Begin a process of the pool."""
+    _sent.append(sent)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threadpool_limits(limits=1)
+
+
+def _local_row(point: Point) -> Row:
+    """Make the run of a point, in a process of the pool."""
+    try:
+        work: Work = pickle.loads(_sent[0])
+    except Exception as error:  # what it names is not to be found from here
+        raise CannotStartError(NOT_SENT.format(error)) from error
+    return work.row(point)
+
+
+def _end_with_parent() -> None:
+    """End when the process that started this one does, however that ends."""
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os.kill(os.getpid(), signal.SIGTERM)  # which waits for a run that is being saved
+
+
+# --- workers of Dask --------------------------------------------------------------------------
+
+
+@contextmanager
+def dask_cluster(address: str, work: Work) -> Iterator[Pool]:
+    """Yield a pool of the workers of a scheduler at an address such as ``tcp://host:8786``.
+
+    What was not begun is cancelled with the pool. Dask gives the tasks of a worker that ends to
+    others, and gives them up after some times.
+
+    Raises:
+        CannotStartError: there is no such scheduler, no worker that fits, or no Dask.
+
+    """
+    try:
+        distributed = import_module("distributed")
+        client = distributed.Client(address, timeout=SECONDS_TO_CONNECT)
+    except ImportError as error:
+        needs = "this needs Dask: pip install 'exudyn-flexlink[cluster]'"
+        raise CannotStartError(needs) from error
+    except (OSError, ValueError, TimeoutError) as error:
+        raise CannotStartError(f"no scheduler answers at {address}: {error}") from error
+    with client:
+        with suppress(TimeoutError):  # a worker that ended may be on its way back
+            client.wait_for_workers(1, timeout=SECONDS_TO_CONNECT)
+        workers = client.nthreads()
+        if not workers:
+            raise CannotStartError(
+                f"the scheduler at {address} has no workers; start 'dask worker'"
+            )
+        many = [name for name, threads in workers.items() if threads != 1]
+        if many:
+            raise CannotStartError(
+                f"the worker at {many[0]} has more than one thread, which the engines do not "
+                "share; start workers with '--nworkers auto --nthreads 1'"
+            )
+        pool = client.get_executor(pure=False)
+        submit = partial(pool.submit, _dask_row, work, versions())
+        try:
+            yield Pool(submit, AHEAD * len(workers), distributed.KilledWorker)
+        finally:
+            pool.shutdown(wait=False)
+
+
+def _dask_row(work: Work, needed: Mapping[str, str], point: Point) -> Row:
+    """Make the run of a point, on a worker, which may have come after the others.
+
+    Raises:
+        RuntimeError: the worker has other versions of the packages on which numbers depend.
+
+    """
+    if versions() != needed:
+        raise RuntimeError(f"this worker has {versions()}")
+    return work.row(point)

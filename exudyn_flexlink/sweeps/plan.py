@@ -6,18 +6,18 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 from exudyn_flexlink.loading import document_of
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError, dotted
-from exudyn_flexlink.sweeps.designs import Design, Told
+from exudyn_flexlink.sweeps.designs import Design
 from exudyn_flexlink.sweeps.dimensions import column_of, si_unit
 from exudyn_flexlink.sweeps.values import Value, in_si, setting_of, unit_of
 from exudyn_flexlink.versions import THIS, version_of
 
 DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
+MOST_CHECKED = 1000  # values of a path that are all checked before anything runs: in some seconds
 PACKAGES = (THIS, "exudyn", "numpy", "scipy")  # on whose versions numbers depend
 
 
@@ -66,12 +66,6 @@ class Sweep:
     measure: bool = True
     observed: str = ""
     allow_outside: bool = False
-
-    @cached_property
-    def digest(self) -> str:
-        """What tells this sweep from every other: all its points, what is observed, versions."""
-        text = "\n".join([self.observed, *versions().values(), *(one.id for one in self.points)])
-        return hashlib.sha256(text.encode()).hexdigest()
 
     def __len__(self) -> int:
         return len(self.points)
@@ -143,26 +137,34 @@ def _mistakes(
 ) -> Iterator[Mistake]:
     """Mistakes of values by themselves, at the places where the values are given."""
     document = document_of(scene)
-    nowhere: set[int] = set()  # paths that lead nowhere, whatever the value
-    for told in design.told:
-        if told.path in nowhere:
-            continue
+    nowhere: set[str] = set()  # paths that lead nowhere, whatever the value
+    for path, own, places in zip(design.paths, settings[0], design.places, strict=True):
         try:
-            apply_settings(document, [settings[told.point][told.path]])
+            apply_settings(document, [own])
         except SceneError as error:
-            nowhere.add(told.path)
-            place = told.place[:-1] if isinstance(told.place[-1], int) else told.place
-            yield from (Mistake(place, one.message, one.hint) for one in error.mistakes)
-    wrong: set[KeyPath] = set()  # of a range one value tells what is wrong with all
-    for told in design.told:
-        if told.path in nowhere or told.place in wrong:
+            nowhere.add(path)
+            place = next(iter(places.values()))
+            at = place[:-1] if isinstance(place[-1], int) else place
+            yield from (Mistake(at, one.message, one.hint) for one in error.mistakes)
+    for i, (path, places) in enumerate(zip(design.paths, design.places, strict=True)):
+        if path in nowhere:
             continue
-        path: KeyPath = tuple(design.paths[told.path].split("."))
-        own = [setting for i, setting in enumerate(settings[told.point]) if i not in nowhere]
-        for mistake in check_document(apply_settings(document, own), allow_outside).mistakes:
-            if _is_of(mistake, path):
-                wrong.add(told.place)
-                yield _moved(mistake, told, len(path))
+        first: dict[Value, Sequence[Setting]] = {}  # the point with which a value is checked
+        for point, given in zip(design.points, settings, strict=True):
+            first.setdefault(point[i], given)
+        wrong: set[KeyPath] = set()  # of a range one value tells what is wrong with all
+        steps, values = tuple(path.split(".")), tuple(places)
+        for value in (*values[:: -(-len(values) // MOST_CHECKED)], values[-1]):
+            place = places[value]
+            if place in wrong:
+                continue
+            together = [setting for setting in first[value] if setting[0] not in nowhere]
+            for mistake in check_document(
+                apply_settings(document, together), allow_outside
+            ).mistakes:
+                if _is_of(mistake, steps):
+                    wrong.add(place)
+                    yield _moved(mistake, place, len(steps))
 
 
 def _is_of(mistake: Mistake, path: KeyPath) -> bool:
@@ -172,7 +174,7 @@ def _is_of(mistake: Mistake, path: KeyPath) -> bool:
     return texts[:shorter] == own[:shorter]
 
 
-def _moved(mistake: Mistake, told: Told, length: int) -> Mistake:
+def _moved(mistake: Mistake, place: KeyPath, length: int) -> Mistake:
     inner = dotted(mistake.path[length:])
     message = f"{inner}: {mistake.message}" if inner else mistake.message
-    return Mistake(told.place, message, mistake.hint)
+    return Mistake(place, message, mistake.hint)

@@ -1,13 +1,19 @@
-"""The table of a sweep: one row for every point, in their order."""
+"""A sweep's table, and how it comes about: a row for every point, kept as soon as it is there."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing, suppress
 from dataclasses import dataclass
 
+from exudyn_flexlink.sweeps.executors import Executor, rows_of
 from exudyn_flexlink.sweeps.plan import Sweep, Varied
 from exudyn_flexlink.sweeps.rows import COLUMNS, Row, Scalar
 from exudyn_flexlink.sweeps.values import Value
+from exudyn_flexlink.sweeps.work import Work
+
+Told = Callable[[Row, int], None]
+"""Called with each row, and the number of rows that are there."""
 
 
 @dataclass(frozen=True)
@@ -55,14 +61,48 @@ class SweepTable:
         return first | varied | told | seen
 
 
-def table_of(sweep: Sweep, rows: Mapping[str, Row]) -> SweepTable:
-    """Return the table of a sweep; `rows` are by the id of their points, and may not be all."""
-    there = [point for point in sweep.points if point.id in rows]
+def table_of(
+    title: str,
+    engine: str,
+    varied: Iterable[Varied],
+    points: Iterable[tuple[str, Iterable[Value]]],
+    rows: Mapping[str, Row],
+) -> SweepTable:
+    """Return the table of points, each an id and values; `rows` are by ids, and may not be all."""
+    every = [(one, tuple(values)) for one, values in points]
+    there = [(rows[one], values) for one, values in every if one in rows]
     return SweepTable(
-        sweep.scene.title,
-        sweep.engine,
-        sweep.varied,
-        len(sweep),
-        tuple(rows[point.id] for point in there),
-        tuple(point.values for point in there),
+        title,
+        engine,
+        tuple(varied),
+        len(every),
+        tuple(row for row, _ in there),
+        tuple(values for _, values in there),
     )
+
+
+def carried_out(
+    sweep: Sweep,
+    work: Work,
+    executor: Executor,
+    known: Mapping[str, Row],
+    told: Told,
+) -> SweepTable:
+    """Make the runs of all points that have no row yet.
+
+    `known` are rows of an earlier part of the sweep, by the id of their points. Ctrl-C ends the
+    sweep: what is missing then stays missing.
+
+    Raises:
+        CannotStartError: no process can do the work.
+
+    """
+    rows = {point.id: known[point.id] for point in sweep.points if point.id in known}
+    missing = [point for point in sweep.points if point.id not in rows]
+    coming = rows_of(executor, work, missing)
+    with suppress(KeyboardInterrupt), closing(coming):
+        for row in coming:
+            rows[row.id] = row
+            told(row, len(rows))
+    points = ((point.id, point.values) for point in sweep.points)
+    return table_of(sweep.scene.title, sweep.engine, sweep.varied, points, rows)

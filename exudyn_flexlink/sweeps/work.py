@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from itertools import count
 from math import isfinite
 from time import perf_counter
 from typing import Any
 
-from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.loading import document_of_data, scene_of
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, SceneError, dotted
-from exudyn_flexlink.sweeps.plan import Point
+from exudyn_flexlink.sweeps.plan import Point, Sweep
 from exudyn_flexlink.sweeps.rows import (
     COLUMNS,
     DONE,
@@ -48,11 +49,21 @@ class Work:
     def row(self, point: Point) -> Row:
         """Make the runs of a point; whatever goes wrong in them is told in the row."""
         began = perf_counter()
-        runs = _Runs(self.simulate, self.keep, point.id)
+        warned: list[str] = []
         numbers: Mapping[str, Scalar] = {}
+        names = (point.id if k == 1 else f"{point.id}-{k}" for k in count(1))
+
+        def simulate(scene: Scene) -> Result:
+            result = self.simulate(scene)
+            end = [] if result.outcome.completed else [f"a run {result.outcome.told}"]
+            warned.extend([*result.warnings, *end])
+            if self.keep is not None:
+                self.keep(result, next(names))
+            return result
+
         try:
             scene = scene_of(self.document, point.settings, self.allow_outside)
-            numbers = _checked(self.observe(scene, runs))
+            numbers = _checked(self.observe(scene, simulate))
         except SceneError as error:
             first = error.mistakes[0]
             why = f"{dotted(first.path)}: {first.message}" if first.path else first.message
@@ -64,37 +75,22 @@ class Work:
             why = f"{type(error).__name__}: {error}"
         else:
             why = ""
-        status = FAILED if why else DOUBTFUL if runs.told else DONE
-        reason = why or "; ".join(dict.fromkeys(runs.told))
+        status = FAILED if why else DOUBTFUL if warned else DONE
+        told = shortened(why or "; ".join(dict.fromkeys(warned)), LONGEST_REASON)
         wall = perf_counter() - began
-        told = shortened(reason, LONGEST_REASON)
-        return Row(point.number, point.id, status, told, len(runs.told), wall, numbers)
+        return Row(point.number, point.id, status, told, len(warned), wall, numbers)
+
+
+def work_of(sweep: Sweep, simulate: Simulate, observe: Observe, keep: Keep | None = None) -> Work:
+    """Return what the processes of a sweep do at each point; see `Work`."""
+    data = document_of_data(sweep.scene.to_data(), "the scene")
+    document = replace(data, folder=sweep.scene.document.folder)  # of files that are varied
+    return Work(document, simulate, observe, keep, sweep.allow_outside)
 
 
 def shortened(text: str, most: int) -> str:
     """Return a text of no more than so many characters, with dots for what is left out."""
     return text if len(text) <= most else f"{text[: most - 4]} ..."
-
-
-@dataclass
-class _Runs:
-    """Makes runs, saves them if they are to be, and collects what they warn of."""
-
-    simulate: Simulate
-    keep: Keep | None
-    name: str
-    told: list[str] = field(default_factory=list)
-    made: int = 0
-
-    def __call__(self, scene: Scene, /) -> Result:
-        result = self.simulate(scene)
-        self.made += 1
-        self.told += result.warnings
-        if not result.outcome.completed:
-            self.told.append(f"a run {result.outcome.told}")
-        if self.keep is not None:
-            self.keep(result, self.name if self.made == 1 else f"{self.name}-{self.made}")
-        return result
 
 
 def _checked(observed: Mapping[str, Any]) -> Mapping[str, Scalar]:

@@ -13,7 +13,7 @@ from pydantic import Field, Strict, model_validator
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import build_mechanism, turned
-from exudyn_flexlink.observables import between_samples, path, strongest_line
+from exudyn_flexlink.observables import path, strongest_line
 from exudyn_flexlink.quantities import (
     Angle,
     AngularSpeed,
@@ -180,9 +180,8 @@ class PublishedFrequency(_Number):
 
     def computed(self, result: Result) -> float:
         """Angular frequency of the strongest line, rad/s."""
-        moved, k = path(result, self.point), AXES[self.axis]
         even = np.linspace(result.time[0], result.time[-1], len(result.time))
-        signal = between_samples(result.time, moved.position[:, k], moved.velocity[:, k], even)
+        signal = path(result, self.point).at(even)[:, AXES[self.axis]]
         return strongest_line(even, signal, *self.between)
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field, ValidationError
 
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import point_names
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.scene.base import FrozenMapping, Part, Text
+from exudyn_flexlink.scene.base import Named, Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
 from exudyn_flexlink.shipped import PUBLISHED
 from exudyn_flexlink.source import (
@@ -26,19 +26,19 @@ from exudyn_flexlink.source import (
 from exudyn_flexlink.verification.numbers import PublishedNumber
 
 
-class _Head(Part):
-    """The file, down to its runs."""
-
-    source: Text = Field(description="who published the numbers")
-    runs: Mapping[str, Any] = Field(description="runs of the model, by name")
-
-
-class _RunHead(Part):
-    """One run of the model, down to its numbers."""
+class RunSpec(Part):
+    """One run of the model."""
 
     settings: tuple[Text, ...] = Field((), alias="set", description="such as 'run.duration=2'")
     engine: Literal["exudyn", "lagrangian"] = Field("exudyn", description="who solves it")
-    numbers: Mapping[str, Any] = Field(description="published numbers, by name")
+    numbers: Named[PublishedNumber] = Field(description="published numbers, by name")
+
+
+class PublishedFile(Part):
+    """What a file of published numbers says."""
+
+    source: Text = Field(description="who published the numbers")
+    runs: Named[RunSpec] = Field(description="runs of the model, by name", min_length=1)
 
 
 @dataclass(frozen=True)
@@ -69,44 +69,22 @@ def read_benchmark(file: Path) -> Benchmark:
 
     """
     document = load_document(file)
-    mistakes: list[Mistake] = []
-    head = _checked(_Head, document.data, (), mistakes)
-    heads = {
-        name: _checked(_RunHead, data, ("runs", name), mistakes)
-        for name, data in (head.runs if head else {}).items()
-    }
-    numbers = {
-        name: {
-            what: _checked(PublishedNumber, data, ("runs", name, "numbers", what), mistakes)
-            for what, data in one.numbers.items()
-        }
-        for name, one in heads.items()
-        if one
-    }
-    if not mistakes and not heads:
-        mistakes.append(Mistake(("runs",), "no run is given", on_key=True))
-    if mistakes:
-        raise SceneError(document, mistakes)
+    try:
+        found = PublishedFile.model_validate(document.data)
+    except ValidationError as error:
+        told = mistakes_of(error, PublishedFile, document.data, ())
+        raise SceneError(document, told) from None
     own = file.name.removesuffix(PUBLISHED)
     model = file.with_name(f"{own}.yaml")
-    runs = []
-    for name, one in heads.items():
+    runs, mistakes = list[BenchmarkRun](), list[Mistake]()
+    for name, one in found.runs.items():
         scene = load_scene(model, one.settings)
-        for what, number in numbers[name].items():
+        for what, number in one.numbers.items():
             mistakes += _unknown(number, scene, ("runs", name, "numbers", what))
-        runs.append(BenchmarkRun(name, scene, one.engine, FrozenMapping(numbers[name])))
+        runs.append(BenchmarkRun(name, scene, one.engine, one.numbers))
     if mistakes:
         raise SceneError(document, mistakes)
-    return Benchmark(own, head.source, tuple(runs), document)
-
-
-def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake]) -> Any:
-    """Return what `data` describes, or None after noting its mistakes."""
-    try:
-        return TypeAdapter(annotation).validate_python(data)
-    except ValidationError as error:
-        mistakes += mistakes_of(error, annotation, data, path)
-        return None
+    return Benchmark(own, found.source, tuple(runs), document)
 
 
 def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[Mistake]:

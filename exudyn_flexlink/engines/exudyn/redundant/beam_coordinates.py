@@ -15,7 +15,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import cross
-from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
+from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates, OfBeams
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -238,27 +238,16 @@ class BeamCoordinates(Coordinates):
 
     # --- energies --------------------------------------------------------------------------------
 
-    def kinetic(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Kinetic energy of rigid parts and beams."""
-        total = super().kinetic(q, v)
-        return total + sum(beam.link.shape.kinetic(beam.controls(v)) for beam in self._beams)
-
-    def potential(self, q: FloatArray) -> FloatArray:
-        """Energy of springs, bent and stretched beams, and weight."""
-        total = super().potential(q)
+    def of_beams(self, q: FloatArray, v: FloatArray) -> OfBeams:
+        """What beams have beside what rigid parts and springs do."""
+        found = super().of_beams(q, v)
         for beam in self._beams:
-            shape, controls = beam.link.shape, beam.controls(q)
+            shape, controls, moved = beam.link.shape, beam.controls(q), beam.controls(v)
             weight = shape.elastic.mass * shape.weight_rows() @ controls @ self._gravity
-            total = total + shape.stored(controls) - weight
-        return total
-
-    def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Power lost in springs' dampers and in beams."""
-        total = super().damping_power(q, v)
-        return total + sum(
-            beam.link.shape.damping_power(beam.controls(q), beam.controls(v))
-            for beam in self._beams
-        )
+            found.kinetic[:] += shape.kinetic(moved)
+            found.stored[:] += shape.stored(controls) - weight
+            found.lost[:] += shape.damping_power(controls, moved)
+        return found
 
 
 def _mobility(moving: FloatArray, rows: FloatArray) -> float:

@@ -16,10 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import polynomial
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 LOBATTO = (np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6)
+# Coefficients (powers, 4) of position and slope at both ends, in parts of an element of length 1.
+CUBICS = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [-3, -2, 3, -1], [2, 1, -2, 1]])
 GAUSS = (0.5 + np.array([-0.5, 0.5]) / 3**0.5, np.array([0.5, 0.5]))
 
 
@@ -134,25 +137,8 @@ def cross(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
-def _hermite(x: FloatArray, length: float, derivative: int) -> tuple[FloatArray, ...]:
-    """Cubics of position and slope at both ends of an element, at the parts x of it."""
-    if derivative == 0:
-        return (
-            1 - 3 * x**2 + 2 * x**3,
-            length * (x - 2 * x**2 + x**3),
-            3 * x**2 - 2 * x**3,
-            length * (x**3 - x**2),
-        )
-    if derivative == 1:
-        return (
-            6 * (x**2 - x) / length,
-            1 - 4 * x + 3 * x**2,
-            6 * (x - x**2) / length,
-            3 * x**2 - 2 * x,
-        )
-    return (
-        (12 * x - 6) / length**2,
-        (6 * x - 4) / length,
-        (6 - 12 * x) / length**2,
-        (6 * x - 2) / length,
-    )
+def _hermite(x: FloatArray, length: float, derivative: int) -> FloatArray:
+    """Cubics (4, points) of position and slope at both ends of an element, at its parts x."""
+    slopes = polynomial.polyder(CUBICS, derivative) / length**derivative
+    sizes = np.array([[1.0], [length], [1.0], [length]])
+    return np.asarray(sizes * polynomial.polyval(x, slopes))

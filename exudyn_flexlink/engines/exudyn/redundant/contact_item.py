@@ -10,13 +10,11 @@ from __future__ import annotations
 from math import inf
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE
-from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.intervals import Entry
+from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingCircles, PressingFace
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.recording import Changed
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.intervals import ContactEvent
+from exudyn_flexlink.engines.touching import BECOMES, Change, Moment, Side
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Channel,
@@ -32,6 +30,7 @@ OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is fo
 # to step, and what a far shorter step leaves in them disturbs the next.
 SHORTEST = 0.1
 OVERSHOOT = 0.005  # of a contact's step: the step that ends so far behind a face sees the contact
+BESIDE = 0.05  # of the face's length beyond its ends, where a point may still come over it
 AHEAD = 4  # steps before a contact can begin, from which on its items act
 
 
@@ -58,37 +57,36 @@ class ContactItem:
             self.items = PressingCircles(system, contact)
         else:
             self.items = PressingFace(system, contact)
-        self.geometry = self.items.geometry
         self.channel = channel
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
-        self._touch: Touch | None = None
+        self.touch: Touch | None = None  # at the last look
         state = system.assembly.state
-        start = self.geometry.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
-        self.behind = not self.walled and start.gap < -TOUCHING
-        self.pressed = False
-        self.jumped = False  # its force, at the last step
-        self.entry: Entry | None = None  # of what began or ended in the last step
+        start = self.items.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
+        behind = not self.walled and start.gap < -TOUCHING
+        self.side = Side.BEHIND if behind else Side.APART
+        self.changed: Changed | None = None  # what happened to it as the last step ended
 
     @property
     def broken(self) -> bool:
         """Whether the link is so deep in a wall that it can't come back."""
-        if self.channel is None or self._touch is None or not self.pressed:
+        if self.channel is None or self.touch is None or self.side is not Side.PRESSED:
             return False
-        return -self._touch.gap > deepest_allowed(self.channel)
+        return -self.touch.gap > deepest_allowed(self.channel)
 
     def after_step(self, now: StepEnd, step: float) -> float:
-        """Note what began or ended in the last step; return the next step (s)."""
-        touch, before = self.geometry.touch(now.q_list, now.v_list), self._touch
-        self.jumped, self.entry = False, None
-        self._note(touch, now, before)
+        """Tell what began or ended with the last step; return the next step (s)."""
+        touch, before = self.items.touch(now.q_list, now.v_list), self.touch
+        self.changed = self._change(touch, now, before)
+        if self.changed is not None:
+            self.side = BECOMES[self.side, self.changed.what]
         if before is not None and now.step > 0:
             touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
             touch.slip_bend = (touch.slip - before.slip) / now.step
-        self._touch = touch
-        if self.behind:
+        self.touch = touch
+        if self.side is Side.BEHIND:
             self.items.wake(False)
             return self._toward_free_side(touch, step)
-        if self.pressed:
+        if self.side is Side.PRESSED:
             return self._while_pressed(touch, step)
         if touch.gap < 0 or self._two_sided:
             return self._toward_face(touch, step)
@@ -97,42 +95,35 @@ class ContactItem:
     def rest(self) -> None:
         """Cost nothing until the next look: it can't touch before that."""
         self.items.wake(False)
-        self._touch, self.jumped, self.entry = None, False, None
+        self.touch = self.changed = None
 
     def aim(self, step: float) -> None:
         """Prepare the force for the next step, which is known now."""
-        if self.items.awake and self._touch is not None:
-            self.items.aim(self._touch, step)
+        if self.items.awake and self.touch is not None:
+            self.items.aim(self.touch, step)
 
     # --- what happened -------------------------------------------------------------------------
 
-    def _note(self, touch: Touch, now: StepEnd, before: Touch | None) -> None:
-        slid = REACHED * now.step * touch.slip
-        on_face = self._on_face(touch.place + slid)
-        beyond = touch.gap < 0 or self._two_sided
-        if self.pressed and not beyond:
-            self.pressed = False
-            self._tell(now, "contact ends", touch, before)
-        elif self.pressed and not on_face:
-            self.pressed, self.behind = False, not self.walled
-            self._tell(now, "leaves the face", touch, before)
-            self.jumped = True
-        elif not self.pressed and not self.behind and beyond:
-            if on_face:
-                self.pressed = True
-                self._tell(now, "contact begins", touch, before)
-                self.jumped = -touch.gap > abs(touch.gap_rate) * now.step + OPEN
-            else:
-                self.behind = not self.walled
-        elif self.behind and touch.gap >= 0:
-            self.behind = False
-
-    def _tell(self, now: StepEnd, kind: ContactEvent, touch: Touch, before: Touch | None) -> None:
-        speed = -touch.gap_rate
-        if kind == "contact begins" and before is not None:
-            # The step that found the contact ended in it, already slowed down a little.
-            speed = max(speed, -before.gap_rate)
-        self.entry = Entry(now.time, self.index, kind, touch, speed)
+    def _change(self, touch: Touch, now: StepEnd, before: Touch | None) -> Changed | None:
+        """Tell what happened as a step ended at `touch`."""
+        on_face = self._on_face(touch.place + REACHED * now.step * touch.slip)
+        beyond, leaps, rate = touch.gap < 0 or self._two_sided, False, touch.gap_rate
+        if self.side is Side.PRESSED:
+            if beyond and on_face:
+                return None
+            leaps = beyond
+            what = Change.SLIDES_OFF if leaps and not self.walled else Change.OPENS
+        elif self.side is Side.APART and beyond and on_face:
+            what = Change.CLOSES
+            leaps = -touch.gap > abs(rate) * now.step + OPEN
+            if before is not None:
+                # The step that found the contact ended in it, already slowed down a little.
+                rate = min(rate, before.gap_rate)
+        elif not self.walled and beyond == (self.side is Side.APART):
+            what = Change.PASSES
+        else:
+            return None
+        return Changed(self.index, what, Moment(now.time, touch.place, rate), leaps)
 
     # --- steps ---------------------------------------------------------------------------------
 
@@ -141,8 +132,8 @@ class ContactItem:
         if not self._two_sided:  # what is held on both sides strikes nothing
             step = self._toward_release(touch, min(step, self.contact_step))
         until = inf
-        if abs(touch.slip) * step > EDGE * self.geometry.length:
-            left = self.geometry.length - touch.place if touch.slip > 0 else touch.place
+        if abs(touch.slip) * step > EDGE * self.items.length:
+            left = self.items.length - touch.place if touch.slip > 0 else touch.place
             until = left / abs(touch.slip)
         if until > 1.5 * self.contact_step:
             return end_on(step, until - self.contact_step)
@@ -156,7 +147,7 @@ class ContactItem:
 
     def _while_apart(self, touch: Touch, step: float) -> float:
         gap = max(touch.gap, OPEN)
-        until = self.geometry.meeting(touch, gap)
+        until = self.items.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
         at = touch.place + touch.slip * until if until < inf else inf
         if not self._can_meet(touch, at):
@@ -177,14 +168,14 @@ class ContactItem:
 
     def _on_face(self, at: float) -> bool:
         """Tell whether a place is on the face; circles, of infinite length, have no ends."""
-        length = self.geometry.length
+        length = self.items.length
         return -EDGE * length <= at <= (1 + EDGE) * length
 
     def _can_meet(self, touch: Touch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""
-        margin = BESIDE * self.geometry.length
+        margin = BESIDE * self.items.length
         low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
-        return at < inf and high >= 0 and low <= self.geometry.length
+        return at < inf and high >= 0 and low <= self.items.length
 
     def _toward_free_side(self, touch: Touch, step: float) -> float:
         """Behind the face nothing acts; a step ends where the point is back on the free side."""
@@ -197,6 +188,6 @@ class ContactItem:
         self.items.wake(False)
         if touch.place < 0 < touch.slip:
             return end_on(step, -touch.place / touch.slip)
-        if touch.place > self.geometry.length and touch.slip < 0:
-            return end_on(step, (self.geometry.length - touch.place) / touch.slip)
+        if touch.place > self.items.length and touch.slip < 0:
+            return end_on(step, (self.items.length - touch.place) / touch.slip)
         return step

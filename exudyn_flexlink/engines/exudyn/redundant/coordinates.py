@@ -6,6 +6,8 @@ parts: x, y and angle of each. Where every part is a rigid body both are the sam
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
@@ -13,10 +15,17 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
     Contact,
-    EnergyMeter,
     accelerations,
     half_period,
 )
+
+
+class OfBeams(NamedTuple):
+    """Kinetic energy and energy stored in beams (instants,), J, and the power they lose, W."""
+
+    kinetic: FloatArray
+    stored: FloatArray
+    lost: FloatArray
 
 
 class Coordinates:
@@ -28,7 +37,6 @@ class Coordinates:
     def __init__(self, assembly: Assembly) -> None:
         self.assembly = assembly
         self.mechanism = assembly.mechanism
-        self._meter = EnergyMeter(self.mechanism)
         self.weights = np.array([(1, 1, part.reach) for part in self.mechanism.parts]).ravel()
 
     def start(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -54,17 +62,9 @@ class Coordinates:
         """Poses and rates (instants, parts, 3) of every part, for the Result."""
         return self.at_joints(q, v)
 
-    def kinetic(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Kinetic energy, J, (instants,)."""
-        return self._meter.kinetic(*self.at_joints(q, v))
-
-    def potential(self, q: FloatArray) -> FloatArray:
-        """Energy of springs and weight, J, (instants,)."""
-        return self._meter.potential(self.at_joints(q, q)[0])
-
-    def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Power lost in dampers, W, never negative, (instants,)."""
-        return self._meter.damping_power(*self.at_joints(q, v))
+    def of_beams(self, q: FloatArray, v: FloatArray) -> OfBeams:  # noqa: ARG002
+        """What beams have beside what rigid parts and springs do: here there are none."""
+        return OfBeams(*np.zeros((3, len(q))))
 
     def half_period(self, contact: Contact | Channel) -> float:
         """Half the period of a contact's stiffness with the least mass behind it, s."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from math import inf, isfinite
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.ending import of_turns
-from exudyn_flexlink.engines.exudyn.redundant.intervals import Written
-from exudyn_flexlink.engines.exudyn.redundant.recording import just_before
+from exudyn_flexlink.engines.ending import checks, of_turns
+from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept
 from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.exudyn.reporting import (
@@ -24,7 +24,9 @@ from exudyn_flexlink.engines.exudyn.reporting import (
 from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.mechanism import (
     Assembly,
+    Motor,
     Pin,
+    Slide,
     Weld,
     force_at,
     left_of,
@@ -41,7 +43,7 @@ from exudyn_flexlink.result import (
     Outcome,
     Result,
 )
-from exudyn_flexlink.scene import PrismaticJoint, Scene
+from exudyn_flexlink.scene import PointsJoint, Scene
 
 METHOD, ORDER = "generalised-alpha, index 3", 2
 
@@ -58,45 +60,113 @@ class Prepared:
 
 def finish(prepared: Prepared, complaint: str) -> Result:
     """Put the Result together; its timings are still to come."""
-    kept = {
-        key: np.concatenate(value) for key, value in vars(prepared.loop.recorder.samples).items()
-    }
-    poses, rates, mechanism = kept["poses"], kept["rates"], prepared.assembly.mechanism
-    written = _written(prepared)
-    deepest = written.seeker.deepest
-    forces = kept["forces"]
-    histories = Histories(mechanism, poses, rates, forces, deepest, written.intervals)
-    return Result(
-        scene=prepared.scene,
-        engine="exudyn",
-        settings=_settings(prepared),
-        versions=versions(),
-        timings={},
-        part_names=tuple(part.name for part in mechanism.parts),
-        time=kept["time"],
-        poses=poses,
-        rates=rates,
-        drive_torques=_torques(prepared, kept),
-        drive_forces=_drive_forces(prepared, kept),
-        joint_forces=_joint_forces(prepared, poses, kept["multipliers"])
-        | histories.bearing_forces(),
-        slot_forces=_slot_forces(prepared, poses, kept),
-        spring_forces={
-            spring.name: spring_force(spring, poses, rates)
-            for spring in mechanism.linear_springs
-            if spring.name in prepared.scene.springs
-        },
-        contacts=histories.contacts(),
-        bearings=histories.bearings(),
-        sleeves=histories.sleeves(),
-        energy=EnergyHistory(*kept["energies"].T),
-        extremes=prepared.loop.recorder.seeker.extremes(),
-        # A lap that begins as the run ends is none.
-        laps=tuple(lap for lap in prepared.loop.events if lap.time < prepared.loop.end),
-        checks=_checks(prepared),
-        warnings=tuple(_warnings(prepared)),
-        outcome=_outcome(prepared, complaint),
-    )
+    return _RunReader(prepared).result(complaint)
+
+
+class _RunReader:
+    """Reads what a run recorded, and puts its Result together."""
+
+    def __init__(self, prepared: Prepared) -> None:
+        self.prepared, self.recorder = prepared, prepared.loop.recorder
+        self.mechanism, self.system = prepared.assembly.mechanism, prepared.system
+        self.kept = self.recorder.all_kept()
+        self.poses, self.rates = self.recorder.motion(self.kept)
+        own: SolverKept = self.kept.own
+        self.multipliers = own.multipliers
+        # Drives are as they were within the step that ended there.
+        self.state = np.maximum(self.kept.t - BESIDE, 0.0), self.poses, self.rates
+
+    def result(self, complaint: str) -> Result:
+        """Return the Result; its timings are still to come."""
+        prepared, recorder, loop = self.prepared, self.recorder, self.prepared.loop
+        touching = [own.touch for own in loop.contacts.all]
+        places = np.array([0.0 if own is None else own.place for own in touching])
+        deepest = recorder.seeker.deepest
+        histories = Histories(
+            self.mechanism, self.poses, self.rates, self.kept.press, deepest,
+            lambda first, count: recorder.intervals(first, places[first:][:count]),
+        )  # fmt: skip
+        energies = recorder.energies(self.kept, self.poses, self.rates)
+        return Result(
+            scene=prepared.scene,
+            engine="exudyn",
+            settings=_settings(prepared),
+            versions=versions(),
+            timings={},
+            part_names=tuple(part.name for part in self.mechanism.parts),
+            time=self.kept.t,
+            poses=self.poses,
+            rates=self.rates,
+            drive_torques=self._torques(),
+            drive_forces=self._drive_forces(),
+            joint_forces=self._joint_forces() | histories.bearing_forces(),
+            slot_forces={
+                slot.slot.name: slot.force(self.multipliers, self.poses, self.kept.places[:, k])
+                for k, slot in enumerate(loop.slots)
+            },
+            spring_forces={
+                spring.name: spring_force(spring, self.poses, self.rates)
+                for spring in self.mechanism.linear_springs
+                if spring.name in prepared.scene.springs
+            },
+            contacts=histories.contacts(),
+            bearings=histories.bearings(),
+            sleeves=histories.sleeves(),
+            energy=EnergyHistory(*energies.T),
+            extremes=recorder.seeker.extremes(),
+            # A lap that begins as the run ends is none.
+            laps=tuple(lap for lap in loop.events if lap.time < loop.end),
+            checks=self._checks(),
+            warnings=tuple(_warnings(prepared)),
+            outcome=_outcome(prepared, complaint),
+        )
+
+    def _torques(self) -> dict[str, FloatArray]:
+        """Torque of each drive that has one on its joint's second part, N m."""
+        torques = {
+            motor.name: -self.multipliers[:, row]
+            for motor, row in self._motors()
+            if motor.slide is None
+        }
+        for torque in self.mechanism.torque_motors:
+            torques[torque.name] = sizes_at(torque.size, *self.state)
+        return torques
+
+    def _drive_forces(self) -> dict[str, FloatArray]:
+        """Force of each drive that has one, at its point or on its joint's second part, N."""
+        found = {force.name: force_at(force, *self.state) for force in self.mechanism.forces}
+        for motor, row in self._motors():
+            if motor.slide:
+                line = line_of(motor.slide, self.poses)
+                found[motor.name] = -self.multipliers[:, row, None] * line
+        return found
+
+    def _motors(self) -> Iterator[tuple[Motor, int]]:
+        """Speed motors, and the multiplier that is the torque or force of each."""
+        return zip(self.mechanism.speed_motors, self.recorder.motor_rows, strict=True)
+
+    def _joint_forces(self) -> dict[str, FloatArray]:
+        """Force of each joint of two points of the scene on its second one, N, global axes."""
+        system, joints, found = self.system, self.prepared.scene.joints, {}
+        mechanism = self.mechanism
+        held: list[Pin | Weld | Slide] = [*mechanism.pins, *mechanism.welds, *mechanism.slides]
+        for joint in held:
+            if not isinstance(joints.get(joint.name), PointsJoint):
+                continue
+            rows = system.multipliers(system.joints[joint.name])
+            if isinstance(joint, Slide):
+                normal = left_of(line_of(joint, self.poses))
+                found[joint.name] = -self.multipliers[:, rows[:1]] * normal
+            else:
+                found[joint.name] = -self.multipliers[:, rows]
+        return found
+
+    def _checks(self) -> Checks:
+        given = self.prepared.scene.accuracy.step
+        loop, recorder = self.prepared.loop, self.recorder
+        deepest = float(recorder.seeker.deepest.max(initial=0.0))
+        per_contact = min((own.resolution.steps(given) for own in loop.contacts.all), default=inf)
+        return replace(checks(loop, recorder, deepest), steps_per_contact=per_contact)
 
 
 def _settings(prepared: Prepared) -> EngineSettings:
@@ -117,87 +187,10 @@ def _settings(prepared: Prepared) -> EngineSettings:
     )
 
 
-def _written(prepared: Prepared) -> Written:
-    """Return what the run wrote down of its contacts and of its channels' pairs."""
-    recorder, entries = prepared.loop.recorder, prepared.loop.contacts.entries
-    at_end = list(zip(recorder.impulse.tolist(), recorder.work.tolist(), strict=True))
-    return Written(entries, recorder.totals, at_end, recorder.force.tolist(), recorder.seeker)
-
-
-def _torques(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Torque of each drive that has one on its joint's second part, N m."""
-    mechanism = prepared.assembly.mechanism
-    time, poses, rates = just_before(kept["time"]), kept["poses"], kept["rates"]
-    rows = prepared.loop.recorder.motor_rows
-    torques = {
-        motor.name: -kept["multipliers"][:, row]
-        for motor, row in zip(mechanism.speed_motors, rows, strict=True)
-        if motor.slide is None
-    }
-    for torque in mechanism.torque_motors:
-        torques[torque.name] = sizes_at(torque.size, time, poses, rates)
-    return torques
-
-
-def _drive_forces(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Force of each drive that has one, at its point or on its joint's second part, N."""
-    mechanism = prepared.assembly.mechanism
-    state = just_before(kept["time"]), kept["poses"], kept["rates"]
-    found = {force.name: force_at(force, *state) for force in mechanism.forces}
-    for motor, row in zip(mechanism.speed_motors, prepared.loop.recorder.motor_rows, strict=True):
-        if motor.slide:
-            line = line_of(motor.slide, kept["poses"])
-            found[motor.name] = -kept["multipliers"][:, row, None] * line
-    return found
-
-
-def _joint_forces(
-    prepared: Prepared, poses: FloatArray, multipliers: FloatArray
-) -> dict[str, FloatArray]:
-    """Force of each joint of two points of the scene on its second one, N, global axes."""
-    system, joints = prepared.system, prepared.scene.joints
-    found = {}
-    meeting: tuple[Pin | Weld, ...] = (*system.mechanism.pins, *system.mechanism.welds)
-    for pin in meeting:
-        if pin.name in joints:
-            found[pin.name] = -multipliers[:, system.multipliers(system.joints[pin.name])]
-    for slide in system.mechanism.slides:
-        if isinstance(joints.get(slide.name), PrismaticJoint):
-            across = multipliers[:, system.multipliers(system.joints[slide.name])[0]]
-            found[slide.name] = -across[:, None] * left_of(line_of(slide, poses))
-    return found
-
-
-def _slot_forces(
-    prepared: Prepared, poses: FloatArray, kept: dict[str, FloatArray]
-) -> dict[str, FloatArray]:
-    return {
-        slot.slot.name: slot.force(kept["multipliers"], poses, kept["places"][:, k])
-        for k, slot in enumerate(prepared.loop.slots)
-    }
-
-
-def _checks(prepared: Prepared) -> Checks:
-    loop, recorder = prepared.loop, prepared.loop.recorder
-    given = prepared.scene.accuracy.step
-    per_contact = min((own.resolution.steps(given) for own in loop.contacts.all), default=inf)
-    return Checks(
-        energy_residual=recorder.energy_residual,
-        largest_kinetic_energy=recorder.largest_kinetic_energy,
-        constraint_error=recorder.constraint_error,
-        steps=max(recorder.steps, 0),
-        newton_iterations=int(prepared.system.mbs.sys["dynamicSolver"].it.newtonStepsCount),
-        smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
-        largest_step=loop.largest_step,
-        steps_per_contact=per_contact,
-        largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
-    )
-
-
 def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
-    touched = any(entry.kind == "contact begins" for entry in prepared.loop.contacts.entries)
+    touched = bool(prepared.loop.contacts.touches.ever)
     resolutions = [contact.resolution for contact in prepared.loop.contacts.all]
     shorter = [own for own in resolutions if given is not None and own.step < given]
     if given is None or not (touched and shorter):

@@ -12,12 +12,14 @@ the same way from the gap expected at the step's end.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from math import atan2, cos, inf, sin, sqrt
+from typing import Any, NamedTuple
 
+from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
-from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.redundant.geometry import CircleGeometry, FaceGeometry
+from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
@@ -27,13 +29,22 @@ Law = Callable[..., Any]
 COORDINATE_SPRING, SPRING = "ObjectConnectorCoordinateSpringDamper", "ObjectConnectorSpringDamper"
 
 
-class Pressing:
+class Aim(NamedTuple):
+    """Where friction acts on the second part and on the first, along what, and by which grip."""
+
+    struck: Vector
+    striking: Vector
+    along: Vector
+    grip: float = 1.0
+
+
+class Pressing(ABC):
     """Connector of one contact's normal force, and of its friction if there is any.
 
-    `geometry` tells where the contact is; whoever inherits has one for its shape.
+    Whoever inherits tells where the contact is and where it will be, by its shape.
     """
 
-    geometry: FaceGeometry | CircleGeometry
+    length: float  # m, of the face; circles have no ends
 
     def __init__(self, system: System, contact: Contact, normal: int) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
@@ -47,6 +58,18 @@ class Pressing:
             self._items.append(self._slip)
         self.awake = False
 
+    @abstractmethod
+    def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
+        """Evaluate at the coordinates and velocities of all parts, one after the other."""
+
+    @abstractmethod
+    def meeting(self, touch: Touch, gap: float) -> float:
+        """Time (s) until the gap (m) closes as it does now; inf if it does not."""
+
+    @abstractmethod
+    def _aim(self, touch: Touch, step: float) -> Aim:
+        """Where they touch at the end of a step (s) that begins at `touch`."""
+
     def wake(self, awake: bool) -> None:
         """Let the contact act in the next step, or cost nothing."""
         if awake == self.awake:
@@ -59,7 +82,7 @@ class Pressing:
         """Prepare for a step of a length (s) that begins at `touch`."""
         if self._friction is None:
             return
-        aim = self.geometry.aim(touch, step)
+        aim = self._aim(touch, step)
         places = ("localPosition0", aim.struck), ("localPosition1", aim.striking)
         for name, (x, y) in (*places, ("axis0", aim.along)):
             self._mbs.SetMarkerParameter(self._slip_marker, name, [x, y, 0.0])
@@ -72,11 +95,11 @@ class Pressing:
 class PressingFace(Pressing):
     """The force of a point against a face."""
 
-    geometry: FaceGeometry
-
     def __init__(self, system: System, contact: FaceContact) -> None:
-        self.geometry = FaceGeometry(contact)
-        (ex, ey), side = self.geometry.along, contact.side or 1.0
+        self._faces = Faces(contact)
+        self.length = contact.length
+        self._point, self._start = _Place(contact.point), _Place(contact.start)
+        (ex, ey), side = self._faces.along, contact.side or 1.0
         law = _law(system, contact.law, 1.0 if contact.side else 0.0, COORDINATE_SPRING)
         anchors = contact.start, contact.point
         self._marker, item = _across(system, anchors, (-side * ey, side * ex), law)
@@ -84,16 +107,45 @@ class PressingFace(Pressing):
 
     def aim(self, touch: Touch, step: float) -> None:
         """Prepare for a step of a length (s) that begins at `touch`."""
-        x, y = self.geometry.on_face(self.geometry.ahead(touch, step))
+        x, y = self._ahead(touch, step)
         self._mbs.SetMarkerParameter(self._marker, "localPosition0", [x, y, 0.0])
         super().aim(touch, step)
+
+    def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
+        """Evaluate at the coordinates and velocities of all parts, one after the other."""
+        (px, py), (pu, pv), _, _ = self._point.state(q, v)
+        (sx, sy), (su, sv), angle, turning = self._start.state(q, v)
+        touch, _, self._side = self._faces.touch(
+            (px - sx, py - sy), (pu - su, pv - sv), angle, turning
+        )
+        return touch
+
+    def _ahead(self, touch: Touch, step: float) -> Vector:
+        """Where they touch at the end of a step (s), on the face, in the axes of its part."""
+        place = touch.place + step * (touch.slip + 0.5 * step * touch.slip_bend)
+        (bx, by), (ex, ey) = self._start.own, self._faces.along
+        return bx + place * ex, by + place * ey
+
+    def meeting(self, touch: Touch, gap: float) -> float:
+        """Time (s) until the gap closes as it does now; inf if it does not."""
+        return -gap / touch.gap_rate if touch.gap_rate < 0 else inf
+
+    def _aim(self, touch: Touch, step: float) -> Aim:
+        """Where they touch at the end of a step (s) that begins at `touch`."""
+        (x, y), (ex, ey) = self._ahead(touch, step), self._faces.along
+        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
+        lateral = self._side * gap
+        return Aim((x - lateral * ey, y + lateral * ex), self._point.own, (ex, ey))
 
 
 class PressingCircles(Pressing):
     """The force of two circles: that of a spring between their centres."""
 
+    length = inf
+
     def __init__(self, system: System, contact: CircleContact) -> None:
-        self.geometry = CircleGeometry(contact)
+        self._circles = Circles(contact)
+        self._first, self._second = _Place(contact.first), _Place(contact.second)
         law = _law(system, contact.law, -1.0 if contact.inside else 1.0, SPRING)
         markers = [system.point_marker(contact.second), system.point_marker(contact.first)]
         item = system.mbs.AddObject(
@@ -105,6 +157,70 @@ class PressingCircles(Pressing):
             )
         )
         super().__init__(system, contact, int(item))
+
+    def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
+        """Evaluate at the coordinates and velocities of all parts, one after the other."""
+        (px, py), (pu, pv), first, spin = self._first.state(q, v)
+        (sx, sy), (su, sv), second, turning = self._second.state(q, v)
+        touch, (nx, ny), far = self._circles.touch(
+            (px - sx, py - sy), (pu - su, pv - sv), (spin, turning), second
+        )
+        # For `meeting` and `_aim`: how the centres move past each other, and directions with rates.
+        self._past = nx * (pv - sv) - ny * (pu - su)
+        around = self._past / far if far > 0 else 0.0
+        way = atan2(ny, nx)
+        self._in_first, self._in_second = (
+            (way - first, around - spin),
+            (way - second, around - turning),
+        )
+        return touch
+
+    def meeting(self, touch: Touch, gap: float) -> float:
+        """Time (s) until they touch if their centres go straight on; inf if they don't."""
+        circles = self._circles
+        far = circles.distance + circles.way * gap
+        rate = far * circles.way * touch.gap_rate
+        square = touch.gap_rate**2 + self._past**2
+        left = far * far - circles.distance**2
+        under = rate * rate - square * left
+        if square == 0 or under < 0 or (left >= 0 and rate >= 0):
+            return inf
+        return (-rate - sqrt(under) if left > 0 else -rate + sqrt(under)) / square
+
+    def _aim(self, touch: Touch, step: float) -> Aim:
+        """Where they touch at the end of a step (s) that begins at `touch`."""
+        ahead = self._in_second[0] + step * self._in_second[1]
+        behind = self._in_first[0] + step * self._in_first[1]
+        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
+        part, arm = self._circles.grip(gap)
+        arm /= part
+        edge = self._circles.distance + self._circles.way * gap + arm
+        (ax, ay), (bx, by) = self._first.own, self._second.own
+        c, s = cos(ahead), sin(ahead)
+        return Aim(
+            (bx + edge * c, by + edge * s),
+            (ax + arm * cos(behind), ay + arm * sin(behind)),
+            (-s, c),
+            part,
+        )
+
+
+class _Place:
+    """A place on a part, or on the ground."""
+
+    def __init__(self, anchor: Anchor) -> None:
+        self._row = None if anchor.part == GROUND else 3 * anchor.part
+        self.own = anchor.x, anchor.y
+
+    def state(self, q: Sequence[float], v: Sequence[float]) -> tuple[Vector, Vector, float, float]:
+        """Place, velocity, angle of the part and its rate."""
+        if self._row is None:
+            return self.own, (0.0, 0.0), 0.0, 0.0
+        x, y, angle = q[self._row : self._row + 3]
+        u, w, spin = v[self._row : self._row + 3]
+        c, s = cos(angle), sin(angle)
+        rx, ry = c * self.own[0] - s * self.own[1], s * self.own[0] + c * self.own[1]
+        return (x + rx, y + ry), (u - spin * ry, w + spin * rx), angle, spin
 
 
 def _law(

@@ -1,22 +1,21 @@
-"""From the solver's steps to even samples, energies and checks, block by block.
+"""The recorder of redundant coordinates: of many steps of Exudyn's solver at once.
 
-Every step is copied into preallocated arrays; a full block is worked off at once with numpy, and
-only samples and running sums are kept, so that memory does not grow with the number of steps.
-Positions between steps follow the cubic through positions and velocities at both ends.
+Each step is known by its two ends and is a cubic in between. Neighbours share none: what a drive
+does may leap from one step to the next, and so may the force of a contact.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.redundant.between import Between
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
+from exudyn_flexlink.engines.recording import BLOCK, BlockRecorder, Kept, Steps, together
+from exudyn_flexlink.engines.touching import Change, Moment, Touches
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     anchor_velocity,
@@ -24,60 +23,55 @@ from exudyn_flexlink.mechanism import (
     force_at,
     joint_residuals,
     motor_place,
-    motor_speed,
     sizes_at,
     turning,
 )
 
-BLOCK = 1024  # steps
-BESIDE = (-2e-12, 2e-12)  # s: twice as near as steps end at the knots of a drive
+BESIDE = 2e-12  # s: twice as near as steps end at the knots of a drive
 
 
-def just_before(time: FloatArray) -> FloatArray:
-    """Instants (s) at which drives are as they were within the step that ends there."""
-    return np.maximum(time + BESIDE[0], 0.0)
+class Changed(NamedTuple):
+    """What happens to a contact as a step ends; its force `leaps` there, or goes on from zero."""
+
+    contact: int
+    what: Change
+    now: Moment
+    leaps: bool
 
 
-@dataclass
-class Samples:
-    """What is kept of a run; lists of arrays, one for each block."""
-
-    time: list[FloatArray] = field(default_factory=list)
-    poses: list[FloatArray] = field(default_factory=list)  # of parts, (samples, parts, 3)
-    rates: list[FloatArray] = field(default_factory=list)
-    multipliers: list[FloatArray] = field(default_factory=list)
-    places: list[FloatArray] = field(default_factory=list)
-    forces: list[FloatArray] = field(default_factory=list)  # of contacts, (samples, contacts)
-    energies: list[FloatArray] = field(default_factory=list)  # kinetic stored dissipated supplied
+_Balanced = tuple[FloatArray, FloatArray]  # instants (m,), s, and multipliers (m, rows) there
 
 
-@dataclass(frozen=True)
-class _Block:
-    """Steps worked off together; `q`, `v` are the solver's coordinates.
+class SolverKept(NamedTuple):
+    """The solver's coordinates, velocities and Lagrange multipliers (m, ...) at instants."""
 
-    Energy (J, since time 0) and power (W) of dampers and drives are (steps,); forces (N) of
-    contacts, what they store (J) and what they lost since time 0 (J) are (steps, contacts).
-    """
-
-    time: FloatArray
     q: FloatArray
     v: FloatArray
-    damped: FloatArray
-    damping: FloatArray
-    supplied: FloatArray
-    supply: FloatArray
-    forces: FloatArray
-    stored: FloatArray
-    losses: FloatArray
+    multipliers: FloatArray
+    elastic: FloatArray  # energy that contacts store, J
 
 
-class Recorder:
-    """Takes every step, keeps samples at `grid` (s, increasing) and at the times of events.
+class _States(NamedTuple):
+    """States of the solver at instants (m,), with the slots' places."""
 
-    `motor_rows` are the multipliers that are torques, or forces, of speed motors. Of every contact
-    `impulse` (N s) and `work` (J) are those so far, what it stores included, and `force` (N) is
-    that at the last step, in which it may have begun: (contacts,).
+    t: FloatArray
+    q: FloatArray
+    v: FloatArray
+    multipliers: FloatArray
+    places: FloatArray
+
+    def pick(self, which: slice) -> _States:
+        """Return some of them."""
+        return _States(*(column[which] for column in self))
+
+
+class Recorder(BlockRecorder):
+    """Takes the steps of a system.
+
+    `motor_rows` are the multipliers that are torques, or forces, of speed motors.
     """
+
+    ends_kept = 4  # steps are short
 
     def __init__(
         self,
@@ -85,174 +79,135 @@ class Recorder:
         grid: FloatArray,
         spectral_radius: float,
         seeker: ExtremeSeeker,
+        touches: Touches,
     ) -> None:
+        super().__init__(system.mechanism, grid, seeker, touches)
         self.coordinates = system.coordinates
-        self.mechanism = system.mechanism
-        self.contacts = contacts = seeker.contacts  # of the scene, then its channels' pairs
-        self.grid = grid
-        self.seeker = seeker
         self.motor_rows = [system.multipliers(item)[0] for item in system.motors]
-        self.samples = Samples()
-        self.energy_residual = 0.0
-        self.largest_kinetic_energy = 0.0
-        self.constraint_error = 0.0
-        self.steps = -1  # the state at time 0 is no step
-        width = len(self.coordinates.weights)
-        constraints = len(system.mbs.systemData.GetAECoordinates())
-        count, slots = len(contacts), len(self.mechanism.slots)
         # Generalised-alpha balances forces not at the end of a step but at the weighted mean of
         # both ends. Multipliers averaged so are free of the alternating error that the integrator
         # leaves in them after every jump.
         self._alpha = spectral_radius / (1 + spectral_radius)
-        self._balanced: tuple[FloatArray, float] | None = None  # last of the block before
-        self._time = np.empty(BLOCK)
-        self._balanced_at = np.empty(BLOCK)
-        self._q, self._v = np.empty((BLOCK, width)), np.empty((BLOCK, width))
-        self._raw = np.empty((BLOCK, constraints))
-        self._multipliers = np.empty((BLOCK, constraints))
-        self._pressed = np.zeros((BLOCK, count), dtype=bool)
-        self._places = np.empty((BLOCK, slots))
-        self._count = 0
-        self._marks: list[float] = []
-        self._notes: list[tuple[int, int]] = []  # row and contact, of this block
-        self.totals: list[tuple[float, float]] = []  # impulse and loss at every note
-        self._sampled_to = -np.inf
-        self._damped = self._supplied = 0.0
-        self.impulse, self.work, self.force = (np.zeros(count) for _ in range(3))
-        self._start_energy: float | None = None
+        self._balanced: tuple[float, FloatArray] | None = None  # the last of the block before
+        # Instants, coordinates, velocities, multipliers and slots' places at the ends of steps.
+        self._rows: list[tuple[float, FloatArray, FloatArray, FloatArray, list[float]]] = []
+        self._changes: list[tuple[int, Changed]] = []  # with the row where each happened
+        self._events: list[float] = []  # instants (s) at which contacts of the scene changed
 
-    def take(
-        self,
-        now: StepEnd,
-        multipliers: FloatArray,
-        pressed: BoolArray,
-        places: list[float],
-    ) -> None:
-        """Copy one step: which contacts press, and the slots' places, beside the state."""
-        if self._count == BLOCK:
-            self.flush()
-        i = self._count
-        self._time[i] = now.time
-        self._q[i], self._v[i] = now.q, now.v
-        self._raw[i] = multipliers
-        self._pressed[i] = pressed
-        if places:
-            self._places[i] = places
-        self._count += 1
-        self.steps += 1
+    def note(self, changed: Changed) -> None:
+        """Note what happened to a contact where the step ends that is taken next."""
+        self._changes.append((len(self._rows), changed))
+        if changed.contact < self._marked:
+            time = changed.now.time
+            self._events += [np.nextafter(time, 0.0), time] if changed.leaps else [time]
 
-    def mark(self, time: float) -> None:
-        """Keep a sample at this time too; it must be that of a step not yet flushed."""
-        self._marks.append(time)
+    def take(self, now: StepEnd, multipliers: FloatArray, places: list[float]) -> None:
+        """Take the end of a step, and where it leaves the slots' points; first the start."""
+        self._rows.append((now.time, now.q, now.v, multipliers, places))
+        if len(self._rows) > BLOCK:
+            self.work_off()
 
-    def mark_last(self) -> None:
-        """Keep a sample at the last step that was taken."""
-        if self._count:
-            self._marks.append(float(self._time[self._count - 1]))
-
-    def note(self, contact: int) -> None:
-        """Keep impulse and loss of a contact at the step that is taken next."""
-        if self._count == BLOCK:
-            self.flush()
-        self._notes.append((self._count, contact))
-
-    def flush(self) -> None:
-        """Work off the block; its last step stays as the first of the next."""
-        # SciPy's integrals take 20 ms to import, which other formulations should not wait for.
-        from scipy.integrate import cumulative_trapezoid  # noqa: PLC0415
-
-        n = self._count
-        if n == 0 or (n == 1 and self._sampled_to == self._time[0]):
+    def work_off(self) -> None:
+        """Work off the steps that wait; the end of the last is where the next ones start."""
+        first, count = self._balanced is None, len(self._rows)
+        if count == 0 or (count == 1 and not first):
             return
-        time, q, v = self._time[:n], self._q[:n], self._v[:n]
-        poses, rates = self.coordinates.at_joints(q, v)
-        self._balance(n)
-        self._seek(time, self.coordinates.shown(q, v))
-        forces, stored, power = self._contacts(poses, rates, self._pressed[:n])
-        reached = partial(cumulative_trapezoid, x=time, axis=0, initial=0)
-        impulses, work = self.impulse + reached(forces), self.work + reached(power)
-        damping = self.coordinates.damping_power(q, v)
-        supplied, supply = self._motors(time, poses, rates)
-        block = _Block(
-            time,
-            q,
-            v,
-            damped=self._damped + reached(damping),
-            damping=damping,
-            supplied=self._supplied + supplied,
-            supply=supply,
-            forces=forces,
-            stored=stored,
-            losses=work - stored,
-        )
-        self._check(block, poses)
-        self._sample(block)
-        self.totals += [
-            (float(impulses[row, k]), float(block.losses[row, k])) for row, k in self._notes
-        ]
-        self._notes.clear()
-        self.impulse, self.work, self.force = impulses[-1], work[-1], forces[-1]
-        self._damped, self._supplied = block.damped[-1], block.supplied[-1]
-        for rows in (self._time, self._q, self._v, self._raw, self._pressed, self._places):
-            rows[0] = rows[n - 1]
-        self._count = 1
-        self._marks.clear()
+        ends = _States(*(np.array(column) for column in zip(*self._rows, strict=True)))
+        balanced, pressing = self._balance(ends.t, ends.multipliers), self._pressing(count)
+        if first:
+            self._start(self._known(ends.pick(slice(1)), balanced, pressing[0][:1])[0])
+        reached = self._reached[None]
+        if count > 1:
+            reached = self._take_steps(ends, balanced, pressing)
+        for row, changed in self._changes:
+            impulse, lost = reached[row, 2:].reshape(2, -1)[:, changed.contact].tolist()
+            now = changed.now._replace(totals=(impulse, lost))
+            self.touches.change(changed.contact, changed.what, now)
+        self._changes.clear()
+        self._rows = self._rows[-1:]
 
-    def _balance(self, n: int) -> None:
+    def _take_steps(
+        self, ends: _States, balanced: _Balanced, pressing: tuple[BoolArray, BoolArray]
+    ) -> FloatArray:
+        """Take the steps between `ends`; return the totals there."""
+        count, (begun, ended) = len(ends.t) - 1, pressing
+        samples = np.union1d(self._due(ends.t[-1]), self._events)
+        self._pass(ends.t[-1])
+        self._events.clear()
+        # What is known where a step begins comes after what leaps there.
+        of = np.clip(np.searchsorted(ends.t, samples, side="right") - 1, 0, count - 1)
+        nodes = _States(*(np.concatenate([column[:-1], column[1:]]) for column in ends))
+        at_nodes, power = self._known(nodes, balanced, np.concatenate([begun[:-1], ended[1:]]))
+        known = together([at_nodes, _within(at_nodes, of, samples, balanced)])
+        numbers = np.arange(2 * count).reshape(2, count).T
+        inner = np.arange(2 * count, len(known.t))
+        steps = Steps(ends.t[:-1], np.diff(ends.t), numbers, inner, of)
+        rates = self._rates(at_nodes, power, balanced)
+        return self._book(steps, known, rates, known.pick(numbers[:, 1]))
+
+    def _pressing(self, count: int) -> tuple[BoolArray, BoolArray]:
+        """Which contacts press (rows, c) as steps begin, and as they end there."""
+        begun = np.tile(self.touches.pressed, (count, 1))
+        for row, changed in self._changes:
+            begun[row:, changed.contact] = changed.what is Change.CLOSES
+        ended = begun.copy()
+        for row, changed in self._changes:
+            if changed.leaps:
+                ended[row, changed.contact] ^= True
+        return begun, ended
+
+    def _balance(self, t: FloatArray, raw: FloatArray) -> _Balanced:
         """Average the multipliers over steps, and date them."""
-        raw, time, alpha = self._raw[:n], self._time[:n], self._alpha
-        self._multipliers[1:n] = (1 - alpha) * raw[1:] + alpha * raw[:-1]
-        self._balanced_at[1:n] = time[1:] - alpha * np.diff(time)
-        if self._balanced is not None:
-            self._multipliers[0], self._balanced_at[0] = self._balanced
-        else:
-            # The solver knows no reactions at time 0: those of the first step stand in.
-            self._multipliers[:2] = raw[min(1, n - 1)]
-            self._balanced_at[0] = time[0]
-        self._balanced = self._multipliers[n - 1].copy(), float(self._balanced_at[n - 1])
+        mean = (1 - self._alpha) * raw[1:] + self._alpha * raw[:-1]
+        before = self._balanced
+        if before is None:  # the solver knows no reactions at time 0: those of the first step do
+            mean[:1] = raw[1:2]
+            before = t[0], raw[:2][-1]
+        at = np.append(before[0], t[1:] - self._alpha * np.diff(t))
+        rows = np.vstack([before[1], mean])
+        self._balanced = at[-1], rows[-1]
+        return at, rows
 
-    def _seek(self, time: FloatArray, motion: tuple[FloatArray, FloatArray]) -> None:
-        """Look for extremes between each step's ends, on the cubic there."""
-        poses, rates = (np.stack([x[:-1], x[1:]], axis=1) for x in motion)
-        pressed = self._pressed[: len(time) - 1]  # as a step begins, so through all of it
-        self.seeker.take(time[:-1].copy(), np.diff(time), (poses, rates), pressed)
+    # --- what is known ------------------------------------------------------------------------
 
-    def _contacts(
-        self, q: FloatArray, v: FloatArray, pressed: BoolArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Forces, energies stored and powers taken, each (steps, contacts)."""
-        forces, stored, power = (np.zeros(pressed.shape) for _ in range(3))
+    def _known(
+        self, at: _States, balanced: _Balanced, pressed: BoolArray
+    ) -> tuple[Kept, FloatArray]:
+        """What is known at instants, but for the totals, and powers taken by contacts (m, c), W."""
+        press, power = np.zeros(pressed.shape), np.zeros(pressed.shape)
+        elastic = np.zeros(len(at.t))
+        poses, rates = self.coordinates.at_joints(at.q, at.v)
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
-            contact = self.contacts[k]
-            rows = pressed[:, k]
-            at = approach(contact, q[rows], v[rows])
-            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-            deep = np.maximum(-at.gap, 0.0)
-            force = contact.law.force(deep, -at.gap_rate)
-            forces[rows, k] = force
-            stored[rows, k] = contact.law.stored_energy(deep)
-            power[rows, k] = -force * at.gap_rate
+            contact, rows = self.contacts[k], pressed[:, k]
+            seen = approach(contact, poses[rows], rates[rows])
+            assert isinstance(contact.law, RestitutionPenalty)  # `prepare` refuses others
+            deep = np.maximum(-seen.gap, 0.0)
+            force = contact.law.force(deep, -seen.gap_rate)
+            elastic[rows] += contact.law.stored_energy(deep)
+            press[rows, k], power[rows, k] = force, -force * seen.gap_rate
             if contact.friction is not None:
-                power[rows, k] -= contact.friction.force(force, at.slip) * at.slip
-        return forces, stored, power
+                power[rows, k] -= contact.friction.force(force, seen.slip) * seen.slip
+        own = SolverKept(at.q, at.v, _at(balanced, at.t), elastic)
+        return Kept(at.t, at.places, press, pressed, np.zeros((len(at.t), 2)), own), power
 
-    def _motors(
-        self, time: FloatArray, q: FloatArray, v: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Work of the drives since the block's first step, and their power, (steps,)."""
-        work, supply = np.zeros(len(time)), np.zeros(len(time))
-        rows, at = self._multipliers[: len(time)], self._balanced_at[: len(time)]
-        middle = (time[1:] + time[:-1]) / 2
+    def _rates(self, known: Kept, power: FloatArray, balanced: _Balanced) -> FloatArray:
+        """Rates (2 k, ...) of the totals where steps begin, then where they end."""
+        count, nodes = len(self.contacts), len(known.t)
+        q, v = self.coordinates.at_joints(known.own.q, known.own.v)
+        rates = np.zeros((nodes, 2 + 2 * count))
+        rates[:, 0] = self.meter.damping_power(q, v)
+        rates[:, 0] += self.coordinates.of_beams(known.own.q, known.own.v).lost
+        rates[:, 2 : 2 + count], rates[:, 2 + count :] = known.press, power[:nodes]
+        begin, end = known.t.reshape(2, -1)
+        middle = _at(balanced, 0.5 * (begin + end))
         for motor, row in zip(self.mechanism.speed_motors, self.motor_rows, strict=True):
-            moved = np.diff(motor_place(motor, q))
-            work[1:] += np.cumsum(-np.interp(middle, at, rows[:, row]) * moved)
-            supply -= np.interp(time, at, rows[:, row]) * motor_speed(motor, q, v)
-        # Where a drive jumps, one step ends with what was before, the next begins with what comes.
-        ends, begins = (
-            self._load_power(np.clip(time + away, 0, self.grid[-1]), q, v) for away in BESIDE
-        )
-        work[1:] += np.cumsum(0.5 * np.diff(time) * (begins[:-1] + ends[1:]))
-        return work, supply + begins
+            # In the middle of a step forces balance best, and its way is more exact than speeds.
+            way = np.diff(motor_place(motor, q).reshape(2, -1), axis=0)[0]
+            rates[:, 1] -= np.tile(middle[:, row] * way / (end - begin), 2)
+        # Where a drive leaps, one step ends with what was before, the next begins with what comes.
+        beside = np.repeat([BESIDE, -BESIDE], nodes // 2)
+        rates[:, 1] += self._load_power(np.clip(known.t + beside, 0, self.grid[-1]), q, v)
+        return rates
 
     def _load_power(self, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
         """Power of torques and forces (instants,), W."""
@@ -264,49 +219,51 @@ class Recorder:
             power += pushed.sum(axis=1)
         return power
 
-    def _check(self, block: _Block, poses: FloatArray) -> None:
-        """Note the largest errors of energies and joints; `poses` are those at joints."""
-        kinetic = self.coordinates.kinetic(block.q, block.v)
-        total = kinetic + self.coordinates.potential(block.q) + block.stored.sum(axis=1)
-        if self._start_energy is None:
-            self._start_energy = float(total[0])
-        lost = block.damped + block.losses.sum(axis=1)
-        residual = total - self._start_energy + lost - block.supplied
-        errors = joint_residuals(self.mechanism, poses, self._places[: len(block.q)])
-        self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
-        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
-        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
+    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
+        """Poses and rates (m, parts, 3) at instants that are kept."""
+        return self.coordinates.shown(at.own.q, at.own.v)
 
-    def _sample(self, block: _Block) -> None:
-        time, kept = block.time, self.samples
-        wanted = np.union1d(self.grid, np.array(self._marks))
-        wanted = wanted[(wanted > self._sampled_to) & (wanted <= time[-1])]
-        if not len(wanted):
-            return
-        self._sampled_to = float(wanted[-1])
-        between = Between.of(time, wanted)
-        position, velocity = between.cubic(block.q, block.v)
-        poses, rates = self.coordinates.shown(position, velocity)
-        kept.time.append(wanted)
-        kept.poses.append(poses)
-        kept.rates.append(rates)
-        kept.multipliers.append(self._balanced_multipliers(wanted, len(time)))
-        kept.energies.append(self._energies_at(between, block, position, velocity))
-        kept.forces.append(between.linear(block.forces))
-        kept.places.append(self._places[: len(time)][between.nearer])
+    def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
+        """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
+        beams, elastic = self.coordinates.of_beams(at.own.q, at.own.v), at.own.elastic
+        kinetic = self.meter.kinetic(poses, rates) + beams.kinetic
+        stored = self.meter.potential(poses) + beams.stored + elastic
+        return np.column_stack([kinetic, stored, at.totals[:, 0] - elastic, at.totals[:, 1]])
 
-    def _energies_at(
-        self, between: Between, block: _Block, q: FloatArray, v: FloatArray
-    ) -> FloatArray:
-        """Energies of sampled states: as smooth between steps as the states themselves."""
-        stored = self.coordinates.potential(q) + between.linear(block.stored).sum(axis=1)
-        lost, _ = between.cubic(block.damped, block.damping)
-        supplied, _ = between.cubic(block.supplied, block.supply)
-        lost = lost + between.linear(block.losses).sum(axis=1)
-        return np.stack([self.coordinates.kinetic(q, v), stored, lost, supplied], axis=1)
+    def residuals(self, at: Kept, poses: FloatArray) -> FloatArray:  # noqa: ARG002
+        """How far joints are open, m."""
+        held, _ = self.coordinates.at_joints(at.own.q, at.own.v)
+        return joint_residuals(self.mechanism, held, at.places)
 
-    def _balanced_multipliers(self, wanted: FloatArray, count: int) -> FloatArray:
-        """Multipliers between the instants at which the integrator balances forces."""
-        at, rows = self._balanced_at[:count], self._multipliers[:count]
-        columns = [np.interp(wanted, at, rows[:, k]) for k in range(rows.shape[1])]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(wanted), 0))
+
+def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) -> Kept:
+    """What is known at instants (n,) in the steps `of` nodes: all starts, then all ends.
+
+    Motions are cubics. A stiff contact is less deep than these may be off: its force and energy are
+    on straight lines. A place is that of the nearer end: it may leap where a closed curve begins.
+    """
+    then = of + len(nodes.t) // 2
+    h = (nodes.t[then] - nodes.t[of])[:, None]
+    x = (time - nodes.t[of])[:, None] / h
+    (q0, v0, _, e0), (q1, v1, _, e1) = nodes.pick(of).own, nodes.pick(then).own
+    slope = (q1 - q0) / h
+    b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
+    own = SolverKept(
+        q0 + h * x * (v0 + x * (b + x * c)),
+        v0 + x * (2 * b + 3 * x * c),
+        _at(balanced, time),
+        e0 + x[:, 0] * (e1 - e0),
+    )
+    places = nodes.places[np.where(x[:, 0] < 0.5, of, then)]
+    press = nodes.press[of] + x * (nodes.press[then] - nodes.press[of])
+    return Kept(time, places, press, nodes.pressed[of], np.zeros((len(time), 2)), own)
+
+
+def _at(balanced: _Balanced, time: FloatArray) -> FloatArray:
+    """Multipliers (m, rows) at instants (m,), on straight lines between those that balance."""
+    at, rows = balanced
+    of = np.clip(np.searchsorted(at, time) - 1, 0, len(at) - 1)
+    then = np.minimum(of + 1, len(at) - 1)
+    span = np.where(then > of, at[then] - at[of], 1.0)
+    part = np.clip((time - at[of]) / span, 0.0, 1.0)[:, None]
+    return np.asarray(rows[of] + part * (rows[then] - rows[of]))

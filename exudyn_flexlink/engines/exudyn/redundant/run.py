@@ -14,7 +14,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
-from exudyn_flexlink.engines.exudyn.redundant.kinks import Kinks
+from exudyn_flexlink.engines.exudyn.redundant.events import Kinks
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
@@ -70,11 +70,13 @@ def prepare(
     contacts = _contacts(scene, system)
     system.mbs.Assemble()
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
+    pressing = [own.contact for own in contacts.all]
     recorder = Recorder(
         system,
         sample_times(scene, assembly.mechanism, end),
         scene.solver.spectral_radius,
-        ExtremeSeeker(watched, [own.contact for own in contacts.all], HERMITE),
+        ExtremeSeeker(watched, pressing, HERMITE),
+        contacts.touches,
     )
     chooser, goal = _chooser(scene, system, end, limits), turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
@@ -108,14 +110,6 @@ def _chooser(scene: Scene, system: System, end: float, limits: float) -> StepCho
 
 def solve(prepared: Prepared) -> str:
     """Run the solver; return its complaint, empty if there is none."""
-    found = _solve(prepared)
-    if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
-        prepared.loop.recorder.mark_last()  # stopped early: its last state is kept
-    prepared.loop.recorder.flush()
-    return found
-
-
-def _solve(prepared: Prepared) -> str:
     system, loop = prepared.system, prepared.loop
     q, v, a = system.coordinates.start()
     data = system.mbs.systemData
@@ -139,6 +133,9 @@ def _solve(prepared: Prepared) -> str:
         raise loop.error
     if system.errors and complaint:
         complaint = str(system.errors[-1])
+    if loop.time < loop.end * (1 - 1e-9):
+        loop.recorder.keep_last()  # stopped early
+    loop.recorder.flush()
     return complaint
 
 

@@ -25,8 +25,7 @@ from exudyn_flexlink.curves import (
     foot,
 )
 from exudyn_flexlink.engines.exudyn.engine import items
-from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.track_follower import TrackFollower
 from exudyn_flexlink.mechanism import GROUND, anchor_position, turned
@@ -105,48 +104,36 @@ class SlotItems(TrackFollower):
         quadratic = quadratic_of(piece) if native else None
         if quadratic is None:
             if self._general is None:
-                self._general = self._add_general()
-            return self._general
-        if quadratic not in self._native:
-            self._native[quadratic] = self._add_native(quadratic)
-        return self._native[quadratic]
-
-    def _markers(self) -> list[int]:
-        mbs = self.system.mbs
-        system, carrier = self.system, self.slot.carrier
-        base = system.nodes[carrier] if self._carried else system.ground_node
-        nodes = (base, system.nodes[self.slot.anchor.part])
-        return [mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=node)) for node in nodes]
-
-    def _add_native(self, quadratic: Quadratic) -> int:
-        return int(
-            self.system.mbs.AddObject(
-                items.ObjectConnectorCoordinateVector(
-                    markerNumbers=self._markers(),
-                    scalingMarker0=[],
-                    quadraticTermMarker0=[],
-                    scalingMarker1=np.array([[*quadratic.linear, *self._others]]),
-                    quadraticTermMarker1=np.array([[*quadratic.quadratic, *self._others]]),
-                    offset=[quadratic.constant],
-                    activeConnector=False,
-                )
-            )
-        )
-
-    def _add_general(self) -> int:
-        return int(
-            self.system.mbs.AddObject(
-                items.ObjectConnectorCoordinateVector(
-                    markerNumbers=self._markers(),
+                self._general = self._add(
                     scalingMarker0=np.zeros((1, 3 if self._carried else 1)),
                     scalingMarker1=np.zeros((1, self._width)),
                     offset=[0.0],
                     constraintUserFunction=self._distance,
                     jacobianUserFunction=self._gradient,
-                    activeConnector=False,
                 )
+            return self._general
+        if quadratic not in self._native:
+            self._native[quadratic] = self._add(
+                scalingMarker0=[],
+                quadraticTermMarker0=[],
+                scalingMarker1=np.array([[*quadratic.linear, *self._others]]),
+                quadraticTermMarker1=np.array([[*quadratic.quadratic, *self._others]]),
+                offset=[quadratic.constant],
             )
+        return self._native[quadratic]
+
+    def _add(self, **constraint: Any) -> int:
+        """Add a constraint of the coordinates of the carrier, or the ground, and the part."""
+        system, carrier = self.system, self.slot.carrier
+        base = system.nodes[carrier] if self._carried else system.ground_node
+        markers = [
+            system.mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=node))
+            for node in (base, system.nodes[self.slot.anchor.part])
+        ]
+        item = items.ObjectConnectorCoordinateVector(
+            markerNumbers=markers, activeConnector=False, **constraint
         )
+        return int(system.mbs.AddObject(item))
 
     def _activate(self, piece: int) -> None:
         for item in {*self._item_of_piece}:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil, inf, log2
 from typing import Any
 
@@ -23,11 +23,9 @@ from exudyn_flexlink.engines.diagnostics.walls import (
 )
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
-from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.kinks import Kinks
+from exudyn_flexlink.engines.exudyn.redundant.events import Kinks, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.integrate.window import Window
@@ -35,7 +33,6 @@ from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
 ROUNDING_OF_TURNS = 1e-9  # rad: what the search for the end of a run's turns may leave
-STEPS_PER_SAMPLE_IN_CONTACT = 4
 KNOT_TIME = 1e-12  # s: to which the solver's steps add up
 STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
 
@@ -162,8 +159,9 @@ class Loop:
     progress: ProgressMeter
     time: float = 0.0
     left: float | None = None  # angle still to turn, rad, where turns end the run
-    largest_step: float = 0.0
-    smallest_step: float = inf
+    steps: int = 0
+    largest: float = 0.0  # of the steps so far, s
+    smallest: float = inf
     stop_reason: str = ""
     stop_advice: str = ""
     interrupted: bool = False
@@ -171,7 +169,6 @@ class Loop:
     listen: Callable[[], None] = lambda: None  # lets handlers of signals run, see `interrupts`
     _first: float = 0.0
     _goal_rate: float = 0.0
-    _noted: int = 0  # entries of the contacts' log that the recorder knows
     _jump: FloatArray | None = None  # of accelerations, at the knot where the last step ended
     _solver: Any = None
 
@@ -179,8 +176,8 @@ class Loop:
         """Record the state at time 0; return the first step (s)."""
         now = self._step_end(0.0, 0.0, q, v)
         self.chooser.propose(now)
-        self._take(now, multipliers)
         self._first = self._cut(now, self.chooser.first)
+        self._take(now, multipliers)
         self.contacts.aim(self._first)
         return self._first
 
@@ -197,6 +194,11 @@ class Loop:
             self.error = error
             return False
 
+    @property
+    def iterations(self) -> int:
+        """Newton's iterations so far."""
+        return 0 if self._solver is None else int(self._solver.newtonStepsCount)
+
     def interrupt(self) -> None:
         """End the run after the step that is under way."""
         self.interrupted = True
@@ -212,11 +214,8 @@ class Loop:
         q, v = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         now = self._step_end(time, done, q, v)
         self._count(now)
-        laps = len(self.events)
         step = self._cut(now, self.chooser.propose(now))
-        struck = self._take(now, data.GetAECoordinates())
-        if struck or len(self.events) > laps or self._worth_a_sample():
-            self.recorder.mark(time)
+        self._take(now, data.GetAECoordinates())
         if self._jump is not None:
             _start_anew(mbs, self._jump)
             self._jump = None
@@ -227,33 +226,17 @@ class Loop:
     def _step_end(self, time: float, done: float, q: FloatArray, v: FloatArray) -> StepEnd:
         return StepEnd(time, done, q, v, *self.recorder.coordinates.plain(q.tolist(), v.tolist()))
 
-    def _worth_a_sample(self) -> bool:
-        """Even samples miss the peaks of a contact's force: there, keep some steps too."""
-        return self.contacts.struck and self.recorder.steps % STEPS_PER_SAMPLE_IN_CONTACT == 0
-
-    def _take(self, now: StepEnd, multipliers: FloatArray) -> bool:
-        """Record the state; tell whether one of the scene's contacts began or ended."""
+    def _take(self, now: StepEnd, multipliers: FloatArray) -> None:
+        for changed in self.contacts.changes:
+            self.recorder.note(changed)
         places = [float(slot.place(slot.u)) for slot in self.slots]
-        before = self.contacts.before_jump if now.time > 0 else None
-        if before is not None:
-            earlier = replace(now, time=float(np.nextafter(now.time, 0.0)))
-            self.recorder.take(earlier, multipliers, before, places)
-            self.recorder.mark(earlier.time)
-            self.recorder.steps -= 1  # the same one follows, with the forces after the jump
-        # What touches at time 0 is found after that state was taken, and noted with the first step.
-        fresh = self.contacts.entries[self._noted :]
-        self._noted += len(fresh)
-        for entry in fresh:
-            self.recorder.note(entry.index)
-        self.recorder.take(now, multipliers, self.contacts.pressed, places)
-        if before is not None:
-            self.recorder.mark(now.time)
-        return any(self.contacts.all[entry.index].channel is None for entry in fresh)
+        self.recorder.take(now, multipliers, places)
 
     def _count(self, now: StepEnd) -> None:
         self.time = now.time
-        self.largest_step = max(self.largest_step, now.step)
-        self.smallest_step = min(self.smallest_step, now.step)
+        self.steps += 1
+        self.largest = max(self.largest, now.step)
+        self.smallest = min(self.smallest, now.step)
         self.progress.tell(now.time)
 
     def _cut(self, now: StepEnd, step: float) -> float:

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
-from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight, without_rods
+from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, add_beam, without_rods
 from exudyn_flexlink.engines.exudyn.redundant.beam_coordinates import BeamCoordinates
-from exudyn_flexlink.engines.exudyn.redundant.beam_items import add_beam, add_beam_weight
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
 from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import (
@@ -22,7 +21,6 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     Motor,
     Pin,
-    Prescribed,
     RotarySpring,
     Slide,
     Weld,
@@ -192,13 +190,14 @@ def _add_parts(system: System) -> None:
 
 def _add_beam(system: System, beam: BeamLink) -> None:
     """Let the first rod stand for the beam's start and the last for its end."""
-    positions, velocities = straight(beam, system.assembly.state)
-    nodes, elements = add_beam(system.mbs, beam, positions, velocities)
+    nodes, elements = add_beam(system.mbs, beam, system.assembly.state)
     between = [NOTHING] * (len(beam.rods) - 2)
     system.nodes += [nodes[0], *between, nodes[-1]]
     system.bodies += [elements[0], *between, elements[-1]]
-    if any(system.mechanism.gravity):
-        add_beam_weight(system.mbs, elements, system.mechanism.gravity)
+    for element in elements if any(system.mechanism.gravity) else ():
+        marker = system.mbs.AddMarker(items.MarkerBodyMass(bodyNumber=element))
+        weight = [*system.mechanism.gravity, 0.0]
+        system.mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=weight))
 
 
 def _add_pin(system: System, pin: Pin | Weld) -> int:
@@ -271,48 +270,33 @@ def _add_spring_along(system: System, spring: LinearSpring, slide: Slide) -> Non
 
 
 def _add_speed_motor(system: System, motor: Motor) -> int:
-    """Prescribe the angle or length, not its speed: integrating a speed would let it drift."""
-    start = float(motor_place(motor, system.assembly.state.q))
-    prescribed = motor.speed
+    """Prescribe the angle or length, not its speed: integrating a speed would let it drift.
+
+    A length is held along a slide's line; the slide itself does the rest.
+    """
+    start, prescribed = float(motor_place(motor, system.assembly.state.q)), motor.speed
+
+    def place(_mbs: Any, time: float, _item: int, six: Any) -> Any:
+        return told(start + prescribed.integral(system.window.inside(time)), six)
+
+    def speed(_mbs: Any, time: float, _item: int, six: Any) -> Any:
+        return told(prescribed.at(system.window.inside(time)), six)
+
+    def told(value: float, six: Any) -> Any:
+        return [value, *six[1:]] if motor.slide else value
+
+    functions = {"offsetUserFunction": place, "offsetUserFunction_t": speed}
     if motor.slide:
-        return _add_slide_motor(system, motor.slide, start, prescribed)
-
-    def angle(_mbs: Any, time: float, _item: int, _offset: float) -> float:
-        return start + prescribed.integral(system.window.inside(time))
-
-    def speed(_mbs: Any, time: float, _item: int, _offset: float) -> float:
-        return prescribed.at(system.window.inside(time))
-
-    markers = [system.angle_marker(motor.first), system.angle_marker(motor.second)]
-    return int(
-        system.mbs.AddObject(
-            items.ObjectConnectorCoordinate(
-                markerNumbers=markers, offsetUserFunction=angle, offsetUserFunction_t=speed
-            )
+        item = items.ObjectJointGeneric(
+            markerNumbers=system.slide_markers(motor.slide),
+            constrainedAxes=[1, 0, 0, 0, 0, 0],
+            offsetUserFunctionParameters=[0.0] * 6,
+            **functions,
         )
-    )
-
-
-def _add_slide_motor(system: System, slide: Slide, start: float, prescribed: Prescribed) -> int:
-    """Hold the second anchor at a distance along the line; the slide itself does the rest."""
-
-    def length(_mbs: Any, time: float, _item: int, _offset: Any) -> list[float]:
-        return [start + prescribed.integral(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
-
-    def speed(_mbs: Any, time: float, _item: int, _offset: Any) -> list[float]:
-        return [prescribed.at(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
-
-    return int(
-        system.mbs.AddObject(
-            items.ObjectJointGeneric(
-                markerNumbers=system.slide_markers(slide),
-                constrainedAxes=[1, 0, 0, 0, 0, 0],
-                offsetUserFunctionParameters=[0.0] * 6,
-                offsetUserFunction=length,
-                offsetUserFunction_t=speed,
-            )
-        )
-    )
+    else:
+        markers = [system.angle_marker(motor.first), system.angle_marker(motor.second)]
+        item = items.ObjectConnectorCoordinate(markerNumbers=markers, **functions)
+    return int(system.mbs.AddObject(item))
 
 
 def _add_weight(system: System) -> None:

@@ -1,0 +1,288 @@
+"""Studies to files: a comparison, a work-precision study and one of stability.
+
+Each is a document in JSON, with tables beside it. SI numbers, units in the names. Of a comparison
+they hold what two runs tell: what each tells by itself is in the summary of that run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advise, dominating
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.comparison import Comparison, Statistics
+from exudyn_flexlink.measured_error import ForceDeviation
+from exudyn_flexlink.observables import Deviation, Measure, measures
+from exudyn_flexlink.stability import Exponent, Stability, section_columns
+from exudyn_flexlink.storage.documents import write_document
+from exudyn_flexlink.storage.errors import ACCURACY, COMPARISON, STABILITY
+
+
+def save_comparison(
+    comparison: Comparison, folder: Path, tolerance: float | None = None, *, whole: bool = True
+) -> None:
+    """Write ``comparison.json`` and ``comparison.csv`` into an existing folder.
+
+    `tolerance` (m) is what the deviation up to the horizon was held against, if anything; `whole`
+    tells whether all runs were made, also those that tell the errors.
+
+    Raises:
+        OSError: the folder can't be written.
+
+    """
+    ended = all(seen.result.outcome.completed for seen in comparison.both)
+    completed = {"completed": whole and ended}
+    data = comparison_data(comparison) | completed | _verdict(comparison, tolerance)
+    write_document(folder, COMPARISON, data, {"comparison.csv": comparison_columns(comparison)})
+
+
+def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
+    """Instants, deviation, the watched point and the levers of both runs, by name and unit."""
+    columns = {"t_s": comparison.time, "deviation_m": comparison.deviation.distance}
+    for seen in comparison.both:
+        name = seen.name.replace(" ", "_")
+        columns |= {f"{name}_{axis}_m": seen.position[:, i] for i, axis in enumerate("xy")}
+        columns |= {
+            f"{name}_{body}_{seen.levers[body].measure.name}": values
+            for body, values in seen.answers.items()
+        }
+    return columns
+
+
+def comparison_data(comparison: Comparison) -> dict[str, Any]:
+    """Return what was found as plain data: SI numbers, units in the names."""
+    return {
+        "title": comparison.second.result.scene.title,
+        "runs": [seen.name for seen in comparison.both],
+        "point": comparison.point,
+        "judged_by": list(comparison.judged_by),
+        "end_s": comparison.time[-1],
+        "horizon_s": comparison.horizon,
+        "first_strike_s": comparison.first_strike,
+        "deviation": {
+            "up_to_the_first_strike": _deviation(comparison.before_strike),
+            "up_to_the_horizon": _deviation(comparison.judged),
+            "whole_run": _deviation(comparison.deviation),
+        },
+        "forces_up_to_the_horizon": {name: _force(own) for name, own in comparison.forces.items()},
+        "levers": {
+            f"{body}_largest_difference_{comparison.measures[body].unit}": np.abs(apart).max()
+            for body, apart in comparison.answer_differences.items()
+        },
+        "beyond_the_horizon": _beyond(comparison),
+    }
+
+
+def _verdict(comparison: Comparison, tolerance: float | None) -> dict[str, Any]:
+    if tolerance is None:
+        return {"tolerance_m": None}
+    return {"tolerance_m": tolerance, "exceeded": comparison.exceeds(tolerance)}
+
+
+def _deviation(part: Deviation | None) -> dict[str, float] | None:
+    if part is None or not len(part.time):
+        return None
+    at = float(part.time[int(part.distance.argmax())])
+    return {"largest_m": part.largest, "largest_at_s": at, "rms_m": part.rms}
+
+
+def _force(own: ForceDeviation) -> dict[str, Any]:
+    """How far a force is apart, in its unit; None where the runs have no such instant."""
+    parts = {"free": own.free, "in_contact": own.touching}
+    return {
+        "unit": own.unit,
+        **{
+            when: None if part is None else {**vars(part), "relative": part.relative}
+            for when, part in parts.items()
+        },
+    }
+
+
+def _beyond(comparison: Comparison) -> dict[str, Any] | None:
+    if comparison.beyond is None:
+        return None
+    return {
+        seen.name: _statistics(part, comparison.measures)
+        for seen, part in zip(comparison.both, comparison.beyond, strict=True)
+    }
+
+
+def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, Any]:
+    keys = ("mean", "rms", "least", "greatest")
+    levers = {f"{body}_{measures[body].name}": list(own) for body, own in part.levers.items()}
+    return {f"{key}_m": getattr(part, key).tolist() for key in keys} | levers
+
+
+def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
+    """Write ``accuracy.json`` and ``accuracy.csv`` into an existing folder.
+
+    `sentence` is the recommendation in words.
+
+    Raises:
+        OSError: the folder can't be written.
+
+    """
+    data = accuracy_data(study) | {"recommendation": sentence}
+    points = [_point(point) for point in study.points]
+    columns = [name for name in points[0] if name != "settings"] if points else []
+    table = {name: [point[name] for point in points] for name in columns}
+    write_document(folder, ACCURACY, data, {"accuracy.csv": table})
+
+
+def accuracy_data(study: Study) -> dict[str, Any]:
+    """Return a study as plain data: SI numbers, units in the names."""
+    runs, largest = study.runs, dominating(study.sources)
+    return {
+        "title": study.scene.title,
+        "completed": not runs.interrupted,
+        "judged_by": list(study.judged_by),
+        "target_m": study.target,
+        "reference": {
+            "run": study.reference.told,
+            "processor_time_s": study.reference.processor,
+        },
+        "check": {"run": study.check.told if study.check else "", "independent": study.independent},
+        "floor_m": study.floor,
+        "floor_force_relative": study.force_floor,
+        "end_s": study.end,
+        "judged_until_s": study.until,
+        "horizon": study.horizon,
+        "points": [_point(point) for point in study.points],
+        "own": None if study.own is None else study.own.told,
+        "sources": [_source(source, measures(study.scene)) for source in study.sources],
+        "dominating": None if largest is None else largest.kind,
+        "still": study.still,
+        "advice": _advice(advise(study)),
+        "left_out": runs.left_out,
+        "interrupted": runs.interrupted,
+        "wall_time_s": runs.spent,
+        "scene": study.scene.to_data(),
+    }
+
+
+def _point(point: Point) -> dict[str, Any]:
+    return {
+        "method": point.method.name,
+        "engine": point.method.engine,
+        "knob": point.method.knob,
+        "value": point.value,
+        "settings": dict(point.method.settings),
+        "processor_time_s": point.processor,
+        "repeats": point.repeats,
+        "steps": point.steps,
+        **_errors(point.errors),
+        "below_floor": point.below_floor,
+    }
+
+
+def _errors(errors: Errors) -> dict[str, float | str]:
+    return {
+        "error_rms_m": errors.rms,
+        "error_largest_m": errors.largest,
+        "error_point": errors.worst,
+        "error_force_relative": errors.force,
+        "error_force": errors.worst_force,
+    }
+
+
+def _source(source: Source, told: Mapping[str, Measure]) -> dict[str, Any]:
+    peaks = {f"{body}_{told[body].name}": x for body, x in source.errors.levers.items()}
+    return {
+        "kind": source.kind,
+        **_errors(source.errors),
+        "peaks": peaks,
+        "order": source.order,
+        "at_most": source.at_most,
+        "cost_of_the_finer_model": source.dearer,
+    }
+
+
+def _advice(advice: Advice) -> dict[str, Any]:
+    return {
+        "choice": None if advice.choice is None else _point(advice.choice),
+        "limited_by": None if advice.limit is None else advice.limit.kind,
+        "target_below_floor": advice.below_floor,
+    }
+
+
+def save_stability(found: Stability, sentence: str, folder: Path) -> None:
+    """Write ``stability.json`` and tables of growth, laps, section and spectrum into a folder.
+
+    `sentence` says in words what the motion does.
+
+    Raises:
+        StorageError: the folder can't be written.
+
+    """
+    tables = {
+        "growth.csv": growth_columns(found.exponent),
+        "laps.csv": _laps(found),
+        "section.csv": section_columns(found.section),
+    }
+    for axis, own in (("x", found.vibration.x), ("y", found.vibration.y)):
+        columns = {"frequency_Hz": own.frequency, "power_m2_per_Hz": own.power}
+        tables[f"spectrum_{axis}.csv"] = columns
+    write_document(folder, STABILITY, stability_data(found) | {"told": sentence}, tables)
+
+
+def stability_data(found: Stability) -> dict[str, Any]:
+    """Return a study as plain data: SI numbers, units in the names."""
+    laps = found.repeating
+    return {
+        "title": found.run.scene.title,
+        "completed": True,
+        "engine": found.run.engine,
+        "point": found.point,
+        "lap_s": found.rhythm.lap,
+        "laps_of_a_cycle": found.rhythm.laps,
+        "after_s": found.after,
+        "end_s": float(found.run.time[-1]),
+        "tolerance_m": found.tolerance,
+        "exponent": _exponent(found.exponent),
+        "exponent_at_a_tenth_of_the_tolerance": found.tighter and _exponent(found.tighter),
+        "horizon_s": found.horizon,
+        "repeats_after_laps": laps and laps.laps,
+        "settles_by_factor": laps and laps.settles,
+        "laps_apart_m": laps and laps.least,
+        "laps_before": laps and laps.nearest,
+        "laps_known_until_s": laps and laps.until,
+        "places_of_section": found.section.distinct(found.limit),
+        "places_apart_by_m": found.limit,
+        "lines_Hz": {"x": found.vibration.x.lines, "y": found.vibration.y.lines},
+        "lines_off_ideal_place": found.vibration.off_ideal,
+        "scene": found.run.scene.to_data(),
+    }
+
+
+def _exponent(own: Exponent) -> dict[str, Any]:
+    return {
+        "value_per_s": own.value,
+        "uncertainty_per_s": own.uncertainty,
+        "solver_per_s": own.noise,
+        "sign": own.sign,
+        "neighbours_apart_m": own.distance,
+        "batch_means_per_s": own.means.tolist(),
+    }
+
+
+def growth_columns(own: Exponent) -> dict[str, Any]:
+    """Growth of neighbours' distance in each stretch; `counts` is 0 while they settle."""
+    counts = np.arange(len(own.rates)) >= own.settled
+    return {
+        "begin_s": own.times[:-1],
+        "end_s": own.times[1:],
+        "growth_per_s": own.rates,
+        "counts": counts.astype(float),
+    }
+
+
+def _laps(found: Stability) -> dict[str, Any]:
+    laps = found.laps
+    rows = zip(laps.before.tolist(), laps.largest, strict=True)
+    return {"lap": laps.laps.astype(float), "end_s": laps.end} | {
+        f"from_{before}_before_m": row for before, row in rows
+    }
