@@ -278,8 +278,9 @@ def least_tolerance(assembly: Assembly) -> float:
     return float(f"{ceil(least / 10.0**power)}e{power}")
 
 
-def coarse_tolerance(assembly: Assembly, asked: float | None) -> Iterator[str]:
-    """Say that a tolerance (m) that was asked for is no small part of the mechanism."""
+def coarse_tolerance(scene: Scene, assembly: Assembly) -> Iterator[str]:
+    """Say that the tolerance that a scene asks for is no small part of its mechanism."""
+    asked = scene.accuracy.tolerance
     if asked is not None and asked > NO_SMALL_PART * extent(assembly):
         yield (
             f"the tolerance of {asked:.3g} m is no small part of the mechanism, which reaches "

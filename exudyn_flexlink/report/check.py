@@ -231,7 +231,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
-    rows += [["", told] for told in coarse_tolerance(assembly, scene.accuracy.tolerance)]
+    rows += [["", told] for told in coarse_tolerance(scene, assembly)]
     rows.append(["formulation", _FORMULATIONS[form]])
     if form != "minimal" and (found := resolutions(scene, assembly)):
         longest = min(*(own.step for own in found), fixed_step or inf)

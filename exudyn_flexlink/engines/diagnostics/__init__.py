@@ -37,7 +37,7 @@ def diagnosed(result: Result) -> Result:
         *coarse_for_clearance(result),
         *soft_walls(result),
         *out_of_guides(result),
-        *coarse_tolerance(assemble_scene(result.scene), result.scene.accuracy.tolerance),
+        *coarse_tolerance(result.scene, assemble_scene(result.scene)),
         *doubts(result),
         *many_iterations(result),
         *tiny_steps(result),

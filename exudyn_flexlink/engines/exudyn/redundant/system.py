@@ -67,7 +67,7 @@ class System:
 
     @property
     def newton(self) -> tuple[float, float]:
-        """Relative and absolute tolerance of the residual of Newton's method."""
+        """Relative and absolute limit of the residual of Newton's method."""
         if not self.beams:
             return 1e-8, 1e-10
         # Beams are so stiff along their axis that rounding a coordinate makes a force: to ask for
