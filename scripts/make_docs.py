@@ -197,7 +197,13 @@ ITEMS = (
         "tables/impact_models.md",
     ),
     measured("tolerance", "15 min", "--engine", "exudyn", "lagrangian"),
-    measured("loop_tolerance", "3 min", sample=("--models", "textbook/double_pendulum")),
+    Item(
+        "loop_tolerance",
+        "3 min",
+        (script("tolerance", "--mechanisms"),),
+        table="tables/loop_tolerance.md",
+        sample=script("tolerance", "--mechanisms", "--models", "textbook/double_pendulum"),
+    ),
     measured("promises", "5 min", sample=("--only", "frequencies")),
     Item(
         "verify",

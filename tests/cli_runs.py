@@ -3,15 +3,11 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 from results import rigid_link
 
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
@@ -27,11 +23,8 @@ BARE = {**{key: os.environ.get(key, "") for key in ("PATH", "HOME")}, "PYTHONPAT
 """An environment with nothing that hides a mistake, as PYTHONUNBUFFERED does."""
 QUIET = ["--no-plots", "--quiet", "--out", "here"]
 
-Capture = pytest.CaptureFixture[str]
-Fake = Callable[..., Result]
 
-
-def python(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
+def python(*arguments, **options):
     return subprocess.run(
         [sys.executable, *arguments],
         cwd=ROOT,
@@ -39,11 +32,11 @@ def python(*arguments: str, **options: object) -> subprocess.CompletedProcess[st
         text=True,
         check=False,
         timeout=120,
-        **options,  # type: ignore[call-overload]
+        **options,
     )
 
 
-def code_of(*arguments: str) -> int:
+def code_of(*arguments):
     """Exit code of a command, also where argparse ends it."""
     try:
         return main([*arguments])
@@ -51,15 +44,15 @@ def code_of(*arguments: str) -> int:
         return int(ended.code or 0)
 
 
-def row(text: str, first: str) -> list[str]:
+def row(text, first):
     """Words of the first line of a text that begins with the word `first`."""
     return next(line.split() for line in text.splitlines() if line.split()[:1] == [first])
 
 
-def keeper(seen: list[Scene]) -> Fake:
+def keeper(seen):
     """Closed form in place of an engine; it keeps the scenes that it is asked for."""
 
-    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+    def fake(scene, engine="exudyn", progress=None):
         seen.append(scene)
         return rigid_link(scene=scene, samples=101)
 

@@ -2,20 +2,15 @@
 
 import os
 import signal
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-from cli_runs import Fake
 from matplotlib.figure import Figure
 from results import rigid_link, solved_to, tilting_link
 from studies import studied
 
-from exudyn_flexlink.accuracy import Study
 from exudyn_flexlink.measured_error import NOT_ASKED
-from exudyn_flexlink.result import Outcome, Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.result import Outcome
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of workers that take all cores between them
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background: tests send Ctrl-C
@@ -23,40 +18,45 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background: test
 MOST_WORKERS = 8  # each takes 0.6 GB, and collects all tests for itself
 
 
-def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+def pytest_xdist_auto_num_workers(config):
     """Run all tests on all cores; files that are named, and those of one core, without workers."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return 0 if config.option.file_or_dir or cores in (None, 1) else min(cores, MOST_WORKERS)
 
 
 @pytest.fixture(scope="session")
-def study() -> Study:
+def study():
     """Return a study of a world in which all goes well."""
     return studied()
 
 
 @pytest.fixture(scope="session")
-def rigid() -> Result:
+def rigid():
     """Return the paper's run, a rigid link that strikes twice in four laps."""
-    return rigid_link(samples=401)
+    return rigid_link()
 
 
 @pytest.fixture(scope="session")
-def tilting() -> Result:
+def tilting():
     """Return a run of a link with clearance in its guide."""
     return tilting_link()
 
 
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    """Put every test into an empty folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture
-def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., None]:
-    """Put a function in the engine's place, and the test into an empty folder.
+def run_of(monkeypatch):
+    """Put a function in the engine's place.
 
     Another one, if it is given, measures a run; else it is left as it is.
     """
-    monkeypatch.chdir(tmp_path)
 
-    def put(fake: Fake, measure: Callable[[Result], Result] | None = None) -> None:
-        def simulate(scene: Scene, engine: str, progress: object, **_: object) -> Result:
+    def put(fake, measure=None):
+        def simulate(scene, engine, progress, **_):
             made = fake(scene, engine, progress)
             return made if measure is None else replace(made, error=NOT_ASKED)
 
@@ -68,18 +68,18 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Non
 
 
 @pytest.fixture
-def ends(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+def ends(monkeypatch):
     """Put closed form in place of the engines, with a way to end, and empty figures of runs."""
 
-    def as_(completed: bool = True, reason: str = "no convergence") -> None:
-        def fake(scene: Scene, engine: str, progress: object = None, **_: object) -> Result:
+    def as_(completed=True, reason="no convergence"):
+        def fake(scene, engine, progress=None, **_):
             made = replace(rigid_link(scene=scene, samples=201), engine=engine, warnings=())
             made = replace(made, settings=solved_to(scene.accuracy.tolerance))
             return made if completed else replace(made, outcome=Outcome(False, 0.5, reason))
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)
 
-    def empty(_result: Result, _style: object) -> dict[str, Figure]:
+    def empty(_result, _style):
         return {name: Figure((1, 1)) for name in ("forces", "polar")}
 
     monkeypatch.setattr("exudyn_flexlink.plots.figures", empty)

@@ -17,7 +17,7 @@ class Element:
     attributes: dict[str, str]
     inside: list[Element | str] = field(default_factory=list)
 
-    def all(self, *tags: str) -> list[Element]:
+    def all(self, *tags):
         """Elements of these tags within it, in order."""
         found = []
         for one in self.inside:
@@ -27,7 +27,7 @@ class Element:
         return found
 
     @property
-    def text(self) -> str:
+    def text(self):
         """All text in it, but for styles and programs."""
         if self.tag in ("style", "script"):
             return ""
@@ -36,7 +36,7 @@ class Element:
         return between + "".join(parts) + between
 
     @property
-    def words(self) -> str:
+    def words(self):
         """Its text with single spaces."""
         return " ".join(self.text.split())
 
@@ -44,11 +44,11 @@ class Element:
 class _Reader(HTMLParser):
     """Reads a page, and refuses elements that are left open, or closed where they are not open."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__(convert_charrefs=True)
         self.open = [Element("page", {})]
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         names = [name for name, _ in attrs]
         assert len(set(names)) == len(names), f"<{tag}> has an attribute twice"
         new = Element(tag, {name: value or "" for name, value in attrs})
@@ -56,15 +56,15 @@ class _Reader(HTMLParser):
         if tag not in VOID:
             self.open.append(new)
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         assert self.open[-1].tag == tag, f"</{tag}> ends <{self.open[-1].tag}>"
         self.open.pop()
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         self.open[-1].inside.append(data)
 
 
-def read_page(text: str) -> Element:
+def read_page(text):
     """Read a page; whatever is not well formed fails the test."""
     assert text.lstrip().startswith("<!DOCTYPE html>")
     reader = _Reader()
@@ -74,7 +74,7 @@ def read_page(text: str) -> Element:
     return reader.open[0]
 
 
-def tables_of(page: Element) -> dict[str, list[list[str]]]:
+def tables_of(page):
     """Rows of every table by its caption, the names of columns first if there are any."""
     return {
         table.all("caption")[0].words: [

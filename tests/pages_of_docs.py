@@ -2,7 +2,6 @@
 
 import re
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -12,17 +11,17 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")
 BLOCK = re.compile(r"^ *```(?P<language>\w*)\n(?P<text>.*?)^ *```$", re.MULTILINE | re.DOTALL)
 
 
-def text_of(page: Path) -> str:
+def text_of(page):
     return page.read_text(encoding="utf-8")
 
 
-def blocks(page: Path, language: str) -> list[str]:
+def blocks(page, language):
     return [
         found["text"] for found in BLOCK.finditer(text_of(page)) if found["language"] == language
     ]
 
 
-def commands() -> Iterator[tuple[str, list[str]]]:
+def commands():
     """The page and the words of every command that README or documentation print."""
     for page in PAGES:
         for block in blocks(page, ""):

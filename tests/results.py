@@ -1,12 +1,10 @@
 """Results made by closed form, for tests of what is done with a Result: no engine needed."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from math import pi
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from exudyn_flexlink.curves import ray_crossings
@@ -15,7 +13,6 @@ from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import (
-    Channel,
     EnergyMeter,
     approach,
     build_mechanism,
@@ -34,7 +31,6 @@ from exudyn_flexlink.result import (
     Result,
     SleeveHistory,
 )
-from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import save, staged_folder
 
@@ -95,17 +91,17 @@ accuracy: {{tolerance: 4.0e-5}}
 """
 
 
-def put(result: Result, folder: str | Path) -> None:
+def put(result, folder):
     """Write a result to its place, as the program does."""
     with staged_folder(Path(folder)) as staged:
         save(result, staged)
 
 
-def scene_from(text: str) -> Scene:
+def scene_from(text):
     return scene_of(parse_document(text, "test"))
 
 
-def guide_distance(scene: Scene, theta: np.ndarray) -> np.ndarray:
+def guide_distance(scene, theta):
     """Distance CP (N,) on the scene's track, of the guide at the angles theta from 0 on."""
     curve = build_mechanism(scene).slots[0].curve
     u, found = 0.0, []
@@ -118,7 +114,7 @@ def guide_distance(scene: Scene, theta: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def exact_s(scene: Scene, times: np.ndarray) -> np.ndarray:
+def exact_s(scene, times):
     """Where S of `rigid_link` is (K, 2), m, at instants that never fall: C + (r + l) e(theta)."""
     theta = SPEED * times
     # The track is followed from the start on: each lap has a curve of its own.
@@ -127,7 +123,7 @@ def exact_s(scene: Scene, times: np.ndarray) -> np.ndarray:
     return CRANK + reach[:, None] * np.stack([np.cos(theta), np.sin(theta)], axis=1)
 
 
-def rigid_link(turns: float = 4.0, samples: int = 1601, scene: Scene | None = None) -> Result:
+def rigid_link(turns=4.0, samples=1601, scene=None):
     """The paper's mechanism with a straight link: S = C + (r(theta) + l) e(theta).
 
     The lever's motion is made up: a damped swing begins at theta = pi of every odd lap, with two
@@ -153,13 +149,13 @@ def rigid_link(turns: float = 4.0, samples: int = 1601, scene: Scene | None = No
     return result_of(scene, time, q, _touches(begins))
 
 
-def _swing(since: np.ndarray) -> np.ndarray:
+def _swing(since):
     t = np.maximum(since, 0.0)
     decay = np.exp(-LEVER_DAMPING * LEVER_FREQUENCY * t)
     return -LEVER_PEAK * decay * np.sin(LEVER_FREQUENCY * t)
 
 
-def _touches(begins: list[float]) -> list[Interval]:
+def _touches(begins):
     common = {"impulse": IMPULSE, "energy_lost": 1e-5, "peak_force": 0.4}
     return [
         touch
@@ -171,9 +167,7 @@ def _touches(begins: list[float]) -> list[Interval]:
     ]
 
 
-def result_of(
-    scene: Scene, time: np.ndarray, q: np.ndarray, touches: Iterable[Interval] = ()
-) -> Result:
+def result_of(scene, time, q, touches=()):
     """Fill a Result around a motion (N, parts, 3); forces are made up.
 
     In a sleeve with clearance they follow from how deep the link is in the walls.
@@ -218,13 +212,13 @@ def result_of(
     )
 
 
-def with_its_extremes(result: Result) -> Result:
+def with_its_extremes(result):
     """The same run with the extremes of its samples, which a test has changed."""
     motion = result.poses, result.rates
     return replace(result, extremes=_extremes(result.scene, result.time, motion, result.contacts))
 
 
-def _extremes(scene: Scene, time, motion, contacts) -> dict[str, Extremes]:
+def _extremes(scene, time, motion, contacts):
     """Those of the cubics between samples, as if each sample were a step."""
     mechanism = build_mechanism(scene)
     watched = Watched(scene, mechanism, motion[0][0])
@@ -239,7 +233,7 @@ def _extremes(scene: Scene, time, motion, contacts) -> dict[str, Extremes]:
     return found
 
 
-def _contact(contact, q, v, time, touches: list[Interval]) -> ContactHistory:
+def _contact(contact, q, v, time, touches):
     near = approach(contact, q, v)
     force = np.zeros_like(time)
     for touch in touches:
@@ -247,7 +241,7 @@ def _contact(contact, q, v, time, touches: list[Interval]) -> ContactHistory:
     return ContactHistory(near.gap, near.place, force, Intervals.of(touches))
 
 
-def _sleeve(channel: Channel, q: np.ndarray, v: np.ndarray, time: np.ndarray) -> SleeveHistory:
+def _sleeve(channel, q, v, time):
     """Elastic walls: F = k d while the point is behind the face and beside none of its ends."""
     deep, rates, faces = [], [], pairs(channel)
     for face in faces:
@@ -270,18 +264,18 @@ def _sleeve(channel: Channel, q: np.ndarray, v: np.ndarray, time: np.ndarray) ->
     )
 
 
-def _stretches(inside: np.ndarray) -> list[tuple[int, int]]:
+def _stretches(inside):
     """First and last sample of every stretch that is inside."""
     change = np.diff(inside.astype(int), prepend=0, append=0)
     return list(zip(np.flatnonzero(change > 0), np.flatnonzero(change < 0) - 1, strict=True))
 
 
-def _touch(time, deep, rate, force, stretch: tuple[int, int], pair: int) -> Interval:  # noqa: PLR0917
+def _touch(time, deep, rate, force, stretch, pair):  # noqa: PLR0917
     """One touch from its samples; energy lost: 0.1 m/s of its impulse."""
 
     begin, end = stretch
 
-    def crossing(outer: int, inner: int) -> float:
+    def crossing(outer, inner):
         if not 0 <= outer < len(time):
             return float(time[inner])
         share = deep[inner] / (deep[inner] - deep[outer])
@@ -301,7 +295,7 @@ def _touch(time, deep, rate, force, stretch: tuple[int, int], pair: int) -> Inte
     )
 
 
-def tilting_link(samples: int = 4001) -> Result:
+def tilting_link(samples=4001):
     """A link that touches nothing in lap 1, one point in lap 2, two in laps 3 and 4.
 
     With s the sine of the angle turned in the lap, the link tilts by atan(0.06 s) about its start
@@ -324,13 +318,13 @@ def tilting_link(samples: int = 4001) -> Result:
     return result_of(scene, time, q)
 
 
-def off_axis(lap: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def off_axis(lap, s):
     """How far the start of the tilting link is off the guide's axis (m), and its slope there."""
     off = np.select([lap >= 3], [1.2e-3 * s], 0.0)
     return off, np.select([lap == 2, lap == 4], [0.06 * s, -0.06 * s], 0.0)
 
 
-def block(motion, rate, samples=101, end=1.0, engine="exudyn") -> Result:
+def block(motion, rate, samples=101, end=1.0, engine="exudyn"):
     """A block that moves along x: exact positions and rates at even samples."""
     time = np.linspace(0, end, samples)
     q = np.zeros((samples, 1, 3))
@@ -341,7 +335,7 @@ def block(motion, rate, samples=101, end=1.0, engine="exudyn") -> Result:
     return replace(made, rates=v, engine=engine)
 
 
-def pendulum(samples: int = 101) -> Result:
+def pendulum(samples=101):
     time = np.linspace(0, 1, samples)
     q = np.zeros((samples, 1, 3))
     q[:, 0, 0] = 0.1
@@ -349,29 +343,29 @@ def pendulum(samples: int = 101) -> Result:
     return result_of(scene_from(PENDULUM), time, q)
 
 
-def slider(samples: int = 51) -> Result:
+def slider(samples=51):
     time = np.linspace(0, 1, samples)
     q = np.zeros((samples, 1, 3))
     q[:, 0, 0] = 0.5 * np.sin(time)
     return result_of(scene_from(SLIDER), time, q)
 
 
-def stopped(result: Result) -> Result:
+def stopped(result):
     outcome = Outcome(False, 0.5, "no convergence at the smallest step", "allow a smaller step")
     return replace(result, outcome=outcome)
 
 
-def touched(result: Result, *touches: Interval, name: str = "strike") -> Result:
+def touched(result, *touches, name="strike"):
     """The same run with other contacts of one name."""
     own = replace(result.contacts[name], touches=Intervals.of(touches))
     return replace(result, contacts={**result.contacts, name: own})
 
 
-def retitled(result: Result, title: str) -> Result:
+def retitled(result, title):
     return replace(result, scene=result.scene.changed(title=title))
 
 
-def first_samples(result: Result, count: int) -> Result:
+def first_samples(result, count):
     """What is kept of a run that stops after `count` samples."""
 
     def cut(mapping):
@@ -408,18 +402,18 @@ def first_samples(result: Result, count: int) -> Result:
     )
 
 
-def _begun(sleeve: SleeveHistory, end: float, count: int) -> SleeveHistory:
+def _begun(sleeve, end, count):
     """What a run that stops at `end` (s) knows of a sleeve: its touches begun before."""
     touches = sleeve.touches.where(sleeve.touches.begin < end)
     lasts = np.where(touches.end > end, np.inf, touches.end)
     return replace(sleeve, force=sleeve.force[:count], touches=replace(touches, end=lasts))
 
 
-def texts(figure: Figure) -> list[Text]:
+def texts(figure):
     """Return all texts of a figure that say something."""
     return [text for text in figure.findobj(Text) if text.get_text()]
 
 
-def words(figure: Figure) -> str:
+def words(figure):
     """Return what a figure says."""
     return "\n".join(text.get_text() for text in texts(figure))

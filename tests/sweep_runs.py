@@ -8,21 +8,19 @@ from pathlib import Path
 
 from results import PENDULUM, scene_from
 
-from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document
-from exudyn_flexlink.sweeps import Simulate, Sweep, Work, grid, planned, work_of
+from exudyn_flexlink.sweeps import grid, planned, work_of
 
 LENGTH = "bodies.rod.length"
 
 
-def plan_of(count: int) -> Sweep:
+def plan_of(count):
     """Return a sweep over lengths 1, 2, .. m."""
     design = grid({LENGTH: list(range(1, count + 1))}, (), [])
     return planned(scene_from(PENDULUM), design, Document("test"))
 
 
-def nothing(scene: Scene) -> Result:
+def nothing(scene):
     raise AssertionError("nothing is to be simulated")
 
 
@@ -38,8 +36,8 @@ class Length:
     times: int = 1
     seconds: float = 0.0
 
-    def __call__(self, scene: Scene, simulate: Simulate) -> dict[str, float]:
-        length = scene.bodies["rod"].length  # type: ignore[union-attr]
+    def __call__(self, scene, simulate):
+        length = scene.bodies["rod"].length
         with self.log.open("a") as file:
             file.write(f"{length:g}\n")
         if length == self.deadly and self.asked().count(length) <= self.times:
@@ -47,10 +45,10 @@ class Length:
         time.sleep(self.seconds)
         return {"length_m": length}
 
-    def asked(self) -> list[float]:
+    def asked(self):
         """Lengths in the order in which they were asked for."""
         return list(map(float, self.log.read_text().split())) if self.log.exists() else []
 
 
-def work(plan: Sweep, observe: Length) -> Work:
+def work(plan, observe):
     return work_of(plan, nothing, observe)

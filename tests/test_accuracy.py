@@ -1,10 +1,12 @@
 """Work-precision studies of engines made up by closed form: what is found, and in what time."""
 
+import csv
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from results import MODEL
+from matplotlib.colors import same_color
 from studies import BOTH, CONTACT, RODS, World, points_of, scene_with, studied
 
 from exudyn_flexlink.accuracy import (
@@ -16,14 +18,12 @@ from exudyn_flexlink.accuracy import (
     judge,
     methods_of,
 )
-from exudyn_flexlink.accuracy.methods import ladder
-from exudyn_flexlink.accuracy.sources import with_more_rods, with_stiffer_contacts
 from exudyn_flexlink.accuracy.study import NO_TIME, Studying
-from exudyn_flexlink.effects import with_impact
-from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.plots import work_precision
+from exudyn_flexlink.effects import idealise
+from exudyn_flexlink.plots import ENGINE_COLOURS, work_precision
 from exudyn_flexlink.report import accuracy_text, recommendation
 from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.storage import save_accuracy, staged_folder
 
 # --- what is found
 
@@ -75,34 +75,6 @@ def test_sources_are_told_apart_by_their_orders(study):
     assert dominating(study.sources).kind == "rods"
 
 
-def test_half_ends_are_extrapolated_at_second_order():
-    study = studied(scene=scene_with("bodies.link.layout=half_ends"))
-    rods = next(source for source in study.sources if source.kind == "rods")
-    assert rods.errors.largest == pytest.approx(RODS / 16, rel=1e-6)
-    assert "O(1/n^2)" in accuracy_text(study, "simulate it")
-    assert "about 8 rods" in recommendation(study)  # 4 sqrt(1.25e-4 / 4e-5) = 7.07
-
-
-def test_a_finer_link_is_damped_like_the_link():
-    """Hinges of a beam's material: stiffness and damping both go as 1 / length of a rod."""
-    scene = scene_with()
-    link, finer = scene.bodies["link"], with_more_rods(scene).bodies["link"]
-    assert finer.rods == 8
-    assert finer.hinges.damping == 2 * link.hinges.damping
-    assert finer.hinges.stiffness == "beam"
-    assert with_more_rods(scene_with("bodies.link.hinges.stiffness=paper")) is None
-    many = scene.changed(bodies={**scene.bodies, "link": link.model_copy(update={"rods": 600})})
-    assert with_more_rods(many) is None
-
-
-def test_walls_are_stiffened_with_the_contacts():
-    clearance = load_scene(MODEL.with_name("clearance.yaml"))
-    stiffer = with_stiffer_contacts(clearance)
-    assert stiffer.joints["sleeve"].law.stiffness == 4 * clearance.joints["sleeve"].law.stiffness
-    assert stiffer.contacts["strike"].law.stiffness == 4 * 2e4
-    assert with_stiffer_contacts(with_impact(scene_with(), "impulse")) is None
-
-
 # --- time
 
 
@@ -118,20 +90,6 @@ def test_no_study_takes_longer_than_its_budget():
     assert {s.kind for s in study.sources} == {"time", "rods", "contact"}
 
 
-def test_short_runs_are_repeated(study):
-    assert all(point.repeats == 3 for point in study.points if point.processor < 0.3)
-
-
-def test_a_run_that_takes_too_long_gives_way_to_coarser_ones():
-    """At 4e-5 m a run takes 0.05 s: of 0.072 s it may take half, then 0.016 s at 4e-4 m."""
-    world = World(refused=("lagrangian",))
-    runs = Runs(scene_with(), 4e-5, methods_of(scene_with(), BOTH))
-    made = Studying(runs, world.solve, 0.08, world.clock).run()
-    assert all(trial.value > 4e-5 for trial in made.trials)
-    assert made.left_out["Exudyn, tolerance 4e-05 m"] == NO_TIME
-    assert not any("4e-06" in label for label in world.labels)
-
-
 # --- what can't be done
 
 
@@ -145,24 +103,6 @@ def test_without_the_lagrangian_the_finest_run_judges():
     nearest = min(abs(p.errors.largest) for p in study.points)
     assert study.floor == pytest.approx(nearest)
     assert study.floor <= 0.5 * 10 * finest
-
-
-def test_the_own_settings_may_be_the_finest_run_of_all():
-    """Of 0.45 s three runs at 4e-5 m take 0.15 s; 4e-6 m takes 0.16 s, over half of the rest."""
-    world = World(refused=("lagrangian",))
-    study = studied(world, budget=0.5)
-    assert study.own is None
-    time = next(source for source in study.sources if source.kind == "time")
-    assert time.at_most
-    assert time.errors.largest == pytest.approx(0.5 * (4e-4 - 4e-5), rel=1e-4)
-    assert "<~" in accuracy_text(study, "simulate it")
-
-
-def test_another_formulation_is_independent():
-    scene, world = scene_with(), World()
-    methods = [Method("A", "exudyn"), Method("B", "exudyn", settings={"spectral_radius": 0.8})]
-    study = judge(Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run())
-    assert study.independent
 
 
 def test_beyond_the_horizon_nothing_is_judged():
@@ -208,19 +148,6 @@ def test_a_run_that_fails_is_left_out_and_told():
     assert not points_of(study, "Lagrangian")
 
 
-# --- ladders
-
-
-def test_a_ladder_reaches_from_above_the_target_to_below_it():
-    """A decade above, or up to about 1e-3 m."""
-    assert ladder("tolerance", 1e-6, 1e-6)[:2] == pytest.approx([1e-3, 1e-4])
-    rungs = ladder("tolerance", 4e-5, 4e-5)
-    np.testing.assert_allclose(rungs, [4e-4, 4e-5, 4e-6, 4e-7, 4e-8, 4e-9])
-    assert ladder("tolerance", 1e-5, 1e-2)[0] == pytest.approx(1e-2)
-    assert ladder("tolerance", 1e-5, 1e-10)[-1] <= 1.01e-11
-    np.testing.assert_allclose(ladder("step", 1e-3, 1e-5)[:3], [10**-2.5, 1e-3, 10**-3.5])
-
-
 # --- methods
 
 
@@ -236,29 +163,106 @@ def test_methods_are_engines_and_formulations_the_models_own_first():
     assert methods_of(stepped, BOTH)[0].name == "Exudyn, fixed step"
 
 
-def test_a_dear_method_begins_with_coarse_settings():
-    """At 4e-5 m joints would take a quarter of the budget, at 4e-4 m a tenth, at 4e-3 m less."""
-
-    class Dear(World):
-        @staticmethod
-        def cost(engine, scene):
-            if scene.solver.spectral_radius == 0.8:
-                return 5.0 * (scene.accuracy.tolerance / 4e-5) ** -0.5
-            return World.cost(engine, scene)
-
-    world, scene = Dear(), scene_with()
-    methods = [*methods_of(scene, BOTH), Method("Dear", "exudyn", "tolerance",
-                                                {"spectral_radius": 0.8})]  # fmt: skip
-    made = Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run()
-    first = next(t for t in made.trials if t.method.name == "Dear")
-    assert first.value == pytest.approx(4e-4)
-    assert world.now < 20.0
+# --- words
 
 
-def test_a_method_keeps_what_is_not_its_own():
-    scene = scene_with("solver.steps_per_contact=50", "solver.integrator=dop853")
-    tight = Method("Lagrangian", "lagrangian").at(scene, 1e-7)
-    assert (tight.accuracy.tolerance, tight.solver.steps_per_contact) == (1e-7, 50)
-    assert tight.solver.integrator == "dop853"
-    stepped = Method("Exudyn", "exudyn", "step").at(scene, 1e-4).accuracy
-    assert (stepped.step, stepped.tolerance) == (1e-4, None)
+def test_the_advice_says_how_to_follow_it(study):
+    lines = accuracy_text(study, "simulate it").splitlines()
+    assert lines[-1] == 'That is: simulate it --set "accuracy={tolerance: 4e-06}"'
+
+    def by(method, value, scene=study.scene):
+        point = replace(points_of(study, "Exudyn")[0], method=method, value=value, claimed=0.0)
+        text = accuracy_text(replace(study, scene=scene, points=(point,)), "simulate it")
+        return text.splitlines()[-1].split("simulate it ")[1]
+
+    step = Method("Exudyn, fixed step", "exudyn", "step", {"formulation": "redundant"})
+    assert by(step, 1e-4) == (
+        '--set "accuracy={step: 0.0001}" --set "solver={formulation: redundant}"'
+    )
+    redundant = Method("Exudyn, redundant", "exudyn", settings={"formulation": "redundant"})
+    beam = scene_with("solver={formulation: beam, elements: 3, steps_per_contact: 80}")
+    assert by(redundant, 1e-5, scene=beam) == (
+        '--set "accuracy={tolerance: 1e-05}" --set "solver={formulation: redundant, '
+        'steps_per_contact: 80}"'
+    )
+    other = Method("Lagrangian", "lagrangian")
+    assert by(other, 1e-6) == ('--engine lagrangian --set "accuracy={tolerance: 1e-06}"')
+
+
+def test_the_recommendation_names_setting_error_cost_and_limit(study):
+    assert recommendation(study) == (
+        "Recommendation: for 4e-05 m choose Exudyn, tolerance 4e-06 m (2.0e-06 m, 0.16 s); but the "
+        "rods, not the steps, limit you: 5.0e-04 m, a beam to 4e-05 m takes about 50 rods; "
+        "'layout: half_ends' takes fewer."
+    )
+
+
+def test_a_contact_that_limits_is_told():
+    study = studied(scene=scene_with("bodies.link.hinges.stiffness=paper"))
+    text = accuracy_text(study, "simulate it")
+    assert "contact's compliance, not the steps, limits you" in text
+    needed = float(text.split("some ")[1].split()[0])
+    assert needed == pytest.approx(1.25e5, rel=0.05)  # 2e4 (1e-4 / 4e-5)^2
+    assert "'paper' hinges tends to no beam as rods are added; n = 4 is part of the model" in text
+
+
+@pytest.mark.parametrize(
+    ("without", "told"),
+    [
+        (["impact"], "contact compliance: none, there is no contact"),
+        (["flexibility"], "number of rods: no flexible body"),
+    ],
+)
+def test_causes_that_a_scene_lacks_are_told(study, without, told):
+    scene = idealise(study.scene, without)
+    kept = tuple(s for s in study.sources if s.kind == "time")
+    text = accuracy_text(replace(study, scene=scene, sources=kept), "simulate it")
+    assert told in text
+    assert "There is only one known source of error" in text
+
+
+# --- figure and files
+
+
+def test_the_figure_shows_every_method_and_what_limits(study):
+    figure = work_precision(study)
+    (top,) = figure.axes
+    assert top.get_ylabel() == "largest error of\nall 8 named points (m)"
+    curves = {line.get_label(): line for line in top.lines}
+    for name, engine in (("Exudyn", "exudyn"), ("Lagrangian", "lagrangian")):
+        assert same_color(curves[name].get_color(), ENGINE_COLOURS[engine])
+    assert curves["Exudyn"].get_linestyle() != curves["Exudyn, fixed step"].get_linestyle()
+    found = points_of(study, "Exudyn")
+    np.testing.assert_allclose(curves["Exudyn"].get_ydata(), [p.errors.largest for p in found])
+    words = [text.get_text() for text in top.get_legend().get_texts()]
+    told = {
+        "target asked for, 4e-05 m",
+        "below the floor",
+        "error of the rods",
+        "contact compliance",
+        "the model's own settings",
+    }
+    assert told <= set(words)
+    assert curves["error of the rods"].get_ydata()[0] == pytest.approx(RODS / 4)
+
+
+def test_files_hold_what_was_found(study, tmp_path):
+    out = tmp_path / "out"
+    with staged_folder(out) as folder:
+        save_accuracy(study, "choose this", folder)
+    data = json.loads((out / "accuracy.json").read_text())
+    assert data["program"] == "exudyn-flexlink"
+    assert data["recommendation"] == "choose this"
+    assert data["dominating"] == "rods"
+    assert data["floor_m"] == study.floor
+    assert data["target_m"] == 4e-5
+    assert data["advice"]["choice"]["value"] == pytest.approx(4e-6)
+    assert data["advice"]["limited_by"] == "rods"
+    sources = {source["kind"]: source for source in data["sources"]}
+    assert sources["rods"]["error_largest_m"] == pytest.approx(RODS / 4, rel=1e-6)
+    with (out / "accuracy.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(data["points"]) == len(study.points)
+    largest = study.points[0].errors.largest
+    assert float(rows[0]["error_largest_m"]) == pytest.approx(largest, rel=1e-11)
+    assert set(rows[0]) < set(data["points"][0])

@@ -3,9 +3,9 @@
 import json
 import shlex
 import signal
-from pathlib import Path
 
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
@@ -15,7 +15,6 @@ from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.storage import load
 
-MODELS = Path(__file__).parents[1] / "models"
 SMALL = [str(MODELS / "smooth.yaml"), "--set=bodies.link.rods=2", "--set=run.turns=0.05"]
 
 

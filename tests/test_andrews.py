@@ -4,17 +4,13 @@ Seven angles as in the IVP test set; the program below is checked against the ac
 published, then integrated.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink import load_scene, simulate
-from exudyn_flexlink.arrays import FloatArray
 
 MODEL = Path(__file__).parents[1] / "models" / "benchmarks" / "andrews_squeezer.yaml"
 NAMES = ("crank", "coupler", "triangle", "upper", "upper_arm", "lower", "lower_arm")
@@ -55,7 +51,7 @@ LOOPS = (  # arms that sum up to a constant
 )
 
 
-def turned(arms, theta: FloatArray, rate: FloatArray) -> tuple[complex, NDArray, complex]:
+def turned(arms, theta, rate):
     """Sum of arms, its derivative by the angles (7,), and its acceleration at constant rates."""
     by = np.zeros(7, complex)
     place = away = 0j
@@ -66,7 +62,7 @@ def turned(arms, theta: FloatArray, rate: FloatArray) -> tuple[complex, NDArray,
     return place, by, away
 
 
-def accelerations(q: FloatArray, v: FloatArray, stiffness: float) -> tuple[FloatArray, FloatArray]:
+def accelerations(q, v, stiffness):
     """Angular accelerations (7,) rad/s^2 of the test set's angles, and multipliers (6,) N."""
     theta, rate = TURNS @ q, TURNS @ v
     M, f = TURNS.T @ np.diag(INERTIAS) @ TURNS, np.zeros(7)
@@ -91,12 +87,12 @@ def accelerations(q: FloatArray, v: FloatArray, stiffness: float) -> tuple[Float
     return found[:7], found[7:]
 
 
-def open_by(q: FloatArray) -> float:
+def open_by(q):
     """Largest gap in the loops, m."""
     return max(abs(turned(arms, TURNS @ q, q)[0] - there) for arms, there in LOOPS)
 
 
-def test_the_transcription_has_the_published_accelerations() -> None:
+def test_the_transcription_has_the_published_accelerations():
     assert open_by(START) < 1e-15
     found, multipliers = accelerations(START, np.zeros(7), 4530.0)
     np.testing.assert_allclose(found[:2], (14222.4439199541, -10666.8329399656), rtol=1e-11)
@@ -106,7 +102,7 @@ def test_the_transcription_has_the_published_accelerations() -> None:
 
 
 @pytest.fixture(scope="module")
-def truth() -> object:
+def truth():
     """Angles of the bodies (7,) rad at any time of the run, to 1e-10 rad."""
     solved = solve_ivp(
         lambda _, y: np.concatenate((y[7:], accelerations(y[:7], y[7:], 4530.0)[0])),
@@ -122,7 +118,7 @@ def truth() -> object:
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
-def test_every_angle_keeps_the_tolerance(truth, tolerance: float) -> None:
+def test_every_angle_keeps_the_tolerance(truth, tolerance):
     """Of the longest arm, 42 mm, whose ends move by the error of its angle."""
     result = simulate(load_scene(MODEL, [f"accuracy.tolerance={tolerance}"]), measure=False)
     assert result.outcome.completed
@@ -131,7 +127,7 @@ def test_every_angle_keeps_the_tolerance(truth, tolerance: float) -> None:
     assert np.abs(angles - exact).max() * 0.042 < tolerance
 
 
-def test_the_published_angles_are_met_to_a_millionth(truth) -> None:
+def test_the_published_angles_are_met_to_a_millionth(truth):
     np.testing.assert_allclose(truth(0.03)[:7], END, rtol=1e-9)
     result = simulate(load_scene(MODEL), measure=False)
     angles = result.poses[-1, [result.part_names.index(name) for name in NAMES], 2]

@@ -20,11 +20,6 @@ def run():
     return own_result(results.rigid_link(turns=2.0, samples=201))
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.fixture
 def saved(run):
     results.put(run, "run")
@@ -136,10 +131,3 @@ def test_any_run_is_animated(made, capsys):
     end = float(run.time[-1])
     few = ["--speed", f"{end}", "--fps", "5", "--width", "200", "--format", "gif,html"]
     assert said(capsys, "odd", *few)[0] == 0
-
-
-@pytest.mark.filterwarnings("error")
-def test_names_without_a_font_are_no_warning(run, capsys):
-    for name in ("$\\foo{$", "\u6a5f\u69cb"):
-        results.put(run, name)
-    assert said(capsys, "$\\foo{$", "--with", "\u6a5f\u69cb", "--format", "gif", *FEW)[0] == 0

@@ -3,7 +3,6 @@
 import json
 import shutil
 import subprocess
-import sys
 from io import BytesIO
 
 import numpy as np
@@ -12,9 +11,7 @@ import results
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from exudyn_flexlink.animation import FilmError, Filming, film_bytes, film_of, is_animation
-from exudyn_flexlink.animation import writing as writing_room
-from exudyn_flexlink.animation.drawing import HALO, thickness
+from exudyn_flexlink.animation import Filming, film_bytes, film_of, is_animation
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.shots import frames_of
 from exudyn_flexlink.plots.style import BLACK, BLUE
@@ -56,17 +53,6 @@ def test_a_frame_has_everything_where_it_is(run):
         assert pixel(picture, shown, [-0.13, 0.09]) == pytest.approx(WHITE, abs=8)
 
 
-@pytest.mark.parametrize("width", [320, 640, 1280])
-def test_the_length_to_read_sizes_by_stands_below_the_mechanism(width):
-    film = film_of(results.pendulum())
-    picture = Picture(film, frames_of(film, 10, 0.2), width)
-    points = film.takes[0].points(film.begin, film.end)
-    lowest = min(own.reshape(-1, 2)[:, 1].min() for own in points)
-    _, low = picture.axes.transData.transform([0, lowest])
-    [told] = [text for text in picture.axes.texts if text.get_text() == "20 mm"]
-    assert told.get_window_extent().y1 < low - HALO / 2 * thickness(width)
-
-
 def test_a_gif_has_its_frames_its_time_and_few_colours(run):
     film = film_of(run, window=(0.25, 0.45))
     made = film_bytes(film, "gif", Filming(fps=20, speed=0.1, width=320))
@@ -99,19 +85,3 @@ def test_a_video_has_its_frames_and_shows_the_run(run, tmp_path):
     assert (stream["width"], stream["height"] % 2) == (320, 0)
     assert (stream["nb_frames"], stream["r_frame_rate"]) == ("26", "25/1")
     assert stream["pix_fmt"] == "yuv420p"  # which every player knows
-
-
-HALF = 'cat > /dev/null; for file; do :; done; echo half > "$file"; echo no space left >&2; exit 1'
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="a shell stands in for ffmpeg")
-@pytest.mark.parametrize(("does", "told"), [("exit 1", "it did not say"), (HALF, "no space left")])
-def test_what_ffmpeg_says_of_a_video_that_it_did_not_finish_is_handed_on(
-    run, monkeypatch, tmp_path, does, told
-):
-    program = tmp_path / "ffmpeg"
-    program.write_text(f"#!/bin/sh\n{does}\n")
-    program.chmod(0o755)
-    monkeypatch.setattr(writing_room, "ffmpeg", lambda: str(program))
-    with pytest.raises(FilmError, match=f"ffmpeg made no video: {told}"):
-        film_bytes(film_of(run, window=(0, 0.1)), "mp4", Filming(width=200))

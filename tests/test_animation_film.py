@@ -1,6 +1,5 @@
 """What an animation shows: which instants, how fast, which runs, where things are and touch."""
 
-import json
 from dataclasses import replace
 from math import pi
 
@@ -8,15 +7,13 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.animation import FilmError, Slow, Take, film_of
-from exudyn_flexlink.animation.film import spot_of
+from exudyn_flexlink.animation import FilmError, Slow, film_of, zooms
 from exudyn_flexlink.animation.shots import GLOW_SECONDS, SLOW_SECONDS, Shots, frames_of
+from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
 from exudyn_flexlink.intervals import Interval, Intervals
-from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.measured_error import MeasuredError
-from exudyn_flexlink.mechanism import anchor_position, build_mechanism
+from exudyn_flexlink.mechanism import Anchor, anchor_position
+from exudyn_flexlink.plots.outline import faces
 from exudyn_flexlink.plots.style import ENGINE_COLOURS
-from exudyn_flexlink.shipped import model_file
 
 TURN = 2 * pi / results.SPEED  # s
 
@@ -37,35 +34,6 @@ def test_two_runs_have_the_colours_of_their_engines_and_end_together(run):
     alike = film_of(run, run)
     assert len({take.colour for take in alike.takes} - set(ENGINE_COLOURS.values())) == 2
     assert [take.name for take in alike.takes] == ["exudyn (first)", "exudyn (second)"]
-
-
-def test_of_two_runs_the_nearer_horizon_counts(run):
-    def known_until(instant):
-        error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, horizon=instant)
-        return replace(run, error=error)
-
-    assert film_of(run).horizon is None
-    assert film_of(run, known_until(0.7)).horizon == (
-        0.7, "beyond the horizon:\ntwo runs part",
-    )  # fmt: skip
-    assert film_of(known_until(1.5), known_until(0.7)).horizon[0] == 0.7
-
-
-@pytest.mark.parametrize(
-    ("window", "slow", "told"),
-    [
-        ((0.5, 0.5), None, "nothing to animate: it would begin at 0.5 s and end at 0.5 s"),
-        ((0.9, 0.5), None, "it would begin at 0.9 s and end at 0.5 s"),
-        ((None, float("nan")), None, "the end nan s is not within the run"),
-        ((None, None), Slow("strike", 3), "no strike number 3 of 'strike': it struck 2 times"),
-        ((None, 0.2), Slow("strike"), "'strike' is not between 0 s and 0.2 s"),
-    ],
-)
-def test_what_cannot_be_shown_is_told(run, window, slow, told):
-    with pytest.raises(FilmError, match=told):
-        film_of(run, window=window, slow=slow)
-    with pytest.raises(FilmError, match="the run has one instant only"):
-        film_of(replace(run, time=run.time[:1]))
 
 
 def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):
@@ -91,16 +59,6 @@ def test_slow_motion_lasts_its_seconds_and_the_rest_is_as_fast_as_before(run):
     length = own.end - own.begin
     assert frames.speeds[inside] == pytest.approx(length / SLOW_SECONDS)
     assert len(frames.times) == pytest.approx(25 * ((1 - length) / 0.1 + SLOW_SECONDS), abs=2)
-
-
-def test_a_touch_that_faded_in_slow_motion_does_not_come_back(run):
-    film = film_of(run, window=(0.25, 0.6), slow=Slow("strike", 1))
-    shots = Shots(film, film.takes[0], frames_of(film, 25, 0.1))
-    shown = np.array([len(shots.glows(i)) > 0 for i in range(len(shots.frames.times))])
-    # It begins to glow twice: at both touches of the strike, which are 1 ms apart, or once.
-    assert np.count_nonzero(np.diff(shown.astype(int)) > 0) <= 2
-    last = shots.frames.times[shown][-1]
-    assert last < film.slow[0].end
 
 
 def test_a_touch_glows_while_it_lasts_and_fades_after(run):
@@ -135,23 +93,35 @@ def test_an_impact_is_told_by_its_impulse(run):
     assert (glow.text, glow.strength) == ("0.0100 N s", 1.0)
 
 
-def test_walls_of_every_link_in_one_guide_are_drawn(tilting):
-    """Links in one guide may have different clearances."""
-    data = tilting.scene.to_data()
-    data["bodies"]["second"] = data["bodies"]["link"]
-    data["joints"]["wider"] = {**data["joints"]["sleeve"], "link": "second", "clearance": 2e-3}
-    both = replace(tilting, scene=results.scene_from(json.dumps(data)))
-    lines = Take(both, "", None).lines
-    walls = [line.line for line in lines if line.kind == "wall"]
-    assert [wall.places[0, 1] for wall in walls] == pytest.approx([1e-3, -1e-3, 2e-3, -2e-3])
-    assert {line.line.name for line in lines if line.kind != "wall"} == {"link", "second"}
+# --- zooms ----------------------------------------------------------------------------------------
 
 
-def test_circles_touch_between_their_centres():
-    scene = load_scene(model_file("textbook/friction_wheels"))
-    [contact] = build_mechanism(scene).contacts
-    rng = np.random.default_rng(1)
-    poses = rng.normal(size=(5, len(build_mechanism(scene).parts), 3))
-    first, second = (anchor_position(own, poses) for own in (contact.first, contact.second))
-    towards = (second - first) / np.linalg.norm(second - first, axis=1)[:, None]
-    assert spot_of(contact, poses) == pytest.approx(first + 0.1 * towards)
+def zoom_of(film):
+    [zoom] = zooms_of(film, film.takes[0])
+    return zoom
+
+
+def test_a_viewpoint_turns_and_moves_with_its_part():
+    """By hand: seen from (1, 0) of a part at (2, 3), turned a quarter; the x-axis points up."""
+    poses = np.array([[2.0, 3.0, np.pi / 2]])
+    seen = Viewpoint(Anchor(0, 1.0, 0.0)).seen(np.array([[2.0, 6.0], [1.0, 4.0]]), poses)
+    assert seen == pytest.approx(np.array([[2.0, 0.0], [0.0, 1.0]]))
+    other = Viewpoint(Anchor(0, 1.0, 0.0), np.pi).seen(np.array([[2.0, 6.0]]), poses)
+    assert other == pytest.approx(np.array([[-2.0, 0.0]]))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, monkeypatch):
+    film = film_of(run)
+    [face] = faces(film.takes[0].model)
+    monkeypatch.setattr(zooms, "faces", lambda _: [replace(face, side=side)])
+    zoom, poses = zoom_of(film), run.poses
+    ends = np.stack([anchor_position(end, poses) for end in (face.start, face.end)], axis=1)
+    length = np.linalg.norm(ends[0, 1] - ends[0, 0])
+    seen = zoom.view.seen(ends, poses)
+    order = [0, length] if side > 0 else [length, 0]
+    assert seen[..., 0] == pytest.approx(np.tile(order, (len(poses), 1)))
+    assert seen[..., 1] == pytest.approx(0.0, abs=1e-12)
+    left = Anchor(face.start.part, face.start.x, face.start.y + 1e-3)  # of the way to its end
+    above = zoom.view.seen(anchor_position(left, poses)[:, None], poses)[..., 1]
+    assert above == pytest.approx(1e-3 * side)

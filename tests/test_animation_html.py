@@ -13,7 +13,6 @@ from pages import read_page
 
 from exudyn_flexlink.animation import film_of, page, player
 from exudyn_flexlink.animation.html import film_data
-from exudyn_flexlink.animation.zooms import zooms_of
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 
@@ -84,15 +83,6 @@ def test_a_title_cannot_end_the_data_or_become_markup(run):
     assert data["title"] == title
 
 
-def test_a_long_run_stays_within_a_few_megabytes():
-    time = np.linspace(0, 20, 20_001)
-    long = results.block(np.sin, np.cos)
-    q = np.zeros((len(time), 1, 3))
-    q[:, 0, 0], q[:, 0, 2] = np.sin(40 * time), 1e3 * np.sin(300 * time)
-    made = results.result_of(long.scene, time, q)
-    assert len(page(film_of(made))) < 12e6
-
-
 @pytest.fixture(scope="module")
 def window():
     if program() is None:
@@ -146,25 +136,6 @@ def test_a_browser_shows_where_things_are(run, tilting, window, tmp_path):
     assert "crank" in told["slider"]
 
 
-def test_a_browser_sees_a_strike_from_the_face_that_is_struck(run, window, tmp_path):
-    film = film_of(run)
-    [zoom] = zooms_of(film, film.takes[0])
-    instants = [0.25, 0.317, 0.35, 1.58]
-    told = seen_in(window, page(film), tmp_path, f"""
-        const [one] = players;
-        const [zoom] = one.takes[0].zooms;
-        return {instants}.map((t) => {{
-          one.go(t);
-          const {{ part, x, y }} = one.takes[0].data.points.S;
-          return one.takes[0].from(zoom.view, one.takes[0].at(part, x, y));
-        }});
-    """)  # fmt: skip
-    poses = film.takes[0].poses(np.array(instants))
-    s = anchor_position(film.takes[0].watched, poses)
-    exact = zoom.view.seen(s[:, None], poses)[:, 0]
-    assert np.array(told) == pytest.approx(exact, abs=film.size / 2000)
-
-
 def test_a_player_fits_a_phone_and_tells_what_lies_beyond_the_horizon(run, window, tmp_path):
     error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, horizon=0.7)
     both = film_of(run, replace(run, error=error))
@@ -178,42 +149,3 @@ def test_a_player_fits_a_phone_and_tells_what_lies_beyond_the_horizon(run, windo
         assert told[0] == width
         assert "horizon" not in told[1]
         assert "beyond the horizon: two runs part" in told[2]
-
-
-def test_a_guide_with_clearance_has_its_zoom_in_whichever_run_it_is(run, tilting, window, tmp_path):
-    for film in (film_of(run, tilting), film_of(tilting, run)):
-        told = seen_in(window, page(film), tmp_path, """
-            return players[0].zooms.map((one) => one.name);
-        """)  # fmt: skip
-        assert sorted(told) == ["sleeve", "strike"]  # the other run strikes
-
-
-def test_who_looks_elsewhere_follows_no_longer(run, window, tmp_path):
-    """The picture is then as large as it was, and the button says so."""
-    told = seen_in(window, page(film_of(run)), tmp_path, """
-        const [one] = players;
-        const seen = () => [one.flags.follows.getAttribute("aria-pressed"), one.view().scale];
-        one.pause();
-        const whole = seen();
-        one.switch("follows");
-        const followed = seen();
-        one.picture.dispatchEvent(new WheelEvent("wheel", { ctrlKey: true, deltaY: -1 }));
-        const larger = seen();
-        one.whole.click();
-        return { whole, followed, larger, scrolls: getComputedStyle(one.picture).touchAction };
-    """)  # fmt: skip
-    (off, scale), (on, followed) = told["whole"], told["followed"]
-    assert (off, on) == ("false", "true")
-    assert followed == pytest.approx(5 * scale)
-    assert told["larger"] == ["false", pytest.approx(followed * np.exp(1 / 200))]
-    assert told["scrolls"] == "pan-y"  # fingers scroll the page again
-
-
-def test_a_picture_that_was_let_go_beside_itself_stays(run, window, tmp_path):
-    seen_in(window, page(film_of(run)), tmp_path, "players[0].pause(); players[0].look(8, [0, 0]);")
-    window.drag((300, 300), (350, 320), (350, 2), (350, 2))
-    centre = "document.querySelector('.flexlink-player').flexlinkPlayer.centre"
-    left = window.value(centre)
-    assert left != [0, 0]
-    window.drag((350, 2), (300, 300), (320, 310), (350, 2))  # pressed beside it
-    assert window.value(centre) == left

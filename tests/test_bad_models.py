@@ -15,12 +15,12 @@ FILES = sorted(FOLDER.glob("*.yaml"))
 EXPECT = "# expect "
 
 
-def test_the_folder_is_there() -> None:
+def test_the_folder_is_there():
     assert len(FILES) > 60
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_every_mistake_is_reported_where_it_stands(path: Path) -> None:
+def test_every_mistake_is_reported_where_it_stands(path):
     lines = path.read_text(encoding="utf-8").splitlines()
     expected = [line.removeprefix(EXPECT) for line in lines if line.startswith(EXPECT)]
     with pytest.raises(SceneError) as caught:
@@ -31,7 +31,7 @@ def test_every_mistake_is_reported_where_it_stands(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_carets_lie_below_the_value(path: Path) -> None:
+def test_carets_lie_below_the_value(path):
     with pytest.raises(SceneError) as caught:
         load_scene(path)
     shown = str(caught.value).splitlines()

@@ -4,16 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from test_physics_circles import DISCS, HOLLOW, SLIDER_CRANK, disc_in_dish
+from test_physics_circles import SLIDER_CRANK, disc_in_dish
 from test_physics_tools import scene
 
-from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import absent, idealise
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.contacts import contact_of
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach
-from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import contact_totals, joints_with_play
 from exudyn_flexlink.report import check_text, run_text
 from exudyn_flexlink.storage import load, save
@@ -57,17 +54,6 @@ def test_a_journal_starts_in_the_middle_of_its_bearing_and_moves_with_it():
     assert at.gap_rate == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_journal_in_a_bearing_on_the_ground_may_be_watched_for_it_moves():
-    assert scene(HOLLOW, "outputs.watch=ball.c").outputs.watch == "ball.c"
-
-
-def test_a_journal_starts_beside_the_middle_where_angles_given_ask_for_it():
-    """Rod turned up by 2 mrad: its end is 0.24 mm above the rail, on which the bearing is."""
-    assembly = assemble_scene(scene(SLIDER_CRANK, "initial.angles={slider: 0, rod: 0.002 rad}"))
-    at = approach(assembly.mechanism.bearings[0], assembly.state.q, assembly.state.v)
-    assert 0 < at.gap < 5e-4 - 0.12 * np.sin(0.002) + 1e-6
-
-
 def test_the_speed_of_a_journal_can_be_given():
     text = """
 bodies: {ball: {type: rigid, mass: 1, inertia: 1.0e-3, points: {c: [0, 0]}}}
@@ -81,49 +67,6 @@ accuracy: {tolerance: 1.0e-6}
     assembly = assemble_scene(scene(text))
     at = approach(assembly.mechanism.bearings[0], assembly.state.q, assembly.state.v)
     assert (float(at.gap), float(at.gap_rate)) == pytest.approx((0.1, -0.5))
-
-
-# --- derivatives ------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("which", ["normal", "friction"])
-def test_slopes_of_a_contact_are_derivatives_of_its_force(which):
-    """By central differences, for one disc in a dish: nothing else turns with the coordinates."""
-    text = disc_in_dish(0.3, 1, friction=0.4 if which == "friction" else 0.0, slip=0.2)
-    assembly = assemble_scene(scene(text, "contacts.dish.law.restitution=0.6"))
-    contact = contact_of(tree_layout(assembly.mechanism), assembly.mechanism.contacts[0])
-    far = 0.4 + 1e-4
-    x = np.array([far * np.sin(0.7), -far * np.cos(0.7), 0.2])
-    v = np.array([0.02, 0.03, 0.7])
-
-    def force(x, v):
-        onto = np.zeros(3)
-        contact.push(x, v, onto)
-        return onto
-
-    def slope(of, at, h):
-        columns = [(of(at + h * e) - of(at - h * e)) / (2 * h) for e in np.eye(3)]
-        return -np.column_stack(columns)
-
-    touch, row = contact.touch(x, v), contact.gradient(x, v)
-    by_gap = slope(lambda y: np.array([contact.touch(y, v).gap]), x, 1e-6)[0]
-    np.testing.assert_allclose(by_gap, -row, atol=1e-7)
-    law, e = contact.law, 0.6
-    rising = np.tanh(-touch.gap_rate / law.transition_speed)
-    damper = -touch.gap * law.stiffness * (1 - e**2) / 2 / law.transition_speed * (1 - rising**2)
-    along_gap = np.outer(row, row)
-    by_speed = slope(lambda w: force(x, w), v, 1e-6)
-    np.testing.assert_allclose(
-        contact.slopes(x, v)[1] + damper * along_gap, by_speed, atol=1e-3, rtol=1e-4
-    )
-    # A disc that spins fast: its friction has reached its bound, and turns with the normal alone;
-    # that its arm shortens with the depth, a thousandth of the radius, is left to the iteration.
-    spinning = np.array([0.0, 0.0, 50.0])
-    by_place = slope(lambda y: force(y, spinning), x, 1e-8)
-    spring = law.stiffness * (1 + e**2) / 2
-    np.testing.assert_allclose(
-        contact.slopes(x, spinning)[0] + spring * along_gap, by_place, atol=5.0, rtol=2e-3
-    )
 
 
 # --- results ----------------------------------------------------------------------------------
@@ -156,12 +99,3 @@ def test_a_saved_run_is_read_back_as_it_was(result, tmp_path):
     assert list(back.intervals["small_end"]) == list(result.intervals["small_end"])
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert summary["clearances"]["small_end"]["touches"] > 0
-
-
-@pytest.mark.parametrize("text", [SLIDER_CRANK, DISCS, disc_in_dish(0.3, 0.05)])
-def test_every_figure_and_file_is_made(text, tmp_path):
-    (tmp_path / "model.yaml").write_text("title: circles\n" + text, encoding="utf-8")
-    settings = ("--set", "run.duration=0.01", "--set", "accuracy.tolerance=1.0e-6")
-    arguments = ["simulate", str(tmp_path / "model.yaml"), *settings, "--no-measure"]
-    assert main([*arguments, "--out", str(tmp_path / "run")]) == 0
-    assert list((tmp_path / "run").glob("*.png"))

@@ -4,29 +4,27 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from cli_runs import BARE, ROOT
+from folders import posix
 
 from exudyn_flexlink.cli.ctrl_c import ends_runs
 from exudyn_flexlink.engines import LateInterruptError, beside, measured, simulate
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.scene import Scene
 
 SHORT = ["run.turns=0.3", "bodies.link.rods=3"]
-posix = pytest.mark.skipif(sys.platform == "win32", reason="signals to processes")
 
 
 @pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+def started(monkeypatch):
     """Let every run be worth a process; tells those that were started."""
-    found: list[Any] = []
+    found = []
     popen = subprocess.Popen
 
-    def kept(*arguments: Any, **options: Any) -> Any:
+    def kept(*arguments, **options):
         found.append(popen(*arguments, **options))
         return found[-1]
 
@@ -39,12 +37,12 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 
 @pytest.fixture
-def scene() -> Scene:
+def scene():
     return load_scene(ROOT / "models" / "no_clearance.yaml", SHORT)
 
 
-def test_a_process_beside_gives_the_same_numbers(scene: Scene, started: list[Any]) -> None:
-    told: list[float] = []
+def test_a_process_beside_gives_the_same_numbers(scene, started):
+    told = []
     found = simulate(scene, progress=told.append, measure=True, at_once=True)
     assert len(started) == 1
     alone = simulate(scene, measure=True)
@@ -54,24 +52,8 @@ def test_a_process_beside_gives_the_same_numbers(scene: Scene, started: list[Any
     assert told == sorted(told)
 
 
-@pytest.mark.parametrize("why", ["a step is given", "a worker", "one core", "it is short"])
-def test_no_process_is_started_where_it_would_not_help(
-    why: str, scene: Scene, started: list[Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if why == "a step is given":
-        scene = scene.changed(accuracy={"step": 1e-2})
-    elif why == "a worker":
-        monkeypatch.setattr(beside, "parent_process", object)
-    elif why == "one core":
-        monkeypatch.setattr(beside.os, "sched_getaffinity", lambda _: {0}, raising=False)
-    else:
-        monkeypatch.setattr(beside, "SURE", 100.0)
-    simulate(scene, measure=True, at_once=True)
-    assert not started
-
-
 @posix
-def test_a_process_that_dies_costs_nothing(scene: Scene, started: list[Any]) -> None:
+def test_a_process_that_dies_costs_nothing(scene, started):
     with Beside(scene, "exudyn") as other:
         first = simulate(scene, progress=other.watch(None))
         started[0].kill()
@@ -80,11 +62,11 @@ def test_a_process_that_dies_costs_nothing(scene: Scene, started: list[Any]) -> 
 
 
 @posix
-def test_ctrl_c_ends_the_process_and_keeps_what_it_has_computed(started: list[Any]) -> None:
+def test_ctrl_c_ends_the_process_and_keeps_what_it_has_computed(started):
     scene = load_scene(ROOT / "models" / "clearance.yaml", ["run.turns=4"])
-    pressed: list[float] = []
+    pressed = []
 
-    def press(done: float) -> None:
+    def press(done):
         if done > 0.02 and not pressed:
             pressed.append(done)
             signal.raise_signal(signal.SIGINT)
@@ -102,7 +84,7 @@ def test_ctrl_c_ends_the_process_and_keeps_what_it_has_computed(started: list[An
     assert started[0].returncode is not None
 
 
-def test_a_process_ends_with_what_it_was_started_for(scene: Scene, started: list[Any]) -> None:
+def test_a_process_ends_with_what_it_was_started_for(scene, started):
     with Beside(scene, "exudyn") as other:
         other.watch(None)(0.0)
         folder = Path(started[0].args[-1])
@@ -121,7 +103,7 @@ print(found.error.largest, found.error.other)
 """
 
 
-def test_a_script_needs_no_guard(tmp_path: Path) -> None:
+def test_a_script_needs_no_guard(tmp_path):
     """It is not run again by the process that is started."""
     (tmp_path / "script.py").write_text(SCRIPT)
     ran = subprocess.run(

@@ -1,40 +1,32 @@
 """Pairs of link and guide that may touch soon, against gaps and rates of the mechanism itself."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import ROOT
 
-from exudyn_flexlink import load_scene, simulate
-from exudyn_flexlink.engines.exudyn.redundant.contact_item import BESIDE, ContactItem
+from exudyn_flexlink import load_scene
+from exudyn_flexlink.engines.exudyn.redundant.contact_item import BESIDE
 from exudyn_flexlink.engines.exudyn.redundant.contacts import BroadPhase
 from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import FaceContact, approach, pairs
-from exudyn_flexlink.scene import Run
-
-ROOT = Path(__file__).parents[1]
-CLEARANCE = ROOT / "models" / "clearance.yaml"
-REDUNDANT = "solver.formulation=redundant"
+from exudyn_flexlink.mechanism import approach, pairs
 
 
-def gaps(faces: tuple[FaceContact, ...], q: np.ndarray, v: np.ndarray) -> np.ndarray:
+def gaps(faces, q, v):
     """Gap, place, rate of the gap and slip of every pair, (4, pairs)."""
     seen = [approach(face, q, v) for face in faces]
     return np.array([(at.gap, at.place, at.gap_rate, at.slip) for at in seen]).T
 
 
 @pytest.mark.parametrize("model", ["clearance.yaml", "supported.yaml"])
-def test_near_are_pairs_whose_gaps_close_over_their_faces(model: str) -> None:
-    """Of 100 random motions: nothing that may touch is left out, nothing else is named."""
+def test_near_are_pairs_whose_gaps_close_over_their_faces(model):
+    """Of 30 random motions: nothing that may touch is left out, nothing else is named."""
     assembly = assemble_scene(load_scene(ROOT / "models" / model))
     faces = pairs(assembly.mechanism.channels[0])
     held = np.array([face.side == 0 for face in faces])
     length = np.array([face.length for face in faces])
     random, named = np.random.default_rng(1), 0
-    for ahead in np.geomspace(1e-5, 1e-2, 100):
+    for ahead in np.geomspace(1e-5, 1e-2, 30):
         q = assembly.state.q + 1e-3 * random.standard_normal(assembly.state.q.shape)
         before, v = (random.standard_normal(q.shape) for _ in range(2))
         step = 0.3 * ahead
@@ -53,22 +45,4 @@ def test_near_are_pairs_whose_gaps_close_over_their_faces(model: str) -> None:
         expected = np.flatnonzero(over & ((least <= 0) | held))
         assert near.tolist() == expected.tolist()
         named += len(near)
-    assert 0 < named < 100 * len(faces)
-
-
-def test_walls_that_are_far_are_never_looked_at_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A wall 1 m away costs no look of its own; one within reach is touched as before."""
-    looks = []
-    after_step = ContactItem.after_step
-    monkeypatch.setattr(
-        ContactItem, "after_step", lambda *own: looks.append(own[0].index) or after_step(*own)
-    )
-    scene = load_scene(CLEARANCE, (REDUNDANT, "accuracy.step=1e-4"))
-    walls = scene.changed(contacts={}, run=Run(duration=0.14, sample=0.01))
-    joints = dict(walls.joints)
-    joints["sleeve"] = joints["sleeve"].model_copy(update={"clearance": 1.0})
-    far = simulate(walls.changed(joints=joints), measure=False)
-    assert far.outcome.completed
-    assert looks == []
-    assert simulate(walls, measure=False).outcome.completed
-    assert looks
+    assert 0 < named < 30 * len(faces)

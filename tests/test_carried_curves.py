@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import solve_ivp
 from test_physics_tools import angle, run, scene, where
 
-from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.source import SceneError
 
 TOLERANCES = [1e-3, 1e-5, 1e-8]
@@ -170,8 +169,3 @@ bodies:
         scene(text + ends(1e-5))
     assert "curves.a.on: 'strip' is flexible" in str(found.value)
     assert "curves.b.pieces.0: a piece of a curve can't be carried by itself" in str(found.value)
-
-
-def test_the_lagrangian_names_a_track_that_moves():
-    with pytest.raises(NotRepresentableError, match=r"joints"):
-        simulate(scene(WHEEL + ends(1e-5)), "lagrangian")

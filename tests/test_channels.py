@@ -1,17 +1,12 @@
 """What can touch in a sleeve: numbers, gaps against hand computation, rates against differences."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
-from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
-from exudyn_flexlink.mechanism import approach, pair_sides, pairs
+from exudyn_flexlink.mechanism import approach, pairs
 from exudyn_flexlink.source import parse_document
-
-MODELS = Path(__file__).parents[1] / "models"
 
 
 def assembled(*settings, model="clearance.yaml"):
@@ -30,71 +25,6 @@ def test_rates_are_those_of_the_gaps(model):
         at = approach(contact, q, v)
         assert at.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * h), abs=1e-8)
         assert at.slip == pytest.approx((ahead.place - behind.place) / (2 * h), abs=1e-8)
-
-
-def test_a_given_angle_or_velocity_is_kept():
-    tilted = assembled("initial={angles: {link: 0.02}}")
-    assert tilted.state.q[1, 2] == pytest.approx(0.02)
-    assert tilted.degrees_of_freedom == 12
-    assert tilted.state.v[1:11, 2] == pytest.approx(10)  # it turns with the guide
-    drifting = assembled("initial={speeds: {link: 11}}")
-    assert drifting.state.v[1:11, 2] == pytest.approx(11)
-    assert drifting.state.q[1:11, 2] == pytest.approx(0)
-
-
-def test_the_start_is_that_without_clearance():
-    one, other = assembled().state, assembled(model="no_clearance.yaml").state
-    assert one.q == pytest.approx(other.q, abs=1e-15)
-    assert one.v == pytest.approx(other.v, abs=1e-12)
-
-
-def test_nodes_are_where_the_rods_are():
-    assembly = assembled("bodies.link.layout=half_ends")
-    channel = assembly.mechanism.channels[0]
-    assert sum(channel.lengths) == pytest.approx(0.07)
-    assert channel.nodes[-1].x == channel.lengths[-1]
-
-
-# --- numbering --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("rods", [1, 2, 7])
-def test_every_number_has_the_name_and_the_side_that_the_module_promises(rods):
-    channel = assembled(f"bodies.link.rods={rods}").mechanism.channels[0]
-    named = [contact.name.removeprefix("sleeve: ") for contact in pairs(channel)]
-    sides = pair_sides(channel)
-    assert len(named) == len(sides) == 2 * (rods + 1) + 4 * rods
-    words = {1: "upper", -1: "lower"}
-    for node in range(rods + 1):
-        for k, side in enumerate((1, -1)):
-            assert named[2 * node + k] == f"node {node + 1} on {words[side]} wall"
-            assert sides[2 * node + k] == side
-    for rod in range(rods):
-        first = 2 * (rods + 1) + 4 * rod
-        for k, (mouth, side) in enumerate((m, s) for m in ("start", "end") for s in (1, -1)):
-            assert named[first + k] == f"rod {rod + 1} on {words[side]} corner of the {mouth}"
-            assert sides[first + k] == side
-    held = assembled(f"bodies.link.rods={rods}", model="supported.yaml").mechanism.channels[0]
-    named = [contact.name.removeprefix("sleeve: ") for contact in pairs(held)]
-    assert named == [
-        *(f"node {node + 1} on axis" for node in range(rods + 1)),
-        *(f"rod {r + 1} on middle of the {m}" for r in range(rods) for m in ("start", "end")),
-    ]
-
-
-def test_a_rigid_link_is_one_rod():
-    scene = idealise(load_scene(MODELS / "clearance.yaml"), ["flexibility"])
-    channel = assemble_scene(scene).mechanism.channels[0]
-    assert channel.lengths == (0.07,)
-    assert len(pairs(channel)) == 2 * 2 + 4
-
-
-def test_every_pair_has_the_law_of_the_sleeve():
-    channel = assembled(model="clearance_friction.yaml").mechanism.channels[0]
-    for contact in pairs(channel):
-        assert contact.law == RestitutionPenalty(1e5, 0.5)
-        assert contact.friction == Friction(0.15, 1e-3)
-    assert assembled().mechanism.channels[0].friction is None
 
 
 # --- geometry ---------------------------------------------------------------------------------

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 from math import pi, sqrt
-from pathlib import Path
 
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import EFFECTS, absent, idealise
@@ -13,7 +13,6 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.report.text import number
 
-MODELS = Path(__file__).parents[1] / "models"
 MASS_PER_LENGTH = 7850 * 10e-3 * 0.5e-3  # kg/m, of the link
 
 
@@ -40,14 +39,6 @@ def test_effects_said_to_be_simulated_are_those_that_can_be_left_out(name):
         left = simulated(idealise(scene, [effect]))
         assert effect not in left
         assert left <= whole
-
-
-def test_restitution_is_no_damping():
-    bare = idealise(model("clearance"), ["damping"])
-    assert "restitution below 1" in simulated(bare)
-    assert "restitution below 1" not in simulated(model("smooth"))
-    settings = ["contacts.strike.law.restitution=1", "joints.sleeve.law.restitution=1"]
-    assert "restitution below 1" not in simulated(model("clearance", *settings))
 
 
 def test_walls_are_told_with_their_law_and_the_pairs_that_can_touch():
@@ -185,12 +176,6 @@ def test_check_refuses_a_formulation_that_a_contact_is_beyond(
     place = f"{file.name}:{line + 1}:{lines[line].index(stands) + 1}"
     assert f"{place}: contacts.{said}" in shown.err
     assert shown.out == ""
-
-
-def test_check_asks_nothing_of_a_formulation_when_the_contact_is_left_out():
-    file = str(MODELS / "benchmarks/bouncing_ball_impulse.yaml")
-    redundant = ["--set", "solver.formulation=redundant"]
-    assert main(["check", file, "--without", "impact", *redundant]) == 0
 
 
 CART = """

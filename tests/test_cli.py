@@ -1,16 +1,18 @@
 """The program at a terminal: what it imports, bad input, help, schema."""
 
 import json
+import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, ROOT, SPLINE, code_of, python
+from cli_runs import COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
 
 from exudyn_flexlink import cli
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.cli.completing import SHELLS
 from exudyn_flexlink.scene import json_schema
+from exudyn_flexlink.shipped import model_names
 
 # --- what is not imported -------------------------------------------------------------------
 
@@ -149,20 +151,6 @@ def test_help_gives_examples_that_parse(command, capsys):
         cli.program_parser().parse_args(line[1:])
 
 
-def test_help_is_no_docstring():
-    """Python without docstrings (``-OO``) says the same; only the schema is made of them."""
-    code = (
-        "from exudyn_flexlink.cli import arguments;"
-        "parser = arguments.program_parser();"
-        "[one] = (a for a in parser._actions if a.choices);"
-        "print(parser.format_help(), *(c.format_help() for c in one.choices.values()))"
-    )
-    assert python("-OO", "-c", code).stdout == python("-c", code).stdout
-    refused = python("-OO", "-m", "exudyn_flexlink", "schema")
-    assert (refused.returncode, refused.stdout) == (2, "")
-    assert "which Python leaves out with '-OO'" in refused.stderr
-
-
 def test_schema_is_printed_or_written(tmp_path, capsys):
     assert main(["schema"]) == 0
     printed = capsys.readouterr().out
@@ -171,26 +159,59 @@ def test_schema_is_printed_or_written(tmp_path, capsys):
     assert (tmp_path / "schema.json").read_text(encoding="utf-8") == printed
 
 
-def test_a_reader_that_has_seen_enough_is_no_error():
-    pytest.importorskip("fcntl")  # pipes of a shell
-    command = f"'{sys.executable}' -m exudyn_flexlink schema | head -n 1"
-    ran = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], cwd=ROOT, check=False,
-                         capture_output=True, text=True)  # fmt: skip
-    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "{\n", "")
+# --- completion by shells -------------------------------------------------------------------------
+
+LINES = [
+    (["si"], {"simulate"}),
+    (["simulate", "clear"], {"clearance", "clearance_friction"}),
+    (["check", "mi"], {"mine.yaml"}),
+    (["check", "no_"], {"no_clearance", "no_mine.yaml"}),
+    (["new", "textbook/do"], {"textbook/double_pendulum"}),
+    (["new", "no_"], {"no_clearance"}),
+    (["new", "rigid", "mi"], {"mine.yaml"}),
+    (["simulate", "rigid", "--engine", ""], {"exudyn", "lagrangian"}),
+    (["simulate", "rigid", "--no-m"], {"--no-measure"}),
+    (["plot", ""], {"runs"}),
+    (["completion", ""], set(SHELLS)),
+]
+ASK = """
+source "$1"; shift
+words=("$@")
+COMP_WORDS=("$@") COMP_CWORD=$((${#words[@]} - 1)) COMPREPLY=()
+offers=$(complete -p exudyn-flexlink | sed 's/.*-F \\([^ ]*\\).*/\\1/')
+"$offers" exudyn-flexlink "${words[COMP_CWORD]}" 2> /dev/null
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
 
 
-# --- where it runs --------------------------------------------------------------------------
+@pytest.fixture
+def script(capsys):
+    """Return bash's script, in a folder with some files of a user."""
+    Path("runs").mkdir()
+    for name in ("mine.yaml", "no_mine.yaml"):
+        Path(name).touch()
+    assert main(["completion", "bash"]) == 0
+    Path("./completion.sh").write_text(capsys.readouterr().out, encoding="utf-8")
+    return Path("./completion.sh")
 
 
-def test_the_backend_that_a_notebook_left_behind_has_no_say(tmp_path):
-    """Figures are files: nothing is shown, by whatever backend."""
-    environment = {**BARE, "MPLBACKEND": "no_such"}
-    for command in (
-        ["check", RIGID, "--figure", str(tmp_path / "start.png")],
-        ["simulate", RIGID, "--set", "run.turns=0.02", "--out", str(tmp_path / "run")],
-        ["plot", str(tmp_path / "run"), "--out", str(tmp_path / "again")],
-    ):
-        ran = python("-m", "exudyn_flexlink", *command, env=environment)
-        assert (ran.returncode, ran.stderr) == (0, "")
-    assert (tmp_path / "start.png").stat().st_size > 10_000
-    assert (tmp_path / "again" / "coordinates.png").stat().st_size > 10_000
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+@pytest.mark.parametrize(("words", "offered"), LINES, ids=[" ".join(words) for words, _ in LINES])
+def test_bash_offers(words, offered, script):
+    ran = subprocess.run(
+        ["bash", "-c", ASK, "bash", f"./{script}", "exudyn-flexlink", *words],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert set(ran.stdout.split()) == offered
+
+
+def test_zsh_knows_every_command_and_model(capsys):
+    assert main(["completion", "zsh"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("#compdef exudyn-flexlink\n")
+    assert all(name in told for name in (*model_names(), "simulate", "--watch"))
+
+
+def test_another_shell_is_bad_input(capsys):
+    assert code_of("completion", "csh") == 2
+    assert "bash" in capsys.readouterr().err

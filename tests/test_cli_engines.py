@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from cli_runs import MODELS, NO_CLEARANCE, code_of, row
+from cli_runs import MODELS, NO_CLEARANCE, row
 from results import rigid_link, solved_to, stopped
 
 from exudyn_flexlink.cli import main
@@ -37,25 +37,6 @@ def test_an_integrator_is_for_the_lagrangian(run_of, capsys):
     for setting in (asked[1], "solver={integrator: dop853}"):
         assert main(["simulate", NO_CLEARANCE, "--set", setting]) == 2
         assert "is for '--engine lagrangian'" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("option", ["--engine=abacus", "--impact=soft"])
-def test_an_unknown_engine_or_impact_is_bad_input(option, capsys):
-    assert code_of("compare", NO_CLEARANCE, option) == 2
-    assert "penalty" in capsys.readouterr().err or "engine" in option
-
-
-def test_redundant_coordinates_refuse_impulses_where_they_are_asked_for(
-    tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
-    redundant = ["--set", "solver.formulation=redundant"]
-    assert main(["simulate", NO_CLEARANCE, "--impact", "impulse", *redundant]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"{NO_CLEARANCE}:")
-    assert "contacts.strike" in said
-    assert "hint: refused by the engine 'exudyn'; '--impact impulse' asks for it" in said
-    assert list(tmp_path.iterdir()) == []
 
 
 def parting(engine, at):
@@ -194,15 +175,6 @@ def test_compare_a_scene_with_and_without_its_clearance(engine, run_of, capsys):
     found = json.loads((folder / "comparison.json").read_text(encoding="utf-8"))
     assert list(found["runs"]) == ["without clearance", "with clearance"]
     assert found["title"] == title
-
-
-def test_compare_variants_up_to_a_horizon(run_of, capsys):
-    run_of(engines(), parting("exudyn", 1.0))
-    quiet = ["--no-plots", "--out", "here"]
-    assert main(["compare", CLEARANCE, "--without", "clearance", *quiet]) == 0
-    shown = capsys.readouterr().out
-    assert "t = 1 s, beyond it by statistics: from there on two runs with" in shown
-    assert row(shown, "x,")[:2] == ["x,", "mean"]
 
 
 @pytest.mark.parametrize(

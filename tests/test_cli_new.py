@@ -14,11 +14,6 @@ from exudyn_flexlink.source import load_document
 SCHEMA = "flexlink.schema.json"
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 def names(folder="."):
     return sorted(path.name for path in Path(folder).iterdir())
 
@@ -93,13 +88,6 @@ def test_the_list_has_every_model_and_fits_80_columns(capsys):
     first = [line.split()[0] for line in lines if line[:2] == "  " and line[2] != " "]
     assert sorted(first) == model_names()
     assert names() == []
-
-
-@pytest.mark.parametrize("command", [["new", "--list"], ["check", "no_clearance"], ["verify"]])
-def test_an_installation_without_models_is_told(command, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("exudyn_flexlink.shipped.HERE", tmp_path / "package")
-    assert main(command) == 2
-    assert capsys.readouterr().err.startswith("the models are missing beside ")
 
 
 def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys):

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from cli_runs import NO_CLEARANCE, code_of
+from cli_runs import NO_CLEARANCE
 from pages import read_page
-from results import put, rigid_link, stopped
+from results import put, rigid_link
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.api.results import own_result
@@ -24,9 +24,8 @@ def without_figures(monkeypatch):
 
 
 @pytest.fixture
-def saved(tmp_path, monkeypatch):
+def saved():
     """Return the folder of a run, in the folder that the program is called in."""
-    monkeypatch.chdir(tmp_path)
     put(rigid_link(turns=1, samples=401), "run")
     return Path("run")
 
@@ -54,15 +53,6 @@ def test_a_page_is_put_beside_its_run(saved, capsys):
 def test_the_page_of_a_saved_run_is_that_of_the_run_itself(saved):
     main(["report", "run"])
     assert page_in(saved) == page_of(rigid_link(turns=1, samples=401))
-
-
-def test_a_page_may_be_put_elsewhere(saved, capsys):
-    assert main(["report", "run", "--out", "strike.html"]) == 0
-    read_page(Path("strike.html").read_text(encoding="utf-8"))
-    assert not (saved / PAGE).exists()
-    assert main(["report", "run", "--out", "strike.html"]) == 0
-    assert code_of("report", "run", "--out", "page.pdf") == 2
-    assert "'page.pdf' does not end in .html or .htm" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("out", [[], ["--out", "run/report.html"]], ids=["beside", "by name"])
@@ -100,12 +90,6 @@ def test_a_run_without_a_page_leaves_none_of_an_earlier_one(run_of):
     main(SIMULATE)
     assert main(SIMULATE[:-1]) == 0
     assert not Path("here", PAGE).exists()
-
-
-def test_a_run_that_stopped_has_a_page_that_says_why(run_of):
-    run_of(lambda scene, engine, progress=None: stopped(closed_form(scene)))
-    assert main(SIMULATE) == 1
-    assert "no convergence at the smallest step" in read_page(page_in("here")).words
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import replace
-from math import pi
+from math import pi, sqrt
 
 import matplotlib as mpl
 import numpy as np
@@ -16,8 +16,9 @@ from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
     between_samples,
-    common_times,
     lever_response,
+    spectrum,
+    vibration,
 )
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
@@ -30,11 +31,6 @@ def still(**options):
 
 def drifting(speed, **options):
     return block(lambda t: speed * t, lambda t: np.full_like(t, speed), **options)
-
-
-@pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link()
 
 
 def known(run, until, stopped=False):
@@ -75,18 +71,6 @@ def test_deviation_is_the_distance_over_time():
     assert found.rms == pytest.approx(1e-3 * mean_square**0.5)
 
 
-def test_samples_between_the_even_ones_do_not_count():
-    even = still()
-    odd = drifting(1e-3)
-    time = np.sort(np.append(odd.time, [0.5051, 0.5052]))
-    q = np.interp(time, odd.time, odd.poses[:, 0, 0])
-    poses = np.zeros((len(time), 1, 3))
-    poses[:, 0, 0] = q
-    more = replace(odd, time=time, poses=poses, rates=np.zeros_like(poses))
-    assert len(compare(even, more).time) == 101
-    assert compare(even, more).deviation.largest == pytest.approx(1e-3)
-
-
 def test_grids_that_differ_are_met_by_the_cubic():
     def swing(samples):
         return block(lambda t: np.sin(6 * t), lambda t: 6 * np.cos(6 * t), samples)
@@ -94,15 +78,6 @@ def test_grids_that_differ_are_met_by_the_cubic():
     found = compare(swing(101), swing(64)).deviation.largest
     # Hermite: h^4/384 of the fourth derivative; a straight line would miss h^2/8 of the second.
     assert 0 < found < 1.1 * (1 / 63) ** 4 / 384 * 6**4
-
-
-def test_a_run_of_one_sample_can_be_compared(rigid):
-    one = results.first_samples(rigid, 1)
-    assert list(compare(rigid, one).time) == [0.0]
-    shorter = common_times(still(), still(samples=36, end=0.355))
-    np.testing.assert_allclose(shorter, [*(0.01 * np.arange(36)), 0.355], atol=1e-12)
-    assert comparison(compare(rigid, one)) is None
-    assert "whole run" in comparison_text(compare(rigid, one))
 
 
 def test_runs_of_other_scenes_are_refused(rigid):
@@ -121,7 +96,7 @@ def test_lever_angles_and_peaks(rigid):
     assert apart == pytest.approx(1e-4, rel=1e-6)
     one, other = (seen.levers["lever"].least[0] for seen in (found.first, found.second))
     assert one - other == pytest.approx(-1e-4, rel=1e-3)
-    assert "angle of lever, least" in comparison_text(found)
+    assert "angle of lever" in comparison_text(found)
 
 
 # --- horizon
@@ -154,12 +129,6 @@ def test_a_horizon_at_the_start_and_what_is_no_number_is_no_pass():
     assert "no samples" in comparison_text(found)
     lost = block(lambda t: np.where(t > 0.5, np.nan, 0.0), np.zeros_like)
     assert compare(still(), lost).exceeds(1.0)
-
-
-def test_a_second_run_that_stopped_ends_the_comparison():
-    found = compare(still(), known(still(engine="lagrangian"), 0.3, stopped=True))
-    assert found.horizon == 0.3
-    assert "where the second run of lagrangian stopped" in horizon_text(found)
 
 
 def test_statistics_beyond_the_horizon():
@@ -209,30 +178,6 @@ def test_a_strike_that_a_run_misses_shifts_no_other(rigid, swap):
     assert (first.lap, second.lap) == (1, 3)
     assert None not in (second.first, second.second)
     assert "no strike" in comparison_text(compare(*pair))
-
-
-def test_strikes_of_different_laps_are_never_one(rigid):
-    early = later(rigid, 0.0, lambda touch: touch.begin < 1.0)
-    late = later(rigid, 0.0, lambda touch: touch.begin > 1.0)
-    pairs = compare(early, late).strikes
-    assert [(p.lap, p.first is None, p.second is None) for p in pairs] == [
-        (1, False, True),
-        (3, True, False),
-    ]
-
-
-def test_without_a_crank_the_nearer_strike_is_the_same(rigid):
-    found = compare(rigid, rigid)
-    hit = replace(found.first.strikes["strike"][0], crank_angle=None)
-
-    def at(*times):
-        return {"strike": tuple(replace(hit, begin=time) for time in times)}
-
-    one = replace(found.first, strikes=at(0.1, 0.2, 0.3))
-    other = replace(found.second, strikes=at(0.21, 0.31))
-    pairs = replace(found, first=one, second=other).strikes
-    assert [p.first.begin for p in pairs] == [0.1, 0.2, 0.3]
-    assert [p.second and p.second.begin for p in pairs] == [None, 0.21, 0.31]
 
 
 # --- guides with clearance
@@ -292,13 +237,6 @@ def test_a_cubic_is_met_exactly():
     np.testing.assert_allclose(between_samples(time, values, rates, at), expected, atol=1e-15)
 
 
-def test_an_inflexion_is_no_jump():
-    time = np.linspace(0, 2 * pi, 64)
-    at = np.linspace(0, 2 * pi, 997)
-    seen = between_samples(time, np.sin(time), np.cos(time), at)
-    assert np.max(np.abs(seen - np.sin(at))) < 1.1 * (2 * pi / 63) ** 4 / 384
-
-
 # --- files, text and figure
 
 
@@ -325,16 +263,6 @@ def test_files_say_what_was_found(both, tmp_path):
     np.testing.assert_allclose(table["lagrangian_x_m"], both.second.position[:, 0], atol=1e-12)
 
 
-def test_text_names_runs_settings_and_cost(both):
-    said = " ".join(comparison_text(both).split())
-    assert said.startswith("Comparison of exudyn and lagrangian: Extensible flexible link")
-    assert "tolerance 1e-07 m, penalty" in said
-    assert "1.50 s" in said
-    assert f"up to the horizon, {both.horizon:.5f} s" in said
-    assert both.with_clearance == ()
-    assert "Joints with clearance" not in said
-
-
 def texts(figure):
     return [text for text in figure.findobj(Text) if text.get_text()]
 
@@ -351,9 +279,6 @@ def test_figure(both, rigid):
         assert len(lines) == 3
         assert all(same_color(line.get_color(), colour) for line in lines)
     assert min(text.get_fontsize() for text in texts(figure)) >= 9
-    *upper, points, angles = figure.axes
-    assert (points.get_yscale(), angles.get_yscale()) == ("log", "log")
-    assert all(axes.get_yscale() == "linear" for axes in upper)
     for axes in figure.axes:
         assert ")" in axes.get_ylabel()
     figure = comparison(compare(still(), still()))
@@ -361,3 +286,45 @@ def test_figure(both, rigid):
     assert "no difference" in {text.get_text() for text in texts(figure)}
     stopped = comparison(compare(rigid, results.stopped(rigid)))
     assert any(text.get_text().startswith("exudyn 2: stopped at t") for text in texts(stopped))
+
+
+# --- vibrations -----------------------------------------------------------------------------------
+
+
+def shaken():
+    """The paper's rigid link whose end vibrates in x by 2 mm rms, at 40 Hz."""
+    run = results.rigid_link(turns=2.0, samples=4001)
+    way = 2e-3 * sqrt(2) * np.sin(2 * pi * 40 * run.time)
+    poses = run.poses.copy()
+    poses[:, 1:11, 0] += way[:, None]
+    rates = np.gradient(poses, run.time, axis=0)
+    return replace(run, poses=poses, rates=rates)
+
+
+def test_vibration_about_the_guides_axis():
+    seen = vibration(shaken())
+    assert seen.off_ideal
+    # The end is measured from where the link's start, moved as well, is along the guide: what is
+    # left of a motion along x is that across the guide, sin^2 of its angle in x.
+    assert seen.rms[0] == pytest.approx(2e-3 * sqrt(3 / 8), rel=2e-2)
+    assert seen.x.lines[0] == pytest.approx(40, abs=seen.x.resolution)
+
+
+@pytest.mark.parametrize(("weak", "lines"), [(1e-3, (40, 90)), (1e-4, (40,))])
+def test_weak_lines_are_not_named(weak, lines):
+    time = np.linspace(0, 1.256, 4001)
+    seen = spectrum(time, 2.8e-3 * np.sin(80 * pi * time) + weak * np.sin(180 * pi * time))
+    assert seen.lines == pytest.approx(lines, abs=seen.resolution / 2)
+
+
+def test_the_resolution_is_that_of_half_the_run():
+    run = shaken()
+    assert vibration(run).x.resolution == pytest.approx(2 / run.time[-1], rel=2e-2)
+
+
+def test_only_what_both_runs_have_lived_through_counts():
+    run = shaken()
+    whole = compare(run, run).statistics()
+    part = compare(results.first_samples(run, int(0.2 / run.time[-1] * 4000)), run).statistics()
+    assert [own.levers["lever"][0] for own in part] == [0.0, 0.0]  # the first strike is at 0.314 s
+    assert whole[0].levers["lever"][0] < -0.1

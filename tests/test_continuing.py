@@ -11,10 +11,10 @@ from test_physics_tools import MODELS, STEEL, scene
 from exudyn_flexlink.continuing import CannotContinueError, continued, free_spans, moved, state_at
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import measured, simulate
-from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.observables import judged_points, paths
 from exudyn_flexlink.scene import Run
-from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.source import SceneError
 
 ENGINES = [("lagrangian", ()), ("exudyn", ()), ("exudyn", ("solver.formulation=redundant",))]
 BOTH = pytest.mark.parametrize(
@@ -136,13 +136,6 @@ def test_a_motion_goes_on_where_it_was():
     assert apart(whole, rest_of(whole, 0.5)) < both_off(whole)
 
 
-def test_a_scene_that_goes_on_is_written_and_read():
-    whole = simulate(scene(STEEL + MOTION), measure=False)
-    begun = continued(whole)
-    text = repr(begun.to_data()).replace("True", "true").replace("False", "false")
-    assert scene_of(parse_document(text, "again.yaml")) == begun
-
-
 def test_a_neighbour_moves_as_joints_and_drives_allow():
     """Each part is moved by 1e-4; what is left closes the elbow and is not ahead of 'swing'."""
     whole = simulate(scene(STEEL + MOTION), measure=False)
@@ -195,13 +188,6 @@ initial:
         "unknown joint 'pin'",
     ):
         assert part in told
-
-
-def test_states_are_of_as_many_parts_as_there_are():
-    model = load_scene(MODELS / "smooth.yaml", ("run.turns=0.1", "bodies.link.rods=3"))
-    begun = continued(simulate(model, "lagrangian"))
-    with pytest.raises(SceneError, match="'link' has 1 parts, not 3"):
-        simulate(idealise(begun, ["flexibility"]))
 
 
 def test_no_run_begins_within_a_ramp():

@@ -1,12 +1,8 @@
 """Points of splines that nearly repeat, and splines that are closed or open: told or refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from exudyn_flexlink.cli import main
-from exudyn_flexlink.curves import CurveError, Spline, closing
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import build_curves
@@ -23,13 +19,13 @@ accuracy: {tolerance: 1.0e-6}
 """
 
 
-def ring(count: int, turn: float = 2 * np.pi) -> np.ndarray:
+def ring(count, turn=2 * np.pi):
     """Points of a circle; of a part of it with its end."""
     angles = np.linspace(0, turn, count, endpoint=turn < 6)
     return RADIUS * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def read(folder: Path, points: np.ndarray, closed: str = ""):
+def read(folder, points, closed=""):
     """The scene with a groove through points of a file, written with 7 decimals, as measured."""
     lines = [f"{x:.7f},{y:.7f}\n" for x, y in points]
     (folder / "ring.csv").write_text("".join(lines))
@@ -51,15 +47,6 @@ def test_a_last_point_near_the_first_closes_the_curve(tmp_path, count, gap, clos
     assert abs(radii - RADIUS).max() < off
     (told,) = [told for told in simulate(scene).warnings if "groove" in told]
     assert "closes the curve, and is left out" in told
-
-
-def test_the_command_says_so_too(tmp_path, capsys):
-    read(tmp_path, np.concatenate([ring(12), [[RADIUS, -1e-7]]]))
-    (tmp_path / "model.yaml").write_text("curves: {groove: {type: spline, file: ring.csv}}" + BEAD)
-    assert main(["check", str(tmp_path / "model.yaml")]) == 0
-    seen = capsys.readouterr()
-    assert "warning: curves.groove: the last point, 1e-07 m from the first, closes" in seen.err
-    assert "  groove  spline, closed   0.1885 m long\n" in seen.out
 
 
 @pytest.mark.parametrize("after", [0, 4, 11])
@@ -87,19 +74,6 @@ def test_a_point_of_the_model_file_is_refused_at_its_line():
         scene_of(parse_document(text, "model"))
 
 
-@pytest.mark.parametrize(("part", "most"), [(0.011, 20), (0.05, 5), (0.1, 3), (0.5, 1.5)])
-def test_what_a_short_chord_does_to_a_spline(part, most):
-    """Why a hundredth: what is across the chord moves a circle by so many times that, and less."""
-    circle, angle, off = ring(48), part * 2 * np.pi / 48, 1e-6
-    beside = (RADIUS + off) * np.array([[np.cos(angle), np.sin(angle)]])
-    curve = Spline(np.concatenate([circle[:1], beside, circle[1:]]), closed=True)
-    radii = np.linalg.norm(curve.point(np.linspace(0, curve.period, 50_000)), axis=1)
-    assert abs(radii - RADIUS).max() < most * off
-    nearer = np.insert(circle, 1, circle[0] + (beside[0] - circle[0]) * 0.009 / part, axis=0)
-    with pytest.raises(CurveError, match="small part of the chords beside"):
-        Spline(nearer, closed=True)
-
-
 @pytest.mark.parametrize("turn", [0.5, 1.0, 1.5])
 def test_an_arc_must_say_whether_it_is_closed(tmp_path, turn):
     arc = ring(19, turn * np.pi)
@@ -110,14 +84,6 @@ def test_an_arc_must_say_whether_it_is_closed(tmp_path, turn):
     assert not opened.closed
     assert opened.length() == pytest.approx(turn * np.pi * RADIUS, rel=1e-4)
     assert build_curves(read(tmp_path, arc, ", closed: true").curves)[0]["groove"].closed
-
-
-@pytest.mark.parametrize("points", [ring(4), ring(12), ring(48), ring(12)[:, ::-1] * [1.5, 1]])
-def test_what_looks_closed_needs_not_say_so(points):
-    for i in range(len(points)):
-        found, closed = closing(np.roll(points, i, axis=0), None)
-        assert closed
-        assert len(found) == len(points)
 
 
 CURVES = """

@@ -1,9 +1,6 @@
 """Curves against closed forms, and against differences of themselves."""
 
 import math
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
@@ -157,18 +154,6 @@ def test_distance_of_the_track_from_the_crank(curve, far):
     np.testing.assert_allclose(sorted(upright[:, 1]), [-0.0259808, 0.0259808], atol=1e-7)
 
 
-def test_guide_turning_over_five_laps_meets_ellipse_and_egg_in_turn():
-    u, radii = 0.0, []
-    angles = np.arange(0, 5 * 2 * math.pi, math.pi / 60)
-    for angle in angles:
-        crossings = ray_crossings(TRACK, C, (math.cos(angle), math.sin(angle)))
-        following = u + min((crossings - u + 1e-9) % TRACK.period) - 1e-9
-        assert u <= following < u + 0.2
-        u = following
-        radii.append(float(np.linalg.norm(TRACK.point(u) - C)))
-    assert radii[60::120] == pytest.approx([0.06, 0.05, 0.06, 0.05, 0.06])
-
-
 def test_laps_repeat_after_both_curves():
     assert TRACK.period == pytest.approx(4 * math.pi)
     first, second = (0, 2 * math.pi), (2 * math.pi, 4 * math.pi)
@@ -194,12 +179,6 @@ def test_pieces_follow_one_another_lap_by_lap_and_the_same_way_back(way):
     assert back == expected[::-1]
 
 
-def test_an_open_curve_ends_where_no_piece_follows():
-    line = LineSegment((0, 0), (1, 0))
-    assert next_piece(line, 0, 1, 1) is None
-    assert next_piece(line, 0, 1, -1) is None
-
-
 @pytest.mark.parametrize("meet", [(0, 0.03), (0, -0.03)])
 def test_laps_may_change_elsewhere(meet):
     laps = Laps((ELLIPSE, EGG), meet=meet)
@@ -210,22 +189,6 @@ def test_laps_may_change_elsewhere(meet):
     assert ray_crossings(laps, (0, 0), (1, 1)).size == 4
     rotated = Laps((EGG, ELLIPSE), meet=meet)
     np.testing.assert_allclose(rotated.point(1.0 + 2 * math.pi), laps.point(1.0), atol=1e-15)
-
-
-def test_spline_among_the_laps_is_cut_anywhere():
-    spline = Spline(ring(12), closed=True)
-    meet = spline.point(0.0271)
-    laps = Laps((spline, spline), meet=tuple(meet))
-    np.testing.assert_allclose(laps.point([0, spline.period]), [meet, meet], atol=1e-12)
-    u = np.linspace(0, spline.period, 9)
-    np.testing.assert_allclose(laps.point(u), spline.point(0.0271 + u), atol=1e-12)
-
-
-def test_joined_curve_cut_in_its_third_piece_stays_in_one():
-    meet = float(STADIUM.breaks[2]) + 0.01
-    laps = Laps((STADIUM,), meet=tuple(STADIUM.point(meet)))
-    u = everywhere(laps, 5)
-    np.testing.assert_allclose(laps.point(u), STADIUM.point(meet + u), atol=1e-15)
 
 
 def refused(build, *words, piece=None):
@@ -318,39 +281,6 @@ def test_spline_through_twelve_points_of_a_circle():
     assert math.log2(gain) == pytest.approx(4, abs=0.2)
 
 
-@every_curve
-def test_third_derivative_is_constant_but_at_knots_and_breaks(curve):
-    """Of splines; that of arcs is smooth, that of lines zero: they have no knots."""
-    places, jumps = curve.knots
-    assert len(places) == len(jumps)
-    h = 1e-4 * curve.period / 40
-    second = curve.second_derivative
-    before = (second(places - h) - second(places - 2 * h)) / h
-    after = (second(places + 2 * h) - second(places + h)) / h
-    scale = np.abs(jumps).max(initial=1.0)
-    np.testing.assert_allclose(after - before, jumps, atol=1e-5 * scale)
-
-
-def test_knots_of_a_spline_among_the_laps_go_on_over_its_seam():
-    spline = Spline(ring(12, 0.04), closed=True)
-    assert len(spline.knots.places) == 11  # the twelfth is the break
-    assert len(Spline(ring(12)).knots.places) == 10
-    cut = spline.part(0.1 * spline.period, 1.1 * spline.period)
-    assert len(cut.knots.places) == 12
-    laps = Laps((ELLIPSE, spline))
-    assert len(laps.knots.places) == 11
-    assert min(laps.knots.places) > ELLIPSE.period
-
-
-def test_spline_of_ten_thousand_points_is_quick():
-    began = time.process_time()
-    spline = Spline(ring(10_000), closed=True)
-    assert spline.length() == pytest.approx(2 * math.pi * 0.03, rel=1e-6)
-    assert ray_crossings(spline, C, (0.3, 1)).size == 2
-    assert spline.distance((0.01, 0.02)) == pytest.approx(0.03 - math.hypot(0.01, 0.02), abs=1e-9)
-    assert time.process_time() - began < 2
-
-
 def test_nearest_stays_on_its_branch_of_a_crossing():
     curve = eight()
     first, second = 0.0, 0.5 * curve.period
@@ -402,12 +332,3 @@ def test_line_that_only_touches_or_misses():
     assert ray_crossings(ELLIPSE, (0, 0.03), (1, 0)) == pytest.approx([QUARTER], abs=1e-7)
     assert ray_crossings(ELLIPSE, (0, 0.031), (1, 0)).size == 0
     assert ray_crossings(CURVES["line"], (0, 0), (3, 4)).size == 0
-
-
-def test_models_without_splines_do_not_wait_for_scipy():
-    code = (
-        "import sys; from exudyn_flexlink.curves import *; e = EllipseArc((0,0),(2,1));"
-        "c = Laps((e, e)); c.length(); c.nearest((1,1)); ray_crossings(c, (0,0), (1,0));"
-        "sys.exit('scipy' in sys.modules)"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -21,9 +21,8 @@ def saved(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def run(saved, tmp_path, monkeypatch):
+def run(saved, monkeypatch):
     """A copy of a run with events and contacts."""
-    monkeypatch.chdir(tmp_path)
     shutil.copytree(saved / "rigid", "rigid")
     # Whatever is drawn after all is nonsense.
     monkeypatch.setattr("exudyn_flexlink.plots.save_figures", None)

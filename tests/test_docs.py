@@ -5,7 +5,6 @@ import runpy
 import shlex
 import sys
 from pathlib import Path
-from typing import Any
 
 import make_docs
 import pytest
@@ -30,7 +29,7 @@ PLACES = ("exudyn_flexlink/", "models/", "scripts/", "tests/", "docs/", "curves/
 any_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 
 
-def of_program() -> list[list[str]]:
+def of_program():
     """Arguments of the program in README, documentation and the help of its commands."""
     start = [".venv/bin/python", "-m", "exudyn_flexlink"]
     examples = "\n".join(reference.help_of(command) for command in reference.COMMANDS)
@@ -40,7 +39,7 @@ def of_program() -> list[list[str]]:
     )
 
 
-def of_scripts() -> list[list[str]]:
+def of_scripts():
     """Scripts and their arguments in README, documentation and their own docstrings."""
     printed = [words[1:] for _, words in commands() if words[1:2] and "scripts/" in words[1]]
     usage = re.compile(r"^  \.venv/bin/python (scripts/\S+(?: \S+)*)", re.MULTILINE)
@@ -48,12 +47,12 @@ def of_scripts() -> list[list[str]]:
     return printed + [shlex.split(line.partition(" [")[0]) for line in told]
 
 
-def test_the_readme_is_short() -> None:
+def test_the_readme_is_short():
     assert len(text_of(ROOT / "README.md").splitlines()) <= LONGEST_README
 
 
 @pytest.mark.parametrize("arguments", of_program(), ids=" ".join)
-def test_the_program_knows_the_arguments_of_each_command(arguments: list[str]) -> None:
+def test_the_program_knows_the_arguments_of_each_command(arguments):
     options = vars(program_parser().parse_args(arguments))
     if "model" in options:
         path = ROOT / options["model"]
@@ -61,18 +60,14 @@ def test_the_program_knows_the_arguments_of_each_command(arguments: list[str]) -
 
 
 @pytest.mark.parametrize("words", of_scripts(), ids=" ".join)
-def test_the_scripts_know_the_arguments_of_each_command(
-    words: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_scripts_know_the_arguments_of_each_command(words, monkeypatch, capsys):
     told = help_of(ROOT / words[0], words[1:], monkeypatch, capsys)
     for word in words[1:]:
         assert not word.startswith("--") or word in told
 
 
 @pytest.mark.parametrize("item", make_docs.ITEMS, ids=lambda item: item.name)
-def test_the_commands_that_make_the_documentation_are_known(
-    item: make_docs.Item, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_commands_that_make_the_documentation_are_known(item, monkeypatch, capsys):
     for command in (*item.commands, *([item.sample] if item.sample else [])):
         if command[0] == "-m":
             options = vars(program_parser().parse_args(command[2:]))
@@ -82,10 +77,7 @@ def test_the_commands_that_make_the_documentation_are_known(
         assert all(word in told for word in command[1:] if word.startswith("--"))
 
 
-def help_of(
-    script: Path, arguments: list[str], monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> str:  # fmt: skip
+def help_of(script, arguments, monkeypatch, capsys):  # fmt: skip
     """What a script prints that is asked for its usage after other arguments."""
     monkeypatch.setattr(sys, "argv", [str(script), *arguments, "--help"])
     with pytest.raises(SystemExit) as ended:
@@ -95,7 +87,7 @@ def help_of(
     return shown.out
 
 
-def test_one_version_is_cited_and_built() -> None:
+def test_one_version_is_cited_and_built():
     cited = re.search(r"^version: (\S+)$", text_of(ROOT / "CITATION.cff"), re.MULTILINE)
     built = re.search(r'^version = "(\S+)"$', text_of(ROOT / "pyproject.toml"), re.MULTILINE)
     assert cited
@@ -104,7 +96,7 @@ def test_one_version_is_cited_and_built() -> None:
 
 
 @any_page
-def test_figures_are_made_by_a_script(page: Path) -> None:
+def test_figures_are_made_by_a_script(page):
     made = {file for item in make_docs.ITEMS for file in item.figures}
     for file in IMAGE.findall(text_of(page)):
         path = (page.parent / file).resolve()
@@ -112,7 +104,7 @@ def test_figures_are_made_by_a_script(page: Path) -> None:
         assert str(path.relative_to(DOCS)) in made
 
 
-def test_no_figure_or_table_is_left_that_no_script_makes_or_no_page_shows() -> None:
+def test_no_figure_or_table_is_left_that_no_script_makes_or_no_page_shows():
     there = {f"tables/{path.name}" for path in (DOCS / "tables").iterdir()}
     there |= {path.name for ending in ("png", "gif") for path in DOCS.glob(f"*.{ending}")}
     assert there == {file for item in make_docs.ITEMS for file in item.files}
@@ -121,20 +113,20 @@ def test_no_figure_or_table_is_left_that_no_script_makes_or_no_page_shows() -> N
 
 
 @any_page
-def test_tables_of_numbers_come_from_files_that_scripts_write(page: Path) -> None:
+def test_tables_of_numbers_come_from_files_that_scripts_write(page):
     for line in text_of(page).splitlines():
         assert not (line.startswith("|") and MEASURED.search(line)), line
 
 
 @any_page
-def test_links_of_files_that_are_read_as_they_are_lead_somewhere(page: Path) -> None:
+def test_links_of_files_that_are_read_as_they_are_lead_somewhere(page):
     if page.parent == ROOT:  # Sphinx checks the others
         for target in re.findall(r"\]\(([^)#]+)\)", text_of(page)):
             assert target.startswith("https://") or (ROOT / target).exists(), target
 
 
 @any_page
-def test_files_that_are_named_are_there(page: Path) -> None:
+def test_files_that_are_named_are_there(page):
     for name in re.findall(r"`([\w/*.]+/[\w*.]*)(?: [^`]*)?`", text_of(page)):
         if name.startswith(PLACES):
             found = [*ROOT.glob(name), *(ROOT / "exudyn_flexlink").glob(name)]
@@ -142,19 +134,19 @@ def test_files_that_are_named_are_there(page: Path) -> None:
 
 
 @any_page
-def test_python_is_python(page: Path) -> None:
+def test_python_is_python(page):
     for text in blocks(page, "python"):
         compile(text, str(page), "exec")
 
 
-def test_the_model_of_the_readme_runs() -> None:
+def test_the_model_of_the_readme_runs():
     (text,) = blocks(ROOT / "README.md", "yaml")
     scene = scene_of(parse_document(text, "README.md"), ["run.turns=0.1"])
     assert simulate(scene).outcome.completed
 
 
 @pytest.mark.parametrize("path", TUTORIAL, ids=lambda path: path.stem)
-def test_each_step_of_the_tutorial_runs(path: Path) -> None:
+def test_each_step_of_the_tutorial_runs(path):
     result = simulate(load_scene(path, ["run.turns=0.6"]), measure=False)
     assert result.outcome.completed
     if "clearance" not in path.stem:  # there a warning may tell of errors that touches multiply
@@ -164,7 +156,7 @@ def test_each_step_of_the_tutorial_runs(path: Path) -> None:
 @pytest.mark.parametrize(
     ("step", "model"), [("5_strike", "no_clearance"), ("6_clearance", "clearance")]
 )
-def test_the_tutorial_ends_at_the_models_of_the_paper(step: str, model: str) -> None:
+def test_the_tutorial_ends_at_the_models_of_the_paper(step, model):
     told, shipped = (
         load_scene(path).to_data()
         for path in (DOCS / "tutorial" / f"{step}.yaml", ROOT / "models" / f"{model}.yaml")
@@ -176,7 +168,7 @@ def test_the_tutorial_ends_at_the_models_of_the_paper(step: str, model: str) -> 
     assert told == shipped
 
 
-def test_the_reference_has_every_key(tmp_path: Path) -> None:
+def test_the_reference_has_every_key(tmp_path):
     reference.write(tmp_path)
     text = (tmp_path / "model_file.md").read_text(encoding="utf-8")
     schema = json_schema()
@@ -188,7 +180,7 @@ def test_the_reference_has_every_key(tmp_path: Path) -> None:
     assert "usage: exudyn-flexlink simulate" in (tmp_path / "commands.md").read_text()
 
 
-def test_each_row_of_the_reference_is_one_line_of_its_table(tmp_path: Path) -> None:
+def test_each_row_of_the_reference_is_one_line_of_its_table(tmp_path):
     """A sentence of two paragraphs would end the table, and the rest would be read as text."""
     reference.write(tmp_path)
     lines = (tmp_path / "model_file.md").read_text().splitlines()
@@ -198,11 +190,11 @@ def test_each_row_of_the_reference_is_one_line_of_its_table(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("path", reference.EXAMPLES, ids=lambda path: path.stem)
-def test_the_examples_of_the_reference_are_models(path: Path) -> None:
+def test_the_examples_of_the_reference_are_models(path):
     load_scene(path)
 
 
-def test_the_examples_of_the_reference_show_every_type_and_key() -> None:
+def test_the_examples_of_the_reference_show_every_type_and_key():
     """A new part of the language needs its example in docs/reference/examples."""
     missing = [
         f"{name}.{key}"
@@ -213,12 +205,12 @@ def test_the_examples_of_the_reference_show_every_type_and_key() -> None:
     assert not missing
 
 
-def optional_type(part: dict[str, Any], key: str) -> bool:
+def optional_type(part, key):
     """A type that may be left out, since there is only one, or one that is meant then."""
     return key == "type" and key not in part.get("required", ())
 
 
-def test_every_key_says_what_it_is() -> None:
+def test_every_key_says_what_it_is():
     for part in json_schema()["$defs"].values():
         for key, value in part["properties"].items():
             assert len(value["description"]) > 3, (part, key)
@@ -227,7 +219,7 @@ def test_every_key_says_what_it_is() -> None:
 @pytest.mark.parametrize(
     "item", [item for item in make_docs.ITEMS if item.sample], ids=lambda item: item.name
 )
-def test_tables_hold_what_is_measured_now(item: make_docs.Item) -> None:
+def test_tables_hold_what_is_measured_now(item):
     assert not make_docs.check(item), f"run: python scripts/make_docs.py {item.name}"
 
 
@@ -242,5 +234,5 @@ def test_tables_hold_what_is_measured_now(item: make_docs.Item) -> None:
         ("| a | right |", "| a | wrong |", False),
     ],
 )
-def test_rows_agree_but_for_noise(row: str, other: str, same: bool) -> None:
+def test_rows_agree_but_for_noise(row, other, same):
     assert make_docs.agree(row, other) is same

@@ -8,10 +8,9 @@ import pytest
 from test_physics_tools import MODELS, angle, run, scene, speed, where
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import falls
-from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism.prescribed import Antiderivative
-from exudyn_flexlink.source import Document, SceneError
+from exudyn_flexlink.source import SceneError
 
 G, MASS, ARM = 9.81, 2.0, 0.5
 J = 0.3 + MASS * ARM**2  # about the hook
@@ -320,31 +319,11 @@ accuracy: {tolerance: 1.0e-8}
 """
 
 
-def test_forces_fall_as_their_derivatives_tell():
-    """What Newton's matrix takes from differences, of a force that is known."""
-    x, v, lengths = np.array([0.4, -1.2]), np.array([1.0, 2.0]), np.array([0.5, 3.0])
-
-    def push(x, v):
-        return np.stack([x[:, 0] ** 2 * v[:, 1], np.sin(x[:, 1]) - 3 * v[:, 0]], axis=1)
-
-    stiffness, damping = falls(push, x, v, lengths)
-    np.testing.assert_allclose(stiffness, [[-2 * 0.4 * 2, 0], [0, -np.cos(1.2)]], atol=1e-6)
-    np.testing.assert_allclose(damping, [[0, -0.16], [3, 0]], atol=1e-6)
-
-
 def test_engines_agree_on_a_chain_with_every_kind_of_load():
     fine, coarse = run(CHAIN), simulate(scene(CHAIN, *REDUNDANT), measure=False)
     ends = [where(result, "lower.tip")[-1] for result in (fine, coarse)]
     np.testing.assert_allclose(*ends, atol=2e-5)
     assert fine.checks.energy_residual < 1e-7
-
-
-def test_a_scene_with_drives_survives_being_written():
-    table = "{points: [[0, 2], [3, 1]], rule: step}"
-    first = scene(CHAIN.replace('value: [2, "t"]', f"value: [2, {table}]"))
-    again = scene_of(Document("again", data=first.to_data()))
-    assert again == first
-    assert hash(again) == hash(first)
 
 
 # --- integrals ------------------------------------------------------------------------------
@@ -360,12 +339,3 @@ def test_integrals_to_rounding():
         )
         exact = 0.245 + np.sign(t - 0.7) * (t - 0.7) ** 2 / 2
         assert bent(np.array([t])) == pytest.approx(exact, abs=1e-12)
-
-
-def test_integrals_late_in_a_long_run():
-    """At t = 100 s a phase is rounded to 4e-12: pieces are not halved to resolve that."""
-    late = Antiderivative(lambda t: np.cos(100 * pi * t))
-    assert late(np.array([100.3])) == pytest.approx(
-        np.sin(100 * pi * 100.3) / (100 * pi), abs=1e-10
-    )
-    assert len(late._pieces) < 3 * 50 * 100  # three in each period

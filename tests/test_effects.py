@@ -1,22 +1,23 @@
 """A scene without some of its effects: a scene in, a checked scene out."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from results import scene_from
 
-from exudyn_flexlink.cli.values import EFFECT_NAMES
 from exudyn_flexlink.effects import EFFECTS, absent, idealise
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, document_of, load_scene, scene_of
 from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.scene import check_document, parse_scene
 from exudyn_flexlink.source import parse_document
 
-MODELS = Path(__file__).parents[1] / "models"
 FILES = sorted(MODELS.glob("*.yaml"))
 
 
@@ -48,12 +49,6 @@ def test_without_an_effect_the_models_become_one_another(whole):
     smooth = idealise(load_scene(MODELS / "no_clearance.yaml",
                                  ["bodies.link.hinges.stiffness=beam"]), ["impact"])  # fmt: skip
     assert data(smooth) == model("smooth")
-
-
-def test_without_damping_nothing_is_lost_before_the_strike(whole):
-    free = idealise(whole, ["damping", "friction", "clearance", "impact"])
-    assert all(spring.damping == 0 for spring in assemble_scene(free).mechanism.springs)
-    assert free.bodies["link"].rods == whole.bodies["link"].rods
 
 
 def test_an_effect_that_does_not_exist(whole):
@@ -141,18 +136,6 @@ def test_what_is_given_of_a_joint_goes_with_it_though_a_body_has_its_name():
 
 
 @pytest.mark.parametrize(
-    "more",
-    [
-        "outputs: {watch: buffer.c}",
-        "drives: {push: {type: force, point: way.tip, value: [1, 0], axes: buffer}}",
-    ],
-)
-def test_a_struck_body_stays_where_somebody_watches_it_or_a_force_turns_with_it(more):
-    scene = scene_of(parse_document(BUFFER + more, "test"))
-    assert "buffer" in idealise(scene, ["impact"]).bodies
-
-
-@pytest.mark.parametrize(
     ("old", "new"),
     [
         ("run: {duration: 0.1}", "run: {turns: 1, of: two, at_most: 0.1}"),
@@ -175,17 +158,6 @@ def test_a_struck_body_stays_where_something_else_needs_it(old, new):
     bare = idealise(scene, ["impact"])
     assert set(bare.bodies) == set(scene.bodies)
     assert bare.contacts == {}
-
-
-def test_bodies_that_strike_each_other_stay_where_there_are_no_others():
-    both = (
-        "  back: {type: point_on_line, point: anvil.end, line: [hammer.start, hammer.end],\n"
-        "         side: right, law: {stiffness: 1.0e4, restitution: 0.5}}\ninitial:"
-    )
-    lines = [line for line in TWO_RODS.splitlines() if "spare" not in line]
-    text = "\n".join(lines).replace("initial:", both)
-    scene = scene_of(parse_document(text, "test"))
-    assert set(idealise(scene, ["impact"]).bodies) == {"hammer", "anvil"}
 
 
 # --- what stays -------------------------------------------------------------------------------
@@ -239,10 +211,6 @@ def test_any_list_of_effects_does_what_its_set_does_in_any_order(effects, path):
     assert bare.document is scene.document
 
 
-def test_the_command_line_knows_every_effect():
-    assert tuple(EFFECTS) == EFFECT_NAMES
-
-
 @pytest.mark.parametrize("joint", ["sleeve", "crank"])
 def test_at_clearance_0_a_law_is_idle(joint):
     """The mechanism is that without the law, from which a study goes on to any clearance."""
@@ -257,3 +225,60 @@ def test_at_clearance_0_a_law_is_idle(joint):
     assert check_text(idle, assemble_scene(idle)).count("idle") == 1
     wider = scene_of(document_of(idle), [f"joints.{joint}.clearance=1 mm"])
     assert {"clearance", "friction"}.isdisjoint(absent(wider, EFFECTS))
+
+
+# --- slides and springs ---------------------------------------------------------------------------
+
+SPRUNG = """title: a buffer that a block strikes
+bodies:
+  block: {type: rigid, mass: 1, inertia: 1, points: {b: [0, 0]}}
+  buffer: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0], low: [0, -1], high: [0, 1]}}
+joints:
+  way: {type: prismatic, points: [ground, block.b], at: [0, 0], axis: [1, 0.5]}
+  stop: {type: prismatic, points: [ground, buffer.p], at: [1, 0.5], axis: [1, 0.5]}
+springs:
+  hold: {type: linear, joint: stop, stiffness: 100, damping: 3}
+  pull: {type: linear, points: [ground, block.b], at: [-1, 0], stiffness: 20, length: 0.5}
+contacts:
+  strike: {type: point_on_line, point: block.b, line: [buffer.low, buffer.high],
+           law: {stiffness: 1.0e4, restitution: 0.5}}
+initial: {velocities: {block: [2, 1]}}
+run: {duration: 0.2}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return scene_from(SPRUNG)
+
+
+def test_forces_of_slides_and_springs_have_errors_that_bound_the_true_ones(scene):
+    run = simulate(scene, measure=True)
+    tight = scene.changed(accuracy=type(scene.accuracy).model_validate({"tolerance": 1e-10}))
+    true = force_deviations(run, simulate(tight, measure=False))
+    told = run.error.forces
+    ours = {f"joint force of {name}" for name in ("way", "stop")}
+    ours |= {f"spring force of {name}" for name in ("hold", "pull")}
+    assert set(told) == ours | {"contact force of strike"}
+    for name in ours:
+        off, bound = true[name].free, told[name].free
+        assert off is not None
+        assert bound is not None
+        assert off.largest <= bound.largest <= 1e-3 * bound.size
+
+
+def test_check_names_ways_and_springs(scene):
+    lines = [
+        " ".join(line.split()) for line in check_text(scene, assemble_scene(scene)).split("\n")
+    ]
+    assert "way prismatic ground and block.b at (0, 0) m along (1, 0.5)" in lines
+    assert "hold along stop k 100 N/m c 3 N s/m" in lines
+    assert "pull between ground and block.b at (-1, 0) m k 20 N/m no damper" in lines
+    assert "damping simulated hold" in lines
+
+
+def test_a_buffer_that_a_spring_ties_to_another_body_stays(scene):
+    tie = "  tie: {type: linear, points: [block.b, buffer.p], stiffness: 1}\ncontacts:"
+    tied = idealise(scene_from(SPRUNG.replace("contacts:", tie)), ["impact"])
+    assert list(tied.bodies) == ["block", "buffer"]

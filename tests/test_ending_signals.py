@@ -4,32 +4,22 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from threading import Thread
 
 import pytest
 import results
-from cli_runs import BARE
+from cli_runs import BARE, NO_CLEARANCE, ROOT
+from folders import posix
 from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, interrupts
-from exudyn_flexlink.cli.ending import ended_by_signals
-from exudyn_flexlink.storage import StorageError, load, staged_folder
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
+from exudyn_flexlink.storage import load
 
-ROOT = Path(__file__).parents[1]
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
-NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
-posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals and locks")
 REQUESTS = [("SIGTERM", 143), ("SIGHUP", 129)]
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture(autouse=True)
@@ -42,7 +32,7 @@ def _as_from_a_terminal():
         signal.signal(number, handler)
 
 
-def ask(name="SIGTERM") -> None:
+def ask(name="SIGTERM"):
     """Ask this process to end."""
     signal.raise_signal(getattr(signal, name))
 
@@ -121,72 +111,6 @@ def test_asked_to_end_before_anything_is_computed(monkeypatch, capsys):
         assert names() == []
 
 
-@posix
-@pytest.mark.parametrize("deferrable", [False, True])
-def test_an_ignored_ctrl_c_ends_no_run(deferrable):
-    """A shell's background jobs ignore it, as one at its terminal is for the job in front."""
-    ended, before = [], signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        with (
-            ended_by_signals(),
-            deferrable_interrupts() if deferrable else nullcontext(),
-            interrupts(lambda: ended.append(True)),
-        ):
-            ask("SIGINT")
-            assert not ended
-            ask("SIGTERM")
-            assert ended == [True]
-        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@posix
-def test_requests_that_follow_at_once_are_the_same_one():
-    """A closed terminal, and some batch systems, ask twice: it must not cost what is written."""
-    ended = []
-    with ended_by_signals() as ending:
-        with interrupts(lambda: ended.append(True)):
-            ask("SIGHUP")
-        ask("SIGHUP")
-        ask("SIGTERM")
-    assert ended == [True]
-    assert ending.asked is signal.SIGHUP
-    assert [ending.code(code) for code in (0, 1, 2, 130)] == [0, 1, 2, 129]
-
-
-@posix
-def test_signals_that_others_handle_are_left_to_them():
-    taken = []
-
-    def own(number, frame):
-        taken.append(number)
-
-    for handler in (own, signal.SIG_IGN):
-        before = signal.signal(signal.SIGTERM, handler)
-        try:
-            with ended_by_signals() as ending:
-                ask()
-                assert ending.asked is None
-            assert signal.getsignal(signal.SIGTERM) is handler
-        finally:
-            signal.signal(signal.SIGTERM, before)
-    assert taken == [signal.SIGTERM]
-
-
-def test_another_thread_takes_no_signals():
-    seen = []
-
-    def run():
-        with ended_by_signals():
-            seen.append(signal.getsignal(signal.SIGTERM))
-
-    thread = Thread(target=run)
-    thread.start()
-    thread.join()
-    assert seen == [signal.SIG_DFL]
-
-
 CLOSED = """
 import fcntl, sys, termios, time
 sys.path.insert(0, 'tests')
@@ -237,23 +161,6 @@ def test_a_terminal_that_is_closed_costs_nothing(piped, tmp_path):
 
 
 # --- a place that is lost while the run goes on -------------------------------------------------
-
-
-def test_a_run_whose_place_can_not_be_replaced_any_more_is_kept_beside_it():
-    def write():
-        with staged_folder(Path("o")) as folder:
-            storage.save(results.pendulum(), folder)
-            Path("o").mkdir(exist_ok=True)
-            Path("o/thesis.tex").write_text("mine", encoding="utf-8")
-
-    for kept in ("o-2", "o-3"):
-        Path("o/thesis.tex").unlink(missing_ok=True)
-        with pytest.raises(StorageError, match="no run of this program") as told:
-            write()
-        assert str(told.value).endswith(f". What was computed is in {Path(kept).resolve()}")
-        assert load(Path(kept)).scene.title == "pendulum"
-    assert names() == ["o", "o-2", "o-3"]
-    assert names("o") == ["thesis.tex"]
 
 
 def test_a_run_that_may_not_replace_another_users_is_kept_beside_it(monkeypatch, capsys):

@@ -4,7 +4,6 @@ Each row is a change of one mechanism that all of them take: the paper's link, w
 """
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,7 +26,7 @@ HUB = "joints.hub={type: revolute, points: [ground, arm.o], at: [1, 0]}"
 OTHER = "bodies.other={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
 FREE = "initial={positions: {other: [2, 0]}}"
 
-CHANGES: dict[str, list[str]] = {
+CHANGES = {
     "`rod`, `rigid` on a pin of the ground": [ARM, HUB],
     "`rigid` without a joint": [OTHER, FREE],
     "`rigid` with `inertia: 0`": [OTHER, "bodies.other.inertia=0", FREE],
@@ -122,7 +121,7 @@ CHANGES: dict[str, list[str]] = {
 }
 
 
-def table() -> dict[str, list[str]]:
+def table():
     """Rows of the page's table: what each column says of a part."""
     text = text_of(DOCS / "engines.md").split("## Which part runs where")[1].split("\n## ")[0]
     rows = [
@@ -133,7 +132,7 @@ def table() -> dict[str, list[str]]:
     return {row[0]: row[1:] for row in rows}
 
 
-def taken(label: str, column: str) -> str:
+def taken(label, column):
     """Return "yes" or "no": whether a short run is made, or the changed part is refused by name."""
     changes = [*BASE, *SHORT, *CHANGES[label]]
     lagrangian = column == "Lagrangian"
@@ -148,7 +147,7 @@ def taken(label: str, column: str) -> str:
     return "yes" if result.outcome.completed else result.outcome.reason
 
 
-def test_the_table_has_every_part_of_the_language() -> None:
+def test_the_table_has_every_part_of_the_language():
     types = {
         properties["type"]["const"]
         for part in json_schema()["$defs"].values()
@@ -160,16 +159,14 @@ def test_the_table_has_every_part_of_the_language() -> None:
 
 
 @pytest.mark.parametrize("label", CHANGES)
-def test_engines_take_what_the_table_says(label: str) -> None:
+def test_engines_take_what_the_table_says(label):
     assert [taken(label, column) for column in COLUMNS] == table()[label]
 
 
 @pytest.mark.parametrize(
     "model", sorted((ROOT / "models" / "textbook").glob("*.yaml")), ids=lambda path: path.stem
 )
-def test_the_lagrangian_shows_the_line_of_what_it_refuses(
-    model: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_lagrangian_shows_the_line_of_what_it_refuses(model, capsys):
     assert main(["simulate", str(model), "--engine", "lagrangian", "--quiet"]) == 2
     shown = capsys.readouterr().err
     assert re.match(rf"{re.escape(str(model))}:\d+:\d+: \w+", shown)
@@ -177,16 +174,14 @@ def test_the_lagrangian_shows_the_line_of_what_it_refuses(
 
 
 @pytest.mark.parametrize("formulation", ["redundant", "beam"])
-def test_the_gradient_of_a_curve_that_a_body_carries_has_a_column_for_each_coordinate(
-    formulation: str,
-) -> None:
+def test_the_gradient_of_a_curve_that_a_body_carries_has_a_column_for_each_coordinate(formulation):
     """By differences; Exudyn reads a missing column from memory that is not its own, silently."""
     changes = [*BASE, *SHORT, *CHANGES["a curve that is `on` a body"]]
     scene = load_scene(PAPER, [*changes, f"solver.formulation={formulation}"])
     (slot,) = prepare(scene, assemble_scene(scene), None, 1.0).loop.slots
     q = np.array([0.1, 0.2, 0.3, -0.83, 0.06, 0.9, 0.4, 0.0][: 6 + (formulation == "beam")])
 
-    def distance(place: np.ndarray) -> float:
+    def distance(place):
         return slot._distance(None, 0.0, 0, place.tolist(), [], False)[0]
 
     steps = 1e-6 * np.eye(len(q))

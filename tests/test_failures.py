@@ -2,17 +2,15 @@
 
 import errno
 import os
-import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import results
-from cli_runs import BARE
+from cli_runs import BARE, NO_CLEARANCE, ROOT
 from results import rigid_link, solved_to
 
 from exudyn_flexlink import engines, storage
@@ -22,21 +20,13 @@ from exudyn_flexlink.engines.finer import measured_by
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import NOT_ASKED
-from exudyn_flexlink.plots import save_figures
 from exudyn_flexlink.result import Outcome
-from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
+from exudyn_flexlink.storage import load, staged_folder
 
-ROOT = Path(__file__).parents[1]
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
-NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
-def press() -> None:
+def press():
     """Press Ctrl-C."""
     signal.raise_signal(signal.SIGINT)
 
@@ -48,7 +38,7 @@ def files(folder):
 # --- Ctrl-C: what was computed is kept --------------------------------------------------------
 
 
-def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
+def engine_that(monkeypatch, act):
     """Put closed form in place of the engines; `act` (run from 0) tells whether a run is whole."""
     made = []
 
@@ -131,24 +121,10 @@ def test_ctrl_c_is_as_ever_before_the_solve_and_after():
         press()
 
 
-@pytest.mark.parametrize("stops_in", [2, 3])
-def test_a_comparison_keeps_two_runs(stops_in, monkeypatch, capsys):
-    """In the second one itself, and in the one that measures it."""
-    engine_that(monkeypatch, lambda run: run < stops_in)
-    assert main(["compare", NO_CLEARANCE, "--quiet", "--out=o"]) == 130
-    assert "interrupted: what was compared until then is in o/" in capsys.readouterr().err
-    assert files("o") == [
-        "comparison.csv", "comparison.json", "exudyn", "lagrangian", "manifest.json",
-    ]  # fmt: skip
-    # It is a comparison: the next one may take its place.
-    with staged_folder(Path("o")) as folder:
-        (folder / "comparison.json").write_text('{"title": "t", "completed": true}')
-
-
 # --- disks that are full, places that can't be written ------------------------------------------
 
 
-def limited(kilobytes: int, *arguments: str) -> "subprocess.CompletedProcess[str]":
+def limited(kilobytes, *arguments):
     """Run the program where no file may be larger than so many kB, as on a disk that is full."""
     limit = (
         "import resource, sys; from exudyn_flexlink.cli import main;"
@@ -172,23 +148,6 @@ def test_a_run_that_can_not_be_written_whole_is_not_there():
     assert files(".") == []
 
 
-def test_the_place_that_is_full_is_named_as_the_user_knows_it(monkeypatch):
-    def full(*_, **__):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    def write():
-        with staged_folder(Path("o")) as folder:
-            storage.save(results.pendulum(), folder)
-
-    monkeypatch.setattr(
-        "exudyn_flexlink.storage.documents.write_csv", full
-    )  # the arrays still had room
-    said = f"can't write {Path('o').resolve()}: the disk is full; make room"
-    with pytest.raises(StorageError, match=said):
-        write()
-    assert files(".") == []
-
-
 def test_figures_drawn_again_appear_all_or_none(monkeypatch, capsys):
     storage.save(results.pendulum(), Path("o"))
     before = files("o")
@@ -203,19 +162,6 @@ def test_figures_drawn_again_appear_all_or_none(monkeypatch, capsys):
     assert files("o") == before
     assert main(["plot", "o", "--out", "new/figures"]) == 2
     assert files(".") == ["o"]
-
-
-def test_figures_drawn_again_replace_the_old_ones():
-    results.put(results.pendulum(), "o")
-    with staged_files(Path("o")) as staged:
-        (staged / "coordinates.png").write_bytes(b"old")
-    Path("o/mine.txt").write_bytes(b"mine")
-    with staged_files(Path("o")) as staged:
-        names = [path.name for path in save_figures(load(Path("o")), staged)]
-    assert set(names) <= set(files("o"))
-    assert Path("o", names[0]).stat().st_size > 3
-    assert Path("o/mine.txt").read_bytes() == b"mine"
-    assert not [name for name in files("o") if name.startswith(".")]
 
 
 @pytest.mark.parametrize("place", ["file/o", "file/deep/o", "x" * 300, "/proc/o", "loop/o"])
@@ -249,48 +195,6 @@ def test_an_output_that_is_full_or_closed():
         assert ran.returncode == code
         assert ran.stderr.startswith(said)
         assert "Traceback" not in ran.stderr
-
-
-FAILS = """
-import sys, time
-sys.path.insert(0, 'tests')
-from dataclasses import replace
-from results import rigid_link
-from exudyn_flexlink import cli, engines
-from exudyn_flexlink.result import Outcome
-
-def fake(scene, engine, progress, **_):
-    time.sleep(float(sys.argv[1]))  # the reader has gone
-    return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, 'it stalled'))
-
-engines.simulate = fake
-sys.exit(cli.main(['simulate', *sys.argv[2:]]))
-"""
-
-
-def test_a_failed_run_has_failed_for_a_reader_that_has_seen_enough_too(tmp_path):
-    pytest.importorskip("fcntl")  # pipes of a shell
-    run = [sys.executable, "-c", FAILS, "0.5", NO_CLEARANCE, "--no-plots", f"--out={tmp_path}/o"]
-    line = f"{shlex.join(run)} | true"
-    ran = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", line], cwd=ROOT,
-        capture_output=True, text=True, check=False, timeout=120, env=BARE,
-    )  # fmt: skip
-    assert ran.returncode == 1
-    assert ran.stderr.startswith("warning: made up\n")
-    assert "it stalled" in ran.stderr
-
-
-def test_letters_that_the_output_does_not_know():
-    model = Path("läufer-振り子.yaml")
-    model.write_bytes(Path(SMOOTH).read_bytes())
-    ran = subprocess.run(
-        [sys.executable, "-m", "exudyn_flexlink", "check", str(model)],
-        capture_output=True, text=True, check=False, timeout=120,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"},
-    )  # fmt: skip
-    assert (ran.returncode, ran.stderr) == (0, "")
-    assert "l\\xe4ufer" in ran.stdout
 
 
 # --- two runs into one folder -------------------------------------------------------------------

@@ -3,11 +3,11 @@
 import json
 from dataclasses import replace
 from math import inf, pi, sin, sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
 import results
+from cli_runs import MODELS
 from scipy.special import ellipj, ellipk
 
 from exudyn_flexlink.accuracy import errors
@@ -16,16 +16,14 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
-from exudyn_flexlink.observables import force_deviations, worst_force
+from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.plots import forces
-from exudyn_flexlink.plots.panels import told_error
 from exudyn_flexlink.report import comparison_text, run_text
 from exudyn_flexlink.report.contacts import force_error_table
 from exudyn_flexlink.report.text import lines_of
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save, save_comparison
 
-MODELS = Path(__file__).parents[1] / "models"
 CRANK = "joint force of crank"
 G, LENGTH, MASS = 9.81, 0.2, 7850 * 0.2 * 0.01 * 0.002  # of results.PENDULUM
 
@@ -154,14 +152,6 @@ def test_beside_an_impulse_nothing_is_told():
     assert force_deviations(one, other)[CRANK].free.largest == pytest.approx(0, abs=1e-12)
 
 
-def test_forces_that_are_rounding_are_not_the_worst():
-    spread = ForceSpread(1e-14, 0.1, 1e-15, 1e-14)
-    real = ForceSpread(1e-3, 0.1, 1e-4, 2.0)
-    found = {"a": ForceDeviation("N", spread, None), "b": ForceDeviation("N", real, None)}
-    assert worst_force(found) == ("b", pytest.approx(5e-4))
-    assert worst_force({"a": found["a"]}) == ("", 0.0)
-
-
 # --- where it is told
 
 
@@ -233,26 +223,9 @@ def test_the_figure_tells_the_error_and_draws_it_as_a_band():
     assert not panel(forces(linked()), "joint force").collections
 
 
-@pytest.mark.parametrize("error", [0.01, 0.7, 2.0])
-def test_numbers_at_the_axis_are_no_finer_than_the_error(error):
-    axes = panel(forces(known(largest=error)), "joint force")
-    assert np.diff(axes.get_yticks()).min() >= min(error, 10.0)
-
-
-def test_told_errors_are_rounded_up():
-    said = {0.0123: "0.02", 2.0: "2", 0.95: "1", 1.3e-5: "2e-5", 3e-4: "0.0003", 12.0: "20"}
-    assert {error: told_error(error) for error in said} == said
-
-
 def test_a_force_that_is_rounding_while_nothing_touches_has_no_row():
     """A journal that flies in its bearing pushes nothing: 333 % of 1e-30 N says nothing."""
     own = ForceDeviation("N", ForceSpread(3e-30, 0.1, 1e-31, 1e-30), ForceSpread(3.0, 0.2, 1, 100))
     told = "\n".join(lines_of(force_error_table({"slot force of way": own})))
     assert "slot force of way, in contact" in told
     assert "333" not in told
-
-
-def test_a_force_that_is_rounding_throughout_has_no_row():
-    """A rail along which a body slides freely carries nothing."""
-    own = ForceDeviation("N", ForceSpread(5e-14, 0.1, 2e-14, 1.5e-14), None)
-    assert not force_error_table({"joint force of way": own}).rows

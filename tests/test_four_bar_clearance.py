@@ -1,7 +1,5 @@
 """The controller of the four-bar with clearance, against the torques that its authors print."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +20,13 @@ PI_OFF = 4e-9  # of their 3.14159265
 STEEPNESS = 1e4  # N m, by which the torque changes with pi: 2000 * 6 * 0.75 and smaller parts
 
 
-def ideal(crank: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
+def ideal(crank, speed):
     """Angles and speeds of the coupler (4 m) and the rocker (2.5 m) without clearance.
 
     The crank has 1 m, the pivots are 3 m apart.
     """
 
-    def gap(angles: np.ndarray) -> tuple[float, float]:
+    def gap(angles):
         loop = np.exp(1j * crank) + 4 * np.exp(1j * angles[0]) - 3 - 2.5 * np.exp(1j * angles[1])
         return loop.real, loop.imag
 
@@ -39,7 +37,7 @@ def ideal(crank: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("row", PRINTED, ids=lambda row: f"{row[0]:g} s")
-def test_the_controller_gives_the_printed_torque(row: tuple[float, float, float, float]) -> None:
+def test_the_controller_gives_the_printed_torque(row):
     time, crank, speed, torque = row
     (coupler, rocker), (coupler_speed, rocker_speed) = ideal(crank, speed)
     state = {

@@ -63,24 +63,6 @@ def test_a_thrown_plate_turns_evenly_and_its_centre_flies_a_parabola(formulation
     assert abs(energy - energy[0]).max() < 100 * max(tolerance, 1e-9)
 
 
-def test_check_says_which_bodies_are_free():
-    found, assembly = assembled(THROWN.replace("run: {duration: 2}\n", ""))
-    assert "none  plate is free" in check_text(found, assembly)
-
-
-def test_two_free_bodies_do_not_disturb_each_other():
-    found = run("""
-bodies:
-  one: {type: rigid, mass: 1, inertia: 0.1}
-  two: {type: rigid, mass: 5, inertia: 0}
-initial: {velocities: {one: [1, 0], two: [0, -1]}}
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-6}
-""")
-    np.testing.assert_allclose(where(found, "one.centre")[-1], [1, 0], atol=1e-6)
-    np.testing.assert_allclose(where(found, "two.centre")[-1], [0, -1], atol=1e-6)
-
-
 # --- point masses ---------------------------------------------------------------------------
 
 
@@ -256,14 +238,6 @@ def test_two_ways_of_a_four_bar_are_mirrored_at_the_diagonal():
     assert np.exp(1j * way["rocker"]) == pytest.approx(np.exp(1j * mirrored), abs=1e-9)
 
 
-def test_an_open_chain_has_no_other_way():
-    found, assembly = assembled("""
-bodies: {bob: {type: rigid, mass: 1, inertia: 0, points: {hook: [-1, 0]}}}
-joints: {pivot: {type: revolute, points: [ground, bob.hook], at: [0, 0]}}
-""")
-    assert other_ways(found, assembly) == []
-
-
 def test_a_position_is_held_while_the_joints_close():
     """A rod between a ring and a place of its start."""
     _, found = assembled("""
@@ -284,12 +258,6 @@ bodies: {bob: {type: rigid, mass: 1, inertia: 0, points: {hook: [-1, 0]}}}
 joints: {pivot: {type: revolute, points: [ground, bob.hook], at: [0, 0]}}
 initial: {positions: {bob: [3, 0]}}
 """)
-
-
-def test_a_position_of_no_body_is_refused_with_its_line():
-    with pytest.raises(SceneError, match=r"initial\.positions\.bol: unknown body 'bol'"):
-        assembled("bodies: {ball: {type: rigid, mass: 1, inertia: 0}}\n"
-                  "initial: {positions: {bol: [3, 0]}}\n")  # fmt: skip
 
 
 def test_a_point_deep_behind_its_face_is_refused_by_name():

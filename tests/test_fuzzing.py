@@ -1,9 +1,8 @@
 """A short run of the loader's fuzzing, and what the long ones found."""
 
 import pytest
-from fuzzing.inputs import INPUTS, Input, kept
-from fuzzing.limits import TooLongError, limited
-from fuzzing.trying import loads, signature
+from fuzzing.inputs import INPUTS
+from fuzzing.trying import loads
 from hypothesis import HealthCheck, Phase, given, settings
 
 from exudyn_flexlink.loading import load_scene
@@ -28,31 +27,6 @@ def folder(tmp_path_factory):
 @given(given_input=INPUTS)
 def test_whatever_is_given_a_scene_or_a_mistake_comes_out(given_input, folder):
     loads(given_input, folder)
-
-
-def test_what_lets_something_else_out_is_found(folder, monkeypatch):
-    def careless(path, settings):
-        return {}[path]
-
-    monkeypatch.setattr("fuzzing.trying.load_scene", careless)
-    with pytest.raises(KeyError) as found:
-        loads(Input(b"title: x"), folder)
-    assert signature(found.value).startswith("KeyError at ")
-
-
-def test_what_takes_too_long_is_found():
-    def forever():
-        while True:  # in Python: a loop in C never looks for signals
-            pass
-
-    with pytest.raises(TooLongError), limited(0.05):
-        forever()
-
-
-def test_an_input_that_was_kept_comes_back(tmp_path):
-    given_input = Input(b"title: \xff", b"1,2\n", ("run.turns=2", "é=1"))
-    given_input.keep(tmp_path / "found")
-    assert kept(tmp_path / "found") == given_input
 
 
 # --- found by fuzzing ---------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from results import scene_from
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.report import check_text
-from exudyn_flexlink.scene import Scene
 
 RADIUS, AWAY, SPEED = 0.04, 0.02, 10.0  # m, m, rad/s: of the track, of its centre, of the guide
 TRACK = """
@@ -34,12 +33,12 @@ FITS = {"ideal": "clearance: 0", "supported": f"supported: true, {LAW}",
         "clearance": f"clearance: 0.2 mm, {LAW}"}  # fmt: skip
 
 
-def scene(length: float, link: str = RIGID, fit: str = "ideal", more: str = "") -> Scene:
+def scene(length, link=RIGID, fit="ideal", more=""):
     text = TRACK.replace("LENGTH", str(length)).replace("LINK", link).replace("FIT", FITS[fit])
     return scene_from(text + more)
 
 
-def left_at(length: float) -> float:
+def left_at(length):
     """Instant (s) at which the track is so far from the guide's pivot: the law of cosines."""
     return acos((RADIUS**2 - AWAY**2 - length**2) / (2 * AWAY * length)) / SPEED
 
@@ -57,9 +56,7 @@ def left_at(length: float) -> float:
         ("lagrangian", "clearance", ""),
     ],
 )
-def test_a_link_that_leaves_its_guide_is_told_with_the_instant(
-    length: float, link: str, engine: str, fit: str, more: str
-) -> None:
+def test_a_link_that_leaves_its_guide_is_told_with_the_instant(length, link, engine, fit, more):
     """With clearance it is off the axis by 0.2 mm, which makes a millisecond."""
     result = simulate(scene(length, link, fit, more), engine, measure=False)
     (told,) = [line for line in result.warnings if "the link of 'sleeve' leaves its guide" in line]
@@ -70,22 +67,20 @@ def test_a_link_that_leaves_its_guide_is_told_with_the_instant(
 
 @pytest.mark.parametrize("fit", FITS)
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_a_link_that_stays_in_its_guide_is_not_spoken_of(engine: str, fit: str) -> None:
+def test_a_link_that_stays_in_its_guide_is_not_spoken_of(engine, fit):
     result = simulate(scene(0.061, RIGID, fit), engine, measure=False)
     assert result.outcome.completed
     assert not [line for line in result.warnings if "guide" in line]
 
 
-def test_a_guide_in_metres_for_millimetres_is_told() -> None:
+def test_a_guide_in_metres_for_millimetres_is_told():
     result = simulate(scene(90.0), measure=False)
     assert "takes 0.0012 of its guide's length: check units" in " ".join(result.warnings)
 
 
 @pytest.mark.parametrize(("tolerance", "coarse"), [(1.0, True), (0.02, True), (1e-3, False)])
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_a_tolerance_that_is_no_small_part_of_the_mechanism_is_told(
-    tolerance: float, coarse: bool, engine: str
-) -> None:
+def test_a_tolerance_that_is_no_small_part_of_the_mechanism_is_told(tolerance, coarse, engine):
     """It reaches 0.13 m."""
     from_file = TRACK.replace("1.0e-6", str(tolerance)).replace("LINK", RIGID)
     own = scene_from(from_file.replace("LENGTH", "0.09").replace("FIT", FITS["ideal"]))
@@ -95,7 +90,7 @@ def test_a_tolerance_that_is_no_small_part_of_the_mechanism_is_told(
     assert (told in " ".join(simulate(own, engine, measure=False).warnings)) == coarse
 
 
-def test_a_small_body_that_goes_far_has_no_coarse_tolerance() -> None:
+def test_a_small_body_that_goes_far_has_no_coarse_tolerance():
     """A ball of 10 mm falls 11 m: 1 mm is much of it, and little of its way."""
     ball = """
 title: a ball falls

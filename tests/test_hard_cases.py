@@ -1,11 +1,10 @@
 """A quick part of the hard cases: right, or refused as documented."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from hard.case import LAGRANGIAN, MINIMAL, MODELS, REDUNDANT, Case, Variant
+from hard.case import LAGRANGIAN, MINIMAL, MODELS, REDUNDANT
 from hard.catalogue import CASES
 from hard.judging import REFUSED, RIGHT, criteria, judge
 from hard.symmetry import mirrored, scaled
@@ -22,7 +21,7 @@ from exudyn_flexlink.observables import State, contact_totals, path
 BY_NAME = {case.name: case for case in CASES}
 
 
-def variant_of(case: Case, label: str) -> Variant:
+def variant_of(case, label):
     return next(variant for variant in case.variants if variant.label == label)
 
 
@@ -69,7 +68,7 @@ def variant_of(case: Case, label: str) -> Variant:
         ("stiff_rod", "youngs_modulus 1e18", MINIMAL),
     ],
 )
-def test_it_keeps_to_its_closed_form(name: str, label: str, way: str) -> None:
+def test_it_keeps_to_its_closed_form(name, label, way):
     case = BY_NAME[name]
     row = judge(case, variant_of(case, label), way)
     assert row.verdict == RIGHT, row.broken
@@ -88,7 +87,7 @@ def test_it_keeps_to_its_closed_form(name: str, label: str, way: str) -> None:
         ("torque_reversal", "", MINIMAL),
     ],
 )
-def test_both_engines_agree(name: str, label: str, way: str) -> None:
+def test_both_engines_agree(name, label, way):
     case = BY_NAME[name]
     row = judge(case, variant_of(case, label), way)
     assert row.verdict == RIGHT, row.broken
@@ -96,23 +95,23 @@ def test_both_engines_agree(name: str, label: str, way: str) -> None:
 
 @pytest.mark.parametrize("name", ["dead_centre", "slot_end", "stall"])
 @pytest.mark.parametrize("way", [MINIMAL, REDUNDANT])
-def test_it_ends_as_documented(name: str, way: str) -> None:
+def test_it_ends_as_documented(name, way):
     case = BY_NAME[name]
     row = judge(case, case.variants[0], way)
     assert row.verdict == REFUSED, row.broken
 
 
-def test_a_slider_is_not_driven_beyond_its_dead_point() -> None:
+def test_a_slider_is_not_driven_beyond_its_dead_point():
     case = BY_NAME["dead_points"]
     assert judge(case, variant_of(case, "driven beyond"), MINIMAL).verdict == REFUSED
 
 
-def test_a_start_in_the_anvil_is_refused() -> None:
+def test_a_start_in_the_anvil_is_refused():
     case = BY_NAME["start_in_contact"]
     assert judge(case, variant_of(case, "penetrating"), MINIMAL).verdict == REFUSED
 
 
-def test_a_grazing_touch_is_seen_at_every_swing() -> None:
+def test_a_grazing_touch_is_seen_at_every_swing():
     """Eleven looks at steps of 0.05 s would not meet a touch of 3 ms by chance."""
     result = simulate(load_scene(MODELS / "grazing.yaml"), measure=False)
     begins = [event.time for event in result.events if event.kind == "contact begins"]
@@ -122,7 +121,7 @@ def test_a_grazing_touch_is_seen_at_every_swing() -> None:
 
 
 @pytest.mark.parametrize("name", ["contact_stiffness", "strike_stiffness", "curvature_jump"])
-def test_the_mirror_image_moves_as_the_mirror_image(name: str) -> None:
+def test_the_mirror_image_moves_as_the_mirror_image(name):
     scene = load_scene(MODELS / f"{name}.yaml", ["run.sample=1 ms"])
     one, other = simulate(scene, measure=False), simulate(mirrored(scene), measure=False)
     point = "hammer.tip" if name == "contact_stiffness" else "link.end"
@@ -133,7 +132,7 @@ def test_the_mirror_image_moves_as_the_mirror_image(name: str) -> None:
     np.testing.assert_allclose(a, b * [1, -1], atol=2e-6)
 
 
-def test_ten_times_as_large_is_ten_times_as_slow() -> None:
+def test_ten_times_as_large_is_ten_times_as_slow():
     scene = load_scene(MODELS / "curvature_jump.yaml", ["run.turns=0.5", "run.sample=1 ms"])
     one, other = simulate(scene, measure=False), simulate(scaled(scene, 10.0), measure=False)
     assert other.time[-1] == pytest.approx(10 * one.time[-1])
@@ -141,21 +140,21 @@ def test_ten_times_as_large_is_ten_times_as_slow() -> None:
     np.testing.assert_allclose(ends[0], ends[1] / 10, atol=2e-6)
 
 
-def test_a_run_is_bit_for_bit_the_same_again() -> None:
+def test_a_run_is_bit_for_bit_the_same_again():
     scene = load_scene(MODELS / "strike_stiffness.yaml")
     one, other = simulate(scene, measure=False), simulate(scene, measure=False)
     np.testing.assert_array_equal(one.poses, other.poses)
     np.testing.assert_array_equal(one.time, other.time)
 
 
-def test_a_longer_run_misses_no_more_energy() -> None:
+def test_a_longer_run_misses_no_more_energy():
     result = simulate(load_scene(MODELS / "bouncing.yaml", ["run.duration=1.8"]), measure=False)
     energy = result.energy.kinetic + result.energy.stored
     assert np.abs(energy - energy[0]).max() < 1e-3 * result.checks.largest_kinetic_energy
     assert not list(criteria(result))
 
 
-def test_the_truth_itself_keeps_energy() -> None:
+def test_the_truth_itself_keeps_energy():
     model = Hammer(load_scene(MODELS / "restitution.yaml", ["contacts.hit.law.restitution=1"]))
     time = np.linspace(0, 0.03, 3001)
     phi = model.angles(time)
@@ -163,7 +162,7 @@ def test_the_truth_itself_keeps_energy() -> None:
     assert end == pytest.approx(-begin, rel=1e-9)
 
 
-def test_impacts_that_gain_energy_are_told_with_time_and_name() -> None:
+def test_impacts_that_gain_energy_are_told_with_time_and_name():
     run = touched(
         rigid_link(turns=1, samples=401),
         Interval(0.05, 0.1, energy_lost=1e-3),
@@ -172,7 +171,7 @@ def test_impacts_that_gain_energy_are_told_with_time_and_name() -> None:
         Interval(0.35, energy_lost=-2e-4),  # it has not ended: what it stores comes back yet
     )
 
-    def told(kinetic: float) -> list[str]:
+    def told(kinetic):
         return doubts(replace(run, checks=replace(run.checks, largest_kinetic_energy=kinetic)))
 
     (text,) = told(1.0)
@@ -181,13 +180,13 @@ def test_impacts_that_gain_energy_are_told_with_time_and_name() -> None:
 
 
 @pytest.mark.parametrize("file", sorted(MODELS.glob("*.yaml")), ids=lambda path: path.stem)
-def test_every_model_says_its_truth_and_where_it_comes_from(file: Path) -> None:
+def test_every_model_says_its_truth_and_where_it_comes_from(file):
     head = file.read_text(encoding="utf-8").split("title:")[0]
     assert "# Truth: " in head
     assert "# Source: " in head
 
 
-def test_a_curvature_jump_costs_no_order() -> None:
+def test_a_curvature_jump_costs_no_order():
     """Half the step leaves a quarter of the error, as steps end on the jump."""
     exact = simulate(
         load_scene(MODELS / "curvature_jump.yaml", ["accuracy.tolerance=1e-11"]), measure=False
@@ -201,7 +200,7 @@ def test_a_curvature_jump_costs_no_order() -> None:
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_a_foil_lies_on_its_wall_between_bounces(engine: str) -> None:
+def test_a_foil_lies_on_its_wall_between_bounces(engine):
     """6.074 % of the time, and small bounces end below 1e-8 m: at 1e-6 m it is 6.08 to 6.25 %."""
     tight = ["accuracy.tolerance=1e-8"]
     result = simulate(load_scene(MODELS / "foil.yaml", tight), engine, measure=False)
@@ -211,7 +210,7 @@ def test_a_foil_lies_on_its_wall_between_bounces(engine: str) -> None:
 
 
 @pytest.mark.parametrize("tolerance", ["1e-4", "1e-5", "1e-7"])
-def test_the_end_of_a_hard_face_is_left_where_it_is(tolerance: str) -> None:
+def test_the_end_of_a_hard_face_is_left_where_it_is(tolerance):
     """The point slides off under 3 N: what the instant errs, its speed errs ever after."""
     hard = ["contacts.strike.law.stiffness=1e8"]
     exact = simulate(

@@ -5,10 +5,10 @@ bouncing as the mechanism.
 """
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
@@ -22,9 +22,7 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, strikes
 from exudyn_flexlink.source import SceneError
 
-MODELS = Path(__file__).parent.parent / "models"
 MODEL = MODELS / "no_clearance.yaml"
-IMPULSE = "contacts.strike.law={type: impulse, restitution: 0.5}"
 SHORT = ("run.turns=0.54", "bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 TIGHT = "accuracy.tolerance=1e-7"
 

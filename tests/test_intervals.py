@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import strikes
 
@@ -22,15 +21,6 @@ def run(engine, settings, until):
     """The strike at 0.3142 s lasts until 0.3153 s, then the point bounces."""
     changes = [*settings, f"run={{duration: {until}, sample: 1.0e-5}}", "accuracy.tolerance=1e-6"]
     return simulate(load_scene(MODEL, changes), engine, measure=False)
-
-
-def test_columns_are_in_order_of_their_begins():
-    rows = [Interval(2.0, 3.0, pair=1), Interval(1.0), Interval(2.0, 2.5, pair=0)]
-    found = Intervals.of(rows)
-    assert [(row.begin, row.pair) for row in found] == [(1.0, 0), (2.0, 0), (2.0, 1)]
-    assert list(Intervals.of(found)) == list(found)
-    assert found.until(2.7).tolist() == [2.7, 2.5, 2.7]
-    assert len(Intervals.of()) == 0
 
 
 @pytest.mark.parametrize(("engine", "settings"), ENGINES)

@@ -1,22 +1,14 @@
 """Formulas that bend with the state: stops, play, clamps; closed forms and pieces of DOP853."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
 from math import pi, sqrt
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import scene_of
-from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import parse_document
-
-Values = NDArray[np.float64]
-Zero = Callable[[float, float], float]
 
 BLOCK = """title: a block on a rail
 bodies: {{block: {{type: rigid, mass: {mass}, inertia: 0, points: {{c: [0, 0]}}}}{bodies}}}
@@ -29,32 +21,28 @@ accuracy: {{tolerance: {tolerance}}}
 """
 
 
-def run(text: str) -> Result:
+def run(text):
     found = simulate(scene_of(parse_document(text, "test")))
     assert found.outcome.completed
     return found
 
 
-def block(
-    force: str, speed: float, lasts: float, tolerance: float = 1e-6, mass: float = 1.0, **more: str
-) -> Result:
+def block(force, speed, lasts, tolerance=1e-06, mass=1.0, **more):
     parts = {"bodies": "", "joints": "", "more": ""} | more
     force = force.replace("X", "place(way)").replace("V", "speed(way)")
     values = {"mass": mass, "speed": speed, "lasts": lasts, "tolerance": tolerance}
     return run(BLOCK.format(force=force, **values, **parts))
 
 
-def by_pieces(
-    law: Callable[[float, float], float], zeros: Sequence[Zero], speed: float, times: Values
-) -> Values:
+def by_pieces(law, zeros, speed, times):
     """Places by an acceleration, integrated anew from each of the zeros at which it bends."""
     events = []
     for zero in zeros:
 
-        def event(_: float, y: Values, zero: Zero = zero) -> float:
+        def event(_, y, zero=zero):
             return zero(y[0], y[1])
 
-        event.terminal = True  # type: ignore[attr-defined]
+        event.terminal = True
         events.append(event)
     t, y, found = 0.0, np.array([0.0, speed]), []
     while True:
@@ -76,7 +64,7 @@ def by_pieces(
 # --- closed forms ---------------------------------------------------------------------------------
 
 
-def between_stops(t: Values, play: float, speed: float, swing: float) -> Values:
+def between_stops(t, play, speed, swing):
     """A block that flies between two springs and swings at `swing` (rad/s) in each."""
     quarter, half = play / speed, pi / swing
     part = np.mod(t, 4 * quarter + 2 * half)
@@ -97,9 +85,7 @@ def between_stops(t: Values, play: float, speed: float, swing: float) -> Values:
         (2.2, 2e6, 0.03, 3.7, 0.5),
     ],
 )
-def test_play_between_two_stops(
-    mass: float, stiffness: float, play: float, speed: float, lasts: float
-) -> None:
+def test_play_between_two_stops(mass, stiffness, play, speed, lasts):
     """The first is off by 24 um after 3 s, if steps go over the kinks."""
     force = f"-{stiffness}*max(0, X - {play}) + {stiffness}*max(0, -{play} - X)"
     found = block(force, speed, lasts, mass=mass)
@@ -111,9 +97,7 @@ def test_play_between_two_stops(
     ("stiffness", "play", "speed", "lasts", "tolerance"),
     [(34540, 0.0450553, 1.17276, 0.1, 1.3e-5), (21000, 0.012, 1.9, 0.2, 3e-5)],
 )
-def test_play_between_two_stops_in_redundant_coordinates(
-    stiffness: float, play: float, speed: float, lasts: float, tolerance: float
-) -> None:
+def test_play_between_two_stops_in_redundant_coordinates(stiffness, play, speed, lasts, tolerance):
     """A step out of free flight, of any length, went over a kink, and so did its neighbour's."""
     force = f"-{stiffness}*max(0, X - {play}) + {stiffness}*max(0, -{play} - X)"
     found = block(
@@ -134,7 +118,7 @@ CONTACT = """contacts:
   left: {{type: point_on_line, point: block.c, line: [wall.b, wall.a], law: {{{law}}}}}"""
 
 
-def test_a_stop_and_a_contact() -> None:
+def test_a_stop_and_a_contact():
     """A stop by formula on the right, a contact of the same stiffness on the left."""
     more = CONTACT.format(law="stiffness: 20000, restitution: 1")
     found = block("-20000*max(0, X - 0.02)", 1.5, 0.5, more=more, **LEFT)
@@ -142,7 +126,7 @@ def test_a_stop_and_a_contact() -> None:
     np.testing.assert_allclose(found.poses[:, 0, 0], right, rtol=0, atol=1e-6)
 
 
-def test_a_speed_that_jumps_over_a_kink() -> None:
+def test_a_speed_that_jumps_over_a_kink():
     """What brakes to the right alone does so from the impact on."""
     more = CONTACT.format(law="type: impulse, restitution: 1")
     found = block("-max(0, V)", -1.5, 1, more=more, **LEFT)
@@ -151,7 +135,7 @@ def test_a_speed_that_jumps_over_a_kink() -> None:
     np.testing.assert_allclose(found.poses[:, 0, 0], right, rtol=0, atol=1e-6)
 
 
-def test_a_kink_that_is_grazed() -> None:
+def test_a_kink_that_is_grazed():
     """The block turns at the stop, 1 nm before it or 1 nm in it: no more than 1 nm follows."""
     for play in (0.1, 0.1 - 1e-9, 0.1 + 1e-12):
         found = block(f"-100*X - 5e4*max(0, X - {play!r})", 1, 3)
@@ -176,13 +160,13 @@ def test_a_kink_that_is_grazed() -> None:
         ),
     ],
 )
-def test_at_rest_on_a_kink(force: str, right: Callable[[Values], Values]) -> None:
+def test_at_rest_on_a_kink(force, right):
     found = block(force, 0, 2, tolerance=1e-7)
     np.testing.assert_allclose(found.poses[:, 0, 0], right(found.time), rtol=0, atol=1e-8)
     assert found.checks.steps < 200
 
 
-def test_stops_by_torque_in_a_loop() -> None:
+def test_stops_by_torque_in_a_loop():
     """A parallelogram turns as one wheel of 1.2 kg m^2, from whichever joint it is stopped."""
     text = """title: a parallelogram
 bodies:
@@ -210,7 +194,7 @@ accuracy: {{tolerance: 1.0e-6}}
         np.testing.assert_allclose(found.poses[:, 0, 2], right, rtol=0, atol=1e-6)
 
 
-def test_kinks_in_both_components_of_a_force() -> None:
+def test_kinks_in_both_components_of_a_force():
     """A point mass between four walls, each way for itself."""
     sides = (
         f"-400*max(0, place(b.c, {axis}) - 0.1) + 400*max(0, -0.1 - place(b.c, {axis}))"
@@ -272,12 +256,7 @@ accuracy: {{tolerance: 1.0e-7}}
         ),
     ],
 )
-def test_against_integration_by_pieces(
-    force: str,
-    speed: float,
-    law: Callable[[float, float], float],
-    zeros: Sequence[Zero],
-) -> None:
+def test_against_integration_by_pieces(force, speed, law, zeros):
     found = block(force, speed, 0.7, tolerance=1e-7)
     right = by_pieces(law, zeros, speed, found.time)
     np.testing.assert_allclose(found.poses[:, 0, 0], right, rtol=0, atol=1e-7)

@@ -6,10 +6,10 @@ the track, and guides that rest or turn freely.
 """
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
@@ -22,7 +22,6 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import path
 
-MODELS = Path(__file__).parent.parent / "models"
 PIVOT = np.array([0.02, 0.0])
 FRICTION = "joints.sleeve.law.friction=0.2"
 SHORT = ("contacts={}", "bodies.link.rods=3", "joints.sleeve.clearance=2 mm")

@@ -6,10 +6,9 @@ the engine's equations is used for them. P depends on the guide's angle, or with
 and guide on its own place on the track, which is a coordinate.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from scipy.optimize import brentq
 
 from exudyn_flexlink.engines.lagrangian.equations import frame_of, mass_and_force
@@ -17,7 +16,6 @@ from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import approach
 
-MODELS = Path(__file__).parent.parent / "models"
 CASES = {
     "ellipse": ("no_clearance.yaml", "bodies.link.rods=4"),
     "circle": ("no_clearance.yaml", "joints.pin.curve=ring", "bodies.link.layout=half_ends"),

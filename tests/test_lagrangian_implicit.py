@@ -1,30 +1,21 @@
 """The implicit method in the Lagrangian: tolerance, events, and places on the track."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from benchmarks.series import deviation, read_series
+from cli_runs import MODELS
 
 from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian import problem
-from exudyn_flexlink.engines.lagrangian.run import prepare, solve
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
-from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.explicit import ExplicitStepper
-from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.mechanism import Anchor, Slot, approach
-from exudyn_flexlink.scene import Run
+from exudyn_flexlink.mechanism import Anchor, Slot
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 EXPLICIT = ("solver.integrator=dop853", "accuracy.tolerance=1e-8")
 FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
@@ -44,7 +35,7 @@ PIECES = {
 
 
 @pytest.mark.parametrize("name", PIECES)
-def test_places_are_those_of_the_curves(name: str) -> None:
+def test_places_are_those_of_the_curves(name):
     piece = PIECES[name]
     at, every = evaluator(piece), np.linspace(piece.start - 0.01, piece.end + 0.01, 41)
     found = np.array(piece.places(every))
@@ -61,7 +52,7 @@ def crossed(piece, centre, theta, u):
 
 
 @pytest.mark.parametrize("name", ["ellipse", "circle", "line", "part of a spline"])
-def test_the_guides_axis_crosses_the_piece_where_it_should(name: str) -> None:
+def test_the_guides_axis_crosses_the_piece_where_it_should(name):
     piece, centre = PIECES[name], (0.005, -0.002)
     for u in np.linspace(piece.start, piece.end, 9)[1:-1]:
         x, y = piece.point(u)
@@ -81,7 +72,7 @@ BENT = Spline(np.array([*STAR, TIPS[-1]]), closed=True)
 
 
 @pytest.mark.parametrize("at", [-0.039, 0.0, 0.02, 0.039])
-def test_p_stays_on_its_side_of_the_pivot(at: float) -> None:
+def test_p_stays_on_its_side_of_the_pivot(at):
     """Whether the guide turns a little or nearly a right angle: an ellipse has a closed form."""
     for angle in np.linspace(0, 2 * np.pi, 37):
         before = _ray(at, angle)
@@ -92,7 +83,7 @@ def test_p_stays_on_its_side_of_the_pivot(at: float) -> None:
             assert places[0] == pytest.approx(after, abs=1e-14)
 
 
-def _ray(at: float, angle: float) -> tuple[float, float]:
+def _ray(at, angle):
     """Where the ray from (at, 0) meets the thin ellipse."""
     c, s = np.cos(angle), np.sin(angle)
     a, b, d = (c / 0.04) ** 2 + (s / 1e-3) ** 2, at * c / 0.04**2, (at / 0.04) ** 2 - 1
@@ -100,7 +91,7 @@ def _ray(at: float, angle: float) -> tuple[float, float]:
     return at + r * c, r * s
 
 
-def test_p_is_not_found_beyond_a_dead_centre() -> None:
+def test_p_is_not_found_beyond_a_dead_centre():
     """Nor another crossing than that which the track leads to: walked along it by hand."""
     u = np.linspace(0, BENT.period, 20_001)
     angles = np.unwrap(np.angle(BENT.places(u)[0]))
@@ -127,14 +118,14 @@ def test_p_is_not_found_beyond_a_dead_centre() -> None:
 
 
 @cache
-def run(*settings: str):
+def run(*settings):
     result = simulate(load_scene(MODELS / STRIKE[0], [*STRIKE[1:], *settings]), "lagrangian")
     assert result.outcome.completed
     return result
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
-def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance: float) -> None:
+def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance):
     """Over two turns, against the independent series, which knows S to 6e-8 m."""
     series = read_series(HERE / "data" / "strike_n5_beam.csv")
     result = run(f"accuracy.tolerance={tolerance}", "run.turns=2")
@@ -148,14 +139,14 @@ def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance: flo
 
 
 @pytest.mark.parametrize(("tolerance", "part"), [(1e-4, 2e-4), (1e-6, 5e-6)])
-def test_energies_are_those_of_the_stages_as_solved(tolerance: float, part: float) -> None:
+def test_energies_are_those_of_the_stages_as_solved(tolerance, part):
     """From rates before the last correction the balance misses 2.4e-3 and 4.2e-5 of the energy."""
     settings = [f"accuracy.tolerance={tolerance}", "run.turns=2"]
     checks = simulate(load_scene(MODELS / "no_clearance.yaml", settings), "lagrangian").checks
     assert checks.energy_residual < part * checks.largest_kinetic_energy
 
 
-def test_events_are_those_of_the_explicit_method() -> None:
+def test_events_are_those_of_the_explicit_method():
     ours, other = run("accuracy.tolerance=1e-10"), run(*EXPLICIT)
     assert ours.settings.integrator.method == "Radau IIA"
     assert other.settings.integrator.method == "DOP853"
@@ -179,41 +170,7 @@ def test_events_are_those_of_the_explicit_method() -> None:
     assert ours.checks.steps < other.checks.steps / 2
 
 
-@pytest.mark.parametrize("height", [0.05, 0.0])
-def test_a_lever_that_is_never_reached_makes_no_events(
-    height: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """S passes the line through its face, far beyond the tip: of that only the side is kept.
-
-    It does so 0.05 s away from where a piece of the track ends, or within the same step.
-    """
-    located: list[int] = []
-    first_of = problem.first_of
-
-    def counted(*given: Any) -> tuple[float, int] | None:
-        located.append(1)
-        return first_of(*given)
-
-    monkeypatch.setattr(problem, "first_of", counted)
-    scene = load_scene(
-        MODELS / "no_clearance.yaml", [*FIVE, f"joints.pivot.at=[-0.5, {height}]", "run.turns=1.2"]
-    )
-    assert solve(prepare(scene)) == ""
-    assert len(located) <= 2
-    seen = set()
-    for t in (0.1, 0.4, 0.7):
-        prepared = prepare(scene.changed(run=Run(duration=t, sample=0.01)))
-        assert solve(prepared) == ""
-        kept = prepared.recorder.all_kept()
-        (contact,) = prepared.model.contacts
-        behind = approach(contact, kept.own.poses[-1], kept.own.rates[-1]).gap < 0
-        (side,) = prepared.problem.touches.sides
-        assert side == (Side.BEHIND if behind else Side.APART)
-        seen.add(side)
-    assert len(seen) == 2
-
-
-def test_a_ramp_and_a_torque_are_met() -> None:
+def test_a_ramp_and_a_torque_are_met():
     """A drive that comes up over 50 ms, and a free guide under a torque and gravity."""
     ramp = "drives.motor={type: speed, joint: crank, value: 10, ramp: 50 ms}"
     torque = "drives.motor={type: torque, joint: crank, value: 0.01, ramp: 30 ms}"
@@ -230,22 +187,8 @@ def test_a_ramp_and_a_torque_are_met() -> None:
             )
 
 
-@pytest.mark.parametrize(
-    ("stepper", "setting"),
-    [(ExplicitStepper, "solver.integrator=dop853"),
-     (ExplicitStepper, "contacts.strike.law={type: impulse, restitution: 0.5}"),
-     (ExplicitStepper, "accuracy={step: 1e-4}"),
-     (ImplicitStepper, "solver.integrator=radau")],
-)  # fmt: skip
-@pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml", "supported.yaml"])
-def test_steps_and_impulses_are_for_the_explicit_method_and_who_asks_for_it(
-    model: str, setting: str, stepper: type
-) -> None:
-    assert isinstance(prepare(load_scene(MODELS / model, [setting])).stepper, stepper)
-
-
 @pytest.mark.parametrize("integrator", ["radau", "dop853"])
-def test_a_dead_centre_ends_the_run_and_says_so(integrator: str) -> None:
+def test_a_dead_centre_ends_the_run_and_says_so(integrator):
     """A circle that does not go round C: the guide's axis comes to touch it."""
     scene = load_scene(
         MODELS / "smooth.yaml",
@@ -259,18 +202,9 @@ def test_a_dead_centre_ends_the_run_and_says_so(integrator: str) -> None:
     assert result.time[-1] == pytest.approx((np.arcsin(0.5) - 0.1) / 10, abs=1e-6)
 
 
-def test_steps_that_get_shorter_and_shorter_turn_no_point_round() -> None:
+def test_steps_that_get_shorter_and_shorter_turn_no_point_round():
     """Those of SciPy's method to a dead centre, where rounding moves P to and fro."""
     scene = load_scene(MODELS / "hard" / "dead_centre.yaml", ["solver.integrator=dop853"])
     result = simulate(scene, "lagrangian")
     assert result.checks.steps > 30
     assert max(len(extreme.time) for extreme in result.extremes.values()) < 10
-
-
-def test_samples_do_not_change_the_steps() -> None:
-    """Samples asked for at any interval are those of the same steps."""
-    one, two = run("accuracy.tolerance=1e-5"), run("accuracy.tolerance=1e-5", "run.sample=0.5 ms")
-    assert one.checks.steps == two.checks.steps
-    _, i, k = np.intersect1d(one.time.round(9), two.time.round(9), return_indices=True)
-    assert len(i) > 300
-    assert one.poses[i] == pytest.approx(two.poses[k], abs=1e-13)

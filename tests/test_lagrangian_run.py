@@ -11,15 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.series import deviation, read_series
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import approach
-from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.source import parse_document
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 BEAM, FIVE = "bodies.link.hinges.stiffness=beam", "bodies.link.rods=5"
 TIGHT = ("solver.integrator=dop853", "accuracy.tolerance=1e-7")
 SCENES = {
@@ -54,14 +53,6 @@ def test_reference_is_met_within_twice_its_uncertainty(name):
     assert len(found.time) > 100
     assert found.largest < distance
     assert found.largest_angle < angle
-
-
-@pytest.mark.parametrize(
-    ("name", "least"),
-    [("strike_n5_beam", -0.35792), ("strike_n10_beam", -0.34439), ("strike_n10_paper", -0.163)],
-)
-def test_peak_of_the_lever(name, least):
-    assert lever_response(run(name), "strike").least[0] == pytest.approx(least, abs=1e-5)
 
 
 def test_checks_of_a_whole_run():
@@ -179,41 +170,6 @@ def test_what_has_no_equations_is_refused_by_name(settings, path):
     with pytest.raises(NotRepresentableError) as caught:
         simulate(load_scene(MODELS / "no_clearance.yaml", settings), "lagrangian")
     assert caught.value.path == path
-
-
-FOUR_BAR = """title: four-bar linkage
-materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
-bodies:
-  crank: {type: rod, length: 0.1, material: steel, section: {width: 10 mm, thickness: 5 mm}}
-  bar: {type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 5 mm}}
-  rocker: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 5 mm}}
-joints:
-  a: {type: revolute, points: [ground, crank.start], at: [0, 0]}
-  coupler: {type: revolute, points: [crank.end, bar.start]}
-  c: {type: revolute, points: [bar.end, rocker.end]}
-  d: {type: revolute, points: [ground, rocker.start], at: [0.3, 0]}
-initial: {angles: {crank: 1.0}, guesses: {bar: 0.3, rocker: 1.5}}
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-5}
-"""
-
-
-def test_a_general_mechanism_is_refused_by_name():
-    with pytest.raises(NotRepresentableError) as caught:
-        simulate(from_text(FOUR_BAR), "lagrangian")
-    assert caught.value.path == ("joints", "coupler")
-
-
-def test_end_of_an_open_curve_ends_the_run():
-    scene = load_scene(
-        MODELS / "rigid.yaml",
-        ["joints.pin.curve=arc",
-         "curves.arc={type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: 0, to: 1}"],
-    )  # fmt: skip
-    result = simulate(scene, "lagrangian")
-    assert not result.outcome.completed
-    assert "reached the curve's end" in result.outcome.reason
-    assert result.time[-1] == pytest.approx(result.outcome.time)
 
 
 def test_friction_of_a_strike_acts_on_link_and_lever():

@@ -3,32 +3,32 @@
 from math import cos, radians, sin
 from pathlib import Path
 
+import numpy as np
 import pytest
+from test_mechanism_assembly import assembled, pin, rods
 
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import build_curves
 from exudyn_flexlink.scene import (
     CircleSpec,
-    CurveSpec,
     JoinedSpec,
     LapsSpec,
     LineSpec,
-    check_document,
 )
-from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.source import SceneError
 
 MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
 
 
-def line(first: float, last: float) -> LineSpec:
+def line(first, last):
     return LineSpec(from_=(first, 0.0), to=(last, 0.0))
 
 
-def ring(radius: float) -> CircleSpec:
+def ring(radius):
     return CircleSpec(centre=(0.0, 0.0), radius=radius)
 
 
-def test_a_setting_is_blamed_for_what_it_breaks() -> None:
+def test_a_setting_is_blamed_for_what_it_breaks():
     # The egg still passes (0.04, 0), the ellipse no longer: the laps do not meet. Both are told.
     with pytest.raises(SceneError) as found:
         load_scene(MODEL, ["curves.ellipse.semi_axes=[0.05, 0.03]", "run.turns=-1"])
@@ -38,11 +38,11 @@ def test_a_setting_is_blamed_for_what_it_breaks() -> None:
 
 
 @pytest.mark.parametrize("end", ["run.at_most=1", "run.duration=1"])
-def test_a_drive_at_rest_is_right_where_the_run_ends_without_it(end: str) -> None:
+def test_a_drive_at_rest_is_right_where_the_run_ends_without_it(end):
     assert load_scene(MODEL, ["drives.motor.value=0", end]).drives["motor"].value == 0
 
 
-def test_a_curve_is_built_from_those_it_names() -> None:
+def test_a_curve_is_built_from_those_it_names():
     curves, mistakes = build_curves(
         {"both": JoinedSpec(pieces=("one", line(1, 2))), "one": line(0, 1)}
     )
@@ -51,8 +51,8 @@ def test_a_curve_is_built_from_those_it_names() -> None:
     assert list(curves) == ["both", "one"]
 
 
-def test_a_wrong_curve_is_told_once_and_those_that_contain_it_are_left_out_in_silence() -> None:
-    specs: dict[str, CurveSpec | None] = {
+def test_a_wrong_curve_is_told_once_and_those_that_contain_it_are_left_out_in_silence():
+    specs = {
         "invalid": None,
         "of_invalid": JoinedSpec(pieces=("invalid",)),
         "of_unknown": JoinedSpec(pieces=("nobody", line(0, 1))),
@@ -69,22 +69,12 @@ def test_a_wrong_curve_is_told_once_and_those_that_contain_it_are_left_out_in_si
     assert set(curves) == {"laps", "whole"}
 
 
-def test_a_checked_document_keeps_what_is_valid() -> None:
-    text = "title: x\ncurves:\n  a: {type: line, from: [0, 0], to: [1, 0]}\n  b: {type: line}\n"
-    checked = check_document(parse_document(text, "test"))
-    assert checked.curves["a"] == line(0, 1)
-    assert checked.curves["b"] is None
-    with pytest.raises(SceneError) as found:
-        checked.to_scene()
-    assert found.value.mistakes == SceneError(checked.document, checked.mistakes).mistakes
-
-
 # --- links that start in a wall ---------------------------------------------------------------
 
 CLEARANCE = MODEL.with_name("clearance.yaml")
 
 
-def test_of_all_nodes_in_a_wall_the_deepest_is_named() -> None:
+def test_of_all_nodes_in_a_wall_the_deepest_is_named():
     # P is 20 mm from C, the end some 60 mm further is still inside the guide of 90 mm.
     short = "bodies.link.length=0.06"
     depth = 0.06 * sin(radians(10)) - 0.005
@@ -97,7 +87,7 @@ def test_of_all_nodes_in_a_wall_the_deepest_is_named() -> None:
         load_scene(CLEARANCE, [short, "initial={angles: {guide: 0, link: -10 deg}}"])
 
 
-def test_a_link_that_leans_on_a_corner_at_the_start() -> None:
+def test_a_link_that_leans_on_a_corner_at_the_start():
     # P is 60 mm from C: the mouth is 30 mm ahead, on rod 5, whose nodes are clear of the walls.
     turned, ahead = radians(10), 0.03
     depth = ahead * sin(turned) - 0.005 * cos(turned)
@@ -111,8 +101,78 @@ def test_a_link_that_leans_on_a_corner_at_the_start() -> None:
     )
 
 
-def test_a_wider_clearance_takes_what_a_narrow_one_refuses() -> None:
-    start = "initial={angles: {guide: 0, link: 10 deg}}"
-    assert load_scene(CLEARANCE, [start, "joints.sleeve.clearance=0.0122"])
-    with pytest.raises(SceneError, match="inside its guide's walls"):
-        load_scene(CLEARANCE, [start, "joints.sleeve.clearance=0.0121"])
+# --- speeds that nothing decides ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("up", [0.0, 4.0, -1.5])
+@pytest.mark.parametrize(
+    ("drive", "initial", "trolley", "load"),
+    [
+        ("drives: {go: {type: speed, joint: rail, value: 2}}\n", "", 2.0, 0.0),
+        ("", "speeds: {load: 1}", 0.0, 1.0),
+        ("", "speeds_along: {rail: 3}, speeds: {load: 1}", 3.0, 1.0),
+    ],
+)
+def test_speeds_that_are_left_open_do_not_depend_on_a_body_s_axes(
+    up, drive, initial, trolley, load
+):
+    """A load hangs on a trolley: it does not turn, and the trolley stands, unless they have to."""
+    found = assembled(
+        "bodies:\n"
+        "  trolley: {type: rigid, mass: 500, inertia: 100, points: {pin: [0, 0]}}\n"
+        f"  load: {{type: rigid, mass: 1000, inertia: 500, points: {{hook: [0, {up}]}},"
+        f" centre_of_mass: [0, {up - 4}]}}\n"
+        "joints:\n"
+        "  rail: {type: prismatic, points: [ground, trolley.pin], at: [0, 0], axis: [1, 0]}\n"
+        "  hook: {type: revolute, points: [trolley.pin, load.hook]}\n"
+        f"{drive}initial: {{along: {{rail: 0}}, {initial}}}\n"
+    )
+    assert found.state.v == pytest.approx(
+        np.array([[trolley, 0, 0], [trolley + up * load, 0, load]]), abs=1e-11
+    )
+
+
+def test_pendulums_in_a_row_hang_still_but_for_those_that_are_told_to_turn():
+    bars = "".join(
+        f"  {name}: {{type: rigid, mass: 1, inertia: 0.1,"
+        f" points: {{a: [{a}, 0], b: [{a + 1}, 0]}}}}\n"
+        for name, a in (("p", 0), ("q", -0.5), ("r", 0.25))
+    )
+    joints = pin("A", "ground", "p.a", "[0, 0]") + pin("B", "p.b", "q.a") + pin("C", "q.b", "r.a")
+    found = assembled(
+        f"bodies:\n{bars}joints:\n{joints}"
+        "initial: {angles: {p: -90 deg, q: -60 deg, r: -80 deg}, speeds: {p: 3}}\n"
+    )
+    assert found.state.v[:, 2] == pytest.approx([3, 0, 0], abs=1e-13)
+
+
+def test_a_long_chain_whose_ends_are_told_to_turn_hangs_still_between_them():
+    count = 60
+    bars = "".join(
+        f"  b{k}: {{type: rigid, mass: 1, inertia: 0.1, points: {{a: [0, 0], b: [1, 0]}}}}\n"
+        for k in range(count)
+    )
+    joints = pin("j0", "ground", "b0.a", "[0, 0]")
+    joints += "".join(pin(f"j{k}", f"b{k - 1}.b", f"b{k}.a") for k in range(1, count))
+    told = f"initial: {{speeds: {{b0: 1, b{count - 1}: 3}}}}\n"
+    found = assembled(f"bodies:\n{bars}joints:\n{joints}{told}")
+    assert found.state.v[:, 2] == pytest.approx([1, *[0] * (count - 2), 3], abs=1e-10)
+
+
+def test_a_loop_shares_what_it_leaves_open_of_its_angular_speeds():
+    """Five bars: of two freedoms one is given; the sum of the squares of the others is least."""
+    found = assembled(
+        rods(a=0.1, b=0.3, c=0.2, d=0.25)
+        + "joints:\n"
+        + pin("A", "ground", "a.start", "[0, 0]")
+        + pin("B", "a.end", "b.start")
+        + pin("C", "b.end", "c.start")
+        + pin("D", "c.end", "d.start")
+        + pin("E", "ground", "d.end", "[0.45, 0]")
+        + "initial: {angles: {a: 60 deg, b: 30 deg}, guesses: {c: -40 deg, d: -70 deg},"
+        " speeds: {a: 2}}\n"
+    )
+    angles, speeds = found.state.q[:, 2], found.state.v[:, 2]
+    arms = np.array([0.1, 0.3, 0.2, 0.25]) * np.array([-np.sin(angles), np.cos(angles)])
+    free = -np.linalg.pinv(arms[:, 1:]) @ arms[:, 0] * 2  # least squares by another way
+    assert speeds == pytest.approx([2, *free], abs=1e-12)

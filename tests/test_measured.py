@@ -8,33 +8,25 @@ import numpy as np
 import pytest
 import results
 from benchmarks.series import deviation, read_series
-from cli_runs import NO_CLEARANCE, Capture
-from numpy.typing import NDArray
+from cli_runs import MODELS, NO_CLEARANCE
 from random_strikes import draw
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.engines import LateInterruptError, measured, simulate
+from exudyn_flexlink.engines import LateInterruptError, simulate
 from exudyn_flexlink.engines.finer import measured_by, partner, unmeasured
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
+from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.observables import common_times, path, positions, separation
 from exudyn_flexlink.observables.parting import FACTOR
 from exudyn_flexlink.report import run_text
-from exudyn_flexlink.result import (
-    INTERRUPTED,
-    EngineSettings,
-    Integrator,
-    Outcome,
-    Result,
-)
+from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Integrator, Outcome
 from exudyn_flexlink.scene import Outputs
 from exudyn_flexlink.storage import load, save
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 G = 9.81
 BOTH = pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 
@@ -53,8 +45,8 @@ BOTH = pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
     ],
 )
 def test_the_told_error_bounds_the_distance_from_an_independent_integration(
-    name: str, model: str, settings: list[str], engine: str
-) -> None:
+    name, model, settings, engine
+):
     scene = load_scene(MODELS / f"{model}.yaml", [*settings, "run.sample=1 ms"])
     found = simulate(scene, engine, measure=True)
     series = read_series(HERE / "data" / f"{name}.csv")
@@ -65,10 +57,10 @@ def test_the_told_error_bounds_the_distance_from_an_independent_integration(
     assert (found.error.exceeds_from is None) == (not found.warnings)
 
 
-def double_pendulum(instants: NDArray[np.float64]) -> NDArray[np.float64]:
+def double_pendulum(instants):
     """Lower end (n, 2) of two bars of 1 m and 1 kg, let go from the horizontal."""
 
-    def rates(_: float, y: NDArray[np.float64]) -> list[float]:
+    def rates(_, y):
         one, other, w, u = y
         c, s = 0.5 * np.cos(one - other), 0.5 * np.sin(one - other)
         mass = np.array([[4 / 3, c], [c, 1 / 3]])
@@ -82,7 +74,7 @@ def double_pendulum(instants: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack([np.cos(one) + np.cos(other), np.sin(one) + np.sin(other)])
 
 
-def test_a_double_pendulum_says_from_when_on_it_is_off() -> None:
+def test_a_double_pendulum_says_from_when_on_it_is_off():
     """Of 12 s the last ones are, though every step keeps its part of the tolerance."""
     scene = load_scene(MODELS / "textbook" / "double_pendulum.yaml", ["run.duration=12"])
     found = simulate(scene, measure=True)
@@ -112,12 +104,10 @@ RINGING = [
 
 @BOTH
 @pytest.mark.parametrize("settings", [LIMP, RINGING])
-def test_links_that_keep_or_multiply_errors_have_them_told(
-    settings: list[str], engine: str
-) -> None:
+def test_links_that_keep_or_multiply_errors_have_them_told(settings, engine):
     """One hangs like a chain; the other rings, and what single steps lose of that adds up."""
 
-    def moving(*more: str) -> Result:
+    def moving(*more):
         scene = load_scene(MODELS / "no_clearance.yaml", [*settings, *more])
         scene = idealise(scene, ["impact"])
         tight = scene.accuracy.tolerance < 1e-8
@@ -153,11 +143,11 @@ accuracy: {{tolerance: 1.0e-6}}
 """
 
 
-def on_a_spring(times: NDArray[np.float64]) -> NDArray[np.float64]:
+def on_a_spring(times):
     """Places (n, 2) of the ball, by an explicit method whose steps end where it touches."""
     peg = np.array(PEG_AT)
 
-    def rates(_: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rates(_, y):
         far, away = np.hypot(*y[:2]), y[:2] - peg
         force = -PUSHED * (far - AROUND) * y[:2] / far + (0.0, -9.81)
         depth = REACH - np.hypot(*away)
@@ -165,10 +155,10 @@ def on_a_spring(times: NDArray[np.float64]) -> NDArray[np.float64]:
             force = force + STIFF * depth * away / np.hypot(*away)
         return np.array([*y[2:], *force])
 
-    def gap(_: float, y: NDArray[np.float64]) -> float:
+    def gap(_, y):
         return float(np.hypot(*(y[:2] - peg)) - REACH)
 
-    gap.terminal = True  # type: ignore[attr-defined]
+    gap.terminal = True
     found, begin, y = np.full((len(times), 2), np.nan), 0.0, np.array([*START, *FROM])
     accuracy = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15, "max_step": 2e-3}
     while begin < times[-1]:
@@ -181,7 +171,7 @@ def on_a_spring(times: NDArray[np.float64]) -> NDArray[np.float64]:
     return found
 
 
-def test_two_strikes_of_a_peg_part_motions_and_are_told() -> None:
+def test_two_strikes_of_a_peg_part_motions_and_are_told():
     found = simulate(results.scene_from(ON_A_SPRING), measure=True)
     assert len(found.contacts["hit"].touches) == 2
     off = np.hypot(*(path(found, "ball.c").position - on_a_spring(found.time)).T)
@@ -189,7 +179,7 @@ def test_two_strikes_of_a_peg_part_motions_and_are_told() -> None:
 
 
 @BOTH
-def test_a_strike_that_slides_off_a_face_is_told(engine: str) -> None:
+def test_a_strike_that_slides_off_a_face_is_told(engine):
     """What is left of the error of a place is multiplied as the pressed lever goes free."""
     settings = [*draw(np.random.default_rng([11, 289]), undamped=True), "run.turns=0.6"]
     model = MODELS / "no_clearance.yaml"
@@ -201,14 +191,14 @@ def test_a_strike_that_slides_off_a_face_is_told(engine: str) -> None:
 # --- which runs are made
 
 
-def test_where_something_else_bounds_steps_the_second_run_has_shorter_ones_all_the_same() -> None:
+def test_where_something_else_bounds_steps_the_second_run_has_shorter_ones_all_the_same():
     """At 1e-3 m a turn bounds them; by a method of order 9 a tenth of the error is 0.77 of it."""
     scene = load_scene(MODELS / "smooth.yaml", ["run.turns=1", "accuracy.tolerance=1e-3"])
     one, two = simulate(scene), simulate(scene, measure=True)
     assert two.checks.steps >= 1.2 * one.checks.steps
 
 
-def test_a_method_of_order_2_makes_half_steps_also_in_contact() -> None:
+def test_a_method_of_order_2_makes_half_steps_also_in_contact():
     settings = ["solver.formulation=redundant", "run.turns=0.55", "accuracy.tolerance=1e-5"]
     scene = load_scene(MODELS / "rigid.yaml", settings)
     one, two = simulate(scene), simulate(scene, measure=True)
@@ -218,7 +208,7 @@ def test_a_method_of_order_2_makes_half_steps_also_in_contact() -> None:
     assert two.timings["second run"] > 0
 
 
-def test_a_tenth_below_the_least_tolerance_the_second_run_is_the_coarser_one() -> None:
+def test_a_tenth_below_the_least_tolerance_the_second_run_is_the_coarser_one():
     least = ["accuracy.tolerance=3e-13", "run.turns=0.1", "bodies.link.rods=2"]
     scene = load_scene(MODELS / "smooth.yaml", least)
     assert partner(scene, 9) == 10
@@ -230,7 +220,7 @@ def test_a_tenth_below_the_least_tolerance_the_second_run_is_the_coarser_one() -
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_a_run_of_given_steps_is_made_once(engine: str) -> None:
+def test_a_run_of_given_steps_is_made_once(engine):
     settings = ["accuracy.step=1e-4", "run.turns=0.02", "bodies.link.rods=2"]
     found = simulate(load_scene(MODELS / "smooth.yaml", settings), engine, measure=True)
     assert "second run" not in found.timings
@@ -240,7 +230,7 @@ def test_a_run_of_given_steps_is_made_once(engine: str) -> None:
 # --- made-up runs
 
 
-def made_up(outcome: Outcome | None = None) -> Result:
+def made_up(outcome=None):
     """A run of the paper's mechanism that asks for 1e-5 m."""
     run = results.rigid_link(turns=1, samples=801)
     scene = run.scene.changed(accuracy={"tolerance": 1e-5})
@@ -249,7 +239,7 @@ def made_up(outcome: Outcome | None = None) -> Result:
     )
 
 
-def off_by(off: float, begin: float = 0.5) -> Result:
+def off_by(off, begin=0.5):
     """The run, but from an instant on so far off (m)."""
     run = made_up()
     poses = run.poses.copy()
@@ -257,7 +247,7 @@ def off_by(off: float, begin: float = 0.5) -> Result:
     return replace(run, poses=poses)
 
 
-def test_the_finer_run_is_the_result_and_thrice_the_distance_its_error() -> None:
+def test_the_finer_run_is_the_result_and_thrice_the_distance_its_error():
     first, finer = made_up(), off_by(1e-6)
     shares = []
     found = measured_by(first, lambda share: shares.append(share) or finer)
@@ -271,13 +261,13 @@ def test_the_finer_run_is_the_result_and_thrice_the_distance_its_error() -> None
     assert "asked 1e-05 m" in said
 
 
-def test_no_less_is_told_than_the_finer_runs_tolerance() -> None:
+def test_no_less_is_told_than_the_finer_runs_tolerance():
     second_order = replace(made_up(), settings=EngineSettings(Integrator("any", 2)))
     assert measured_by(made_up(), lambda _: made_up()).error.largest == pytest.approx(1e-6)
     assert measured_by(second_order, lambda _: made_up()).error.largest == pytest.approx(2.5e-6)
 
 
-def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon() -> None:
+def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon():
     """Points take 0.1 m or so: runs that are 1 mm apart have parted for good."""
     near = measured_by(made_up(), lambda _: off_by(1e-5))
     (told,) = near.warnings
@@ -295,18 +285,18 @@ def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon() -
     assert "m, as asked, up to t =" in " ".join(run_text(near).split())
 
 
-def test_a_distance_that_is_no_number_is_no_agreement() -> None:
+def test_a_distance_that_is_no_number_is_no_agreement():
     found = measured_by(made_up(), lambda _: off_by(nan))
     assert found.error.exceeds_from == found.error.horizon <= 0.5
 
 
-def cut(reason: str) -> Result:
+def cut(reason):
     """The run, but it stopped half-way."""
     part = results.first_samples(off_by(1e-6, 0.0), 401)
     return replace(part, outcome=Outcome(False, float(part.time[-1]), reason))
 
 
-def test_where_the_finer_run_stops_the_first_is_measured_up_to_there() -> None:
+def test_where_the_finer_run_stops_the_first_is_measured_up_to_there():
     first = made_up()
     found = measured_by(first, lambda _: cut("it broke"))
     np.testing.assert_array_equal(found.poses, first.poses)
@@ -317,18 +307,18 @@ def test_where_the_finer_run_stops_the_first_is_measured_up_to_there() -> None:
     assert f"was measured up to t = {first.time[400]:.4g} s only" in told
 
 
-def test_a_run_that_stopped_is_left_as_it_is() -> None:
+def test_a_run_that_stopped_is_left_as_it_is():
     stopped = made_up(Outcome(False, 0.1, "broke"))
     stopped = replace(stopped, error=unmeasured(stopped))
     assert measured_by(stopped, lambda _: 1 / 0) is stopped
     assert "not measured: the run stopped before its end" in run_text(stopped)
 
 
-def raising(error: BaseException) -> Result:
+def raising(error):
     raise error
 
 
-def test_ctrl_c_in_the_second_run_keeps_what_is_known() -> None:
+def test_ctrl_c_in_the_second_run_keeps_what_is_known():
     with pytest.raises(LateInterruptError) as caught:
         measured_by(made_up(), lambda _: raising(KeyboardInterrupt()))
     kept = caught.value.result
@@ -342,21 +332,21 @@ def test_ctrl_c_in_the_second_run_keeps_what_is_known() -> None:
     assert caught.value.result.error.largest == pytest.approx(3e-6)
 
 
-def test_too_little_memory_for_the_second_run_costs_nothing() -> None:
+def test_too_little_memory_for_the_second_run_costs_nothing():
     found = measured_by(made_up(), lambda _: raising(MemoryError()))
     assert found.outcome.completed
     assert "not enough memory" in found.error.missing
     assert "not enough memory" in found.warnings[0]
 
 
-def swinging(by: float = 0.0, **points: object) -> Result:
+def swinging(by=0.0, **points):
     """A pendulum of 0.2 m, whose start is pinned, turned by an angle (rad)."""
     run = results.pendulum()
     scene = run.scene.changed(accuracy={"tolerance": 1e-4}, **points)
     return replace(run, scene=scene, error=NOT_ASKED, poses=run.poses + np.array([0.0, 0.0, by]))
 
 
-def test_all_named_points_judge_or_the_chosen_one_alone() -> None:
+def test_all_named_points_judge_or_the_chosen_one_alone():
     found = measured_by(swinging(), lambda _: swinging(1e-4)).error
     assert found.worst == "rod.end"
     assert found.largest == pytest.approx(FACTOR * 2e-5, rel=1e-3)
@@ -366,14 +356,14 @@ def test_all_named_points_judge_or_the_chosen_one_alone() -> None:
     assert half.largest == pytest.approx(FACTOR * 1e-5, rel=1e-3)
 
 
-def test_a_run_of_which_no_point_moves_says_so_and_what_to_name() -> None:
+def test_a_run_of_which_no_point_moves_says_so_and_what_to_name():
     run = replace(swinging(), poses=np.zeros_like(swinging().poses))
     still = measured_by(run, lambda _: run)
     assert still.error.missing
     assert "a point off the axis of a body would show" in " ".join(run_text(still).split())
 
 
-def test_the_error_is_kept_with_the_run(tmp_path: Path) -> None:
+def test_the_error_is_kept_with_the_run(tmp_path):
     for other in (off_by(1e-2), made_up(), cut("it broke")):
         found = measured_by(made_up(), lambda _, other=other: other)
         save(found, tmp_path)
@@ -386,14 +376,11 @@ def test_the_error_is_kept_with_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("option", [[], ["--no-measure"]])
-def test_simulate_measures_unless_told_not_to(
-    option: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: Capture
-) -> None:
+def test_simulate_measures_unless_told_not_to(option, monkeypatch, capsys):
     """The first run is saved before the second is waited for."""
-    monkeypatch.chdir(tmp_path)
-    there: list[MeasuredError] = []
+    there = []
 
-    def second(run: Result, *_: object) -> Result:
+    def second(run, *_):
         there.append(load(Path("here")).error)
         return measured_by(run, lambda _: off_by(1e-6))
 
@@ -410,18 +397,3 @@ def test_simulate_measures_unless_told_not_to(
         assert there == [NOT_ASKED]
         assert kept.largest == pytest.approx(3e-6)
         assert "points within 3e-06 m" in said
-
-
-def test_progress_of_both_runs_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("exudyn_flexlink.integrate.progress.SECONDS_BETWEEN_REPORTS", 0.0)
-    told: list[float] = []
-    settings = ["run.turns=0.05", "bodies.link.rods=2"]
-    simulate(load_scene(MODELS / "smooth.yaml", settings), progress=told.append, measure=True)
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1.0)
-    assert any(part < 0.4 for part in told)
-
-
-def test_what_is_measured_already_stays() -> None:
-    found = measured_by(made_up(), lambda _: made_up())
-    assert measured(found) is found

@@ -1,43 +1,35 @@
 """A mechanism as a tree of links: what is one, where its links are, and how it moves."""
 
-from __future__ import annotations
-
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-from results import scene_from
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import formulations, simulate
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import lever_response
-from exudyn_flexlink.result import Result
 
-MODELS = Path(__file__).parent.parent / "models"
 LEVER = 0.03  # m
 FEW = ("bodies.link.rods=4", "run.turns=0.6", "run.sample=1 ms")
 
 
 @cache
-def run(model: str, *settings: str) -> Result:
+def run(model, *settings):
     return simulate(load_scene(MODELS / model, settings))
 
 
-def both(model: str, *settings: str, joints: str = "accuracy.step=1e-5") -> tuple[Result, Result]:
+def both(model, *settings, joints="accuracy.step=1e-5"):
     """The same scene as a tree and with joints, at steps that leave 1e-9 m."""
     tree = run(model, *settings, "solver.formulation=minimal", "accuracy.tolerance=1e-10")
     return tree, run(model, *settings, "solver.formulation=redundant", joints)
 
 
-def common(one: Result, other: Result) -> tuple[np.ndarray, np.ndarray]:
+def common(one, other):
     """Samples at the same instants."""
     _, first, second = np.intersect1d(
         np.round(one.time, 9), np.round(other.time, 9), return_indices=True
@@ -60,50 +52,22 @@ def common(one: Result, other: Result) -> tuple[np.ndarray, np.ndarray]:
         "supported.yaml",
     ],
 )
-def test_auto_takes_minimal_coordinates_for_every_mechanism(model: str) -> None:
+def test_auto_takes_minimal_coordinates_for_every_mechanism(model):
     scene = load_scene(MODELS / model)
     assert formulation(scene) == "minimal"
     assert formulations(scene, "exudyn")[:2] == ("minimal", "redundant")
 
 
-def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for() -> None:
+def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for():
     scene = load_scene(MODELS / "smooth.yaml", ["accuracy={step: 1e-3}"])
     assert formulation(scene) == "redundant"
-
-
-def test_motors_and_slots_fix_coordinates() -> None:
-    """Guide and slide are known: nine hinges and the lever are free."""
-    layout = tree_layout(assemble_scene(load_scene(MODELS / "no_clearance.yaml")).mechanism)
-    assert len(layout.links) == 12
-    assert len(layout.free) == 10
-    assert layout.free == list(range(2, 12))
-
-
-def test_a_loop_is_closed_by_the_joint_left_over() -> None:
-    text = """
-title: three bars
-materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
-bodies:
-  one: {type: rod, length: 1, material: steel, section: {width: 0.1, thickness: 0.1}}
-  two: {type: rod, length: 1, material: steel, section: {width: 0.1, thickness: 0.1}}
-joints:
-  a: {type: revolute, points: [ground, one.start], at: [0, 0]}
-  b: {type: revolute, points: [one.end, two.start]}
-  c: {type: revolute, points: [ground, two.end], at: [1, 0]}
-initial: {guesses: {one: 60 deg, two: -60 deg}}
-run: {duration: 0.1}
-accuracy: {tolerance: 1.0e-5}
-"""
-    layout = tree_layout(assemble_scene(scene_from(text)).mechanism)
-    assert len(layout.links) == 2
-    assert [closure.name for closure in layout.closures] == ["c"]
 
 
 # --- where its links are ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "spline_track.yaml", "rigid.yaml"])
-def test_links_start_where_the_parts_are_put_together(model: str) -> None:
+def test_links_start_where_the_parts_are_put_together(model):
     """Poses, rates and accelerations of the tree are those of the mechanism's own equations."""
     assembly = assemble_scene(load_scene(MODELS / model))
     layout = tree_layout(assembly.mechanism)
@@ -120,14 +84,14 @@ def test_links_start_where_the_parts_are_put_together(model: str) -> None:
 # --- how it moves -----------------------------------------------------------------------------
 
 
-def test_the_smooth_motion_is_that_with_joints_to_1e_9() -> None:
+def test_the_smooth_motion_is_that_with_joints_to_1e_9():
     tree, joints = both("smooth.yaml", *FEW)
     first, second = common(tree, joints)
     assert len(first) > 300
     np.testing.assert_allclose(tree.poses[first], joints.poses[second], atol=1e-9)
 
 
-def test_reactions_are_those_with_joints() -> None:
+def test_reactions_are_those_with_joints():
     tree, joints = both("smooth.yaml", *FEW)
     first, second = common(tree, joints)
     calm = slice(5, -5)  # the integrator with joints knows no reactions at time 0
@@ -138,7 +102,7 @@ def test_reactions_are_those_with_joints() -> None:
             np.testing.assert_allclose(values[first][calm], expected, atol=2e-3 * scale)
 
 
-def test_a_guide_with_a_torque_moves_the_same() -> None:
+def test_a_guide_with_a_torque_moves_the_same():
     """Then the guide's angle is free, and the slide follows it along the track."""
     settings = (
         *FEW,
@@ -152,7 +116,7 @@ def test_a_guide_with_a_torque_moves_the_same() -> None:
     assert tree.checks.energy_residual < 1e-9 * tree.checks.largest_kinetic_energy
 
 
-def test_a_strike_with_friction_is_the_same() -> None:
+def test_a_strike_with_friction_is_the_same():
     settings = (*FEW, "contacts.strike.law.friction=0.3", "bodies.link.hinges.stiffness=beam")
     joints = ("accuracy.tolerance=1e-6", "solver.steps_per_contact=200")
     tree = run("no_clearance.yaml", *settings, "accuracy.tolerance=1e-8")
@@ -168,7 +132,7 @@ def test_a_strike_with_friction_is_the_same() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
-def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None:
+def test_no_step_misses_that_a_struck_lever_turns_back(tolerance):
     """The force leaps there. Against the Lagrangian, for a rigid link and few steps."""
     settings = ("run.turns=0.6", "run.sample=1 ms")
     scene = load_scene(MODELS / "rigid.yaml", (*settings, "accuracy.tolerance=1e-11"))
@@ -183,24 +147,10 @@ def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None
     assert off * LEVER < tolerance
 
 
-def test_an_error_larger_than_any_step_stops_the_run_at_a_dead_centre() -> None:
-    """A track that the guide's axis leaves: the run is kept up to there, and says why."""
-    result = run(
-        "smooth.yaml",
-        *FEW,
-        "curves.track={type: circle, centre: [0.06, 0], radius: 0.02}",
-        "initial={angles: {guide: 0}}",
-    )
-    assert not result.outcome.completed
-    assert "axis" in result.outcome.reason
-    assert 0.01 < result.outcome.time < 0.2
-    assert result.time[-1] == pytest.approx(result.outcome.time)
-
-
-def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
+def test_steps_can_be_fixed_and_then_converge_with_order_nine():
     """Each step's equations are solved to rounding, which is all that is left at finer ones."""
 
-    def at_the_end(*settings: str) -> np.ndarray:
+    def at_the_end(*settings):
         soft = "bodies.link.hinges.stiffness=paper"
         return run("smooth.yaml", *FEW, soft, "run.turns=0.15", *settings).poses[-1]
 
@@ -214,7 +164,7 @@ def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
 
 
 @pytest.mark.parametrize(("step", "told"), [("30 ms", True), ("3 ms", False)])
-def test_a_users_step_that_misses_a_cusp_of_the_track_says_so(step: str, told: bool) -> None:
+def test_a_users_step_that_misses_a_cusp_of_the_track_says_so(step, told):
     """Between two stages the guide's slide went in and out by 33 mm, and no error shows that."""
     minimal = "solver.formulation=minimal"
     result = run("hard/near_cusp.yaml", f"accuracy.step={step}", minimal)
@@ -223,7 +173,7 @@ def test_a_users_step_that_misses_a_cusp_of_the_track_says_so(step: str, told: b
     assert all("from 0.3 s on" in warning and "it 0.033 m" in warning for warning in warnings)
 
 
-def test_a_users_step_that_an_event_cuts_short_of_a_cusp_is_not_told() -> None:
+def test_a_users_step_that_an_event_cuts_short_of_a_cusp_is_not_told():
     """A ball lands before the cusp, and contact asks for steps that follow the track."""
     settings = [
         "curves.floor={type: line, from: [-1, -1], to: [1, -1]}",
@@ -239,17 +189,7 @@ def test_a_users_step_that_an_event_cuts_short_of_a_cusp_is_not_told() -> None:
     assert not any("is too long from" in warning for warning in found.warnings)
 
 
-def test_samples_may_be_further_apart_than_many_steps() -> None:
-    """More steps than are worked off together lie between two samples."""
-    settings = ("bodies.link.rods=2", "accuracy.step=5e-5", "solver.formulation=minimal")
-    result = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 0.055}")
-    fine = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 5 ms}")
-    assert result.checks.steps > 1000
-    np.testing.assert_allclose(result.poses[-1], fine.poses[-1], atol=1e-14)
-    np.testing.assert_allclose(result.drive_torques["motor"][-1], fine.drive_torques["motor"][-1])
-
-
-def test_forces_are_those_of_the_equations_at_every_sample() -> None:
+def test_forces_are_those_of_the_equations_at_every_sample():
     """A track's force is a tenth of the crank's: as a derivative of the steps it was 1 % off."""
     at = ("run={duration: 0.3, sample: 1 ms}",)
     loose = run("spline_track.yaml", *at, "accuracy.tolerance=1e-6")
@@ -257,67 +197,3 @@ def test_forces_are_those_of_the_equations_at_every_sample() -> None:
     first, second = common(loose, tight)
     found, exact = loose.slot_forces["pin"][first], tight.slot_forces["pin"][second]
     assert np.abs(found - exact).max() < 2e-4 * np.abs(exact).max()
-
-
-# --- what is evaluated once -------------------------------------------------------------------
-
-
-def test_the_end_of_a_step_is_put_together_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Events, walls and what is recorded all look at it."""
-    ends = []
-    whole = MinimalModel.states
-
-    def counted(model: MinimalModel, t: np.ndarray, *state: np.ndarray) -> TreeState:
-        ends.append(t[-1])
-        return whole(model, t, *state)
-
-    monkeypatch.setattr(MinimalModel, "states", counted)
-    # No wall is touched so early: every step is accepted as it was looked at.
-    result = simulate(load_scene(MODELS / "clearance.yaml", ["run.turns=0.02"]), measure=False)
-    assert result.checks.steps > 5
-    assert len(ends) == result.checks.steps
-
-
-def test_pairs_that_press_are_where_they_are_among_all() -> None:
-    assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
-    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    which = np.array([3, 0, 40])
-    x, v = (np.stack([own, own + 0.1]) for own in tree.start)
-    every, some = tree.walls.faces.look(x, v), tree.walls.faces.some(which).look(x, v)
-    for all_of_them, few in zip(every, some, strict=True):
-        np.testing.assert_array_equal(few, all_of_them[:, which])
-
-
-def test_stages_together_are_what_they_are_alone() -> None:
-    assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
-    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    tree.walls.choose(np.arange(len(tree.walls.contacts)) == 2)
-    q, v = tree.coordinates.independent()
-    t, scale = np.array([0.0, 0.1, 0.2]), np.array([[1.0], [1.01], [0.99]])
-    together = tree.evaluate_all(t, scale * q, scale * v)
-    for i, at in enumerate(t.tolist()):
-        alone = tree.evaluate(at, scale[i] * q, scale[i] * v)
-        np.testing.assert_allclose(together.mass[i], alone.mass, rtol=1e-13, atol=1e-18)
-        np.testing.assert_allclose(together.force[i], alone.force, rtol=1e-12, atol=1e-14)
-
-
-def test_a_loop_of_which_no_step_was_tried_is_at_no_dead_centre() -> None:
-    assembly = assemble_scene(load_scene(MODELS / "benchmarks" / "n_four_bar.yaml"))
-    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
-    assert tree.coordinates.on_dead_centre(at_stop=False) == (False, False, False)
-
-
-def test_a_look_that_fails_leaves_a_step_in_its_way_of_closing_a_loop() -> None:
-    """The rod of a slider-crank turns by 3 rad in one step; the slider may be on either side."""
-    model = MODELS / "textbook" / "free_slider_crank.yaml"
-    assembly = assemble_scene(load_scene(model))
-    coordinates = MinimalModel(assembly, tree_layout(assembly.mechanism), []).coordinates
-    z, v = coordinates.independent()
-    turn, t, speeds = np.array([3.0, 0.0]), 0.01 * C, np.tile(v, (len(C), 1))
-    for part in np.linspace(0, 1, 21):  # rounds of an iteration lead there
-        coordinates.states_at_stages(t, z + part * C[:, None] * turn, speeds)
-    end = t[-1:], z[None] + turn, v[None]
-    before = coordinates.states(*end)
-    with pytest.raises(DeadCentreError):
-        coordinates.states(t[-1:], np.full((1, len(z)), np.nan), v[None])
-    np.testing.assert_allclose(coordinates.states(*end).x, before.x, rtol=0, atol=1e-12)

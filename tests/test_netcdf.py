@@ -1,7 +1,7 @@
 """The file of a run's arrays, as a stranger opens it: names, units, dimensions, inf."""
 
 import json
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.api.results import own_result
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import Array, StorageError, arrays_of, load, save
+from exudyn_flexlink.storage import Array, arrays_of, load, save
 from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
 
 INF = float("inf")
@@ -81,28 +81,6 @@ def test_what_has_no_bound_is_inf(tmp_path):
     assert "inf" not in text.lower().replace("infinit", "")
     assert "nan" not in text.lower()
     assert_same(result, load(tmp_path))
-
-
-def test_names_in_other_alphabets(tmp_path):
-    text = results.PENDULUM.replace("  rod:", "  Stange-ü β:").replace("rod.", "Stange-ü β.")
-    scene = results.scene_from(text)
-    made = replace(results.pendulum(), scene=scene, part_names=("Stange-ü β",))
-    result = results.with_its_extremes(made)
-    save(result, tmp_path)
-    assert_same(result, load(tmp_path))
-    assert "Stange-ü β" in (tmp_path / "result.nc").read_bytes().decode("utf-8", errors="ignore")
-    seen = opened(tmp_path)
-    assert seen["part"].values.tolist() == ["Stange-ü β"]
-    # The format has names in UTF-8; SciPy, through which xarray reads here, takes them for Latin-1.
-    names = {name.encode("latin-1").decode("utf-8") for name in seen.variables}
-    assert "extremes.Stange-ü β.end.x_m.value" in names
-
-
-def test_an_array_beyond_two_gigabytes(tmp_path):
-    large = Array(("time",), np.broadcast_to(0.0, (2**28,)), {})
-    with pytest.raises(StorageError, match=r"'big' is larger than 2 GiB; .* 'run\.sample'"):
-        write_netcdf(tmp_path / "a.nc", {"big": large}, {})
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("size", [0, 3])

@@ -1,7 +1,5 @@
 """Pulses of formulas that are shorter than a step, in time or along the way: closed forms."""
 
-from __future__ import annotations
-
 from math import asin, cos, pi, sin, sqrt
 
 import pytest
@@ -9,7 +7,6 @@ import pytest
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.expressions import parse_expression
 from exudyn_flexlink.loading import assemble_scene, scene_of
-from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import parse_document
 
 MASS, TOLERANCE = 2.0, 1e-6  # kg, m
@@ -57,7 +54,7 @@ accuracy: {{tolerance: 1.0e-6}}
 """
 
 
-def run(text: str, *settings: str) -> Result:
+def run(text, *settings):
     return simulate(scene_of(parse_document(text, "test"), settings))
 
 
@@ -77,7 +74,7 @@ FORMULATIONS = [["solver.formulation=minimal"], ["solver.formulation=redundant"]
         (f"50*({BELL} - exp(-((t-0.302)/1e-4)**2))", 25e-4 * sqrt(pi) * 2e-3),
     ],
 )
-def test_a_pulse_counts_by_the_tolerance(force: str, way: float, settings: list[str]) -> None:
+def test_a_pulse_counts_by_the_tolerance(force, way, settings):
     """Whatever else the force does, and however large it is."""
     found = run(BLOCK.format(force=force, speed=0, lasts=1), *settings)
     assert found.poses[-1, 0, 0] == pytest.approx(way, abs=TOLERANCE, rel=0)
@@ -94,12 +91,12 @@ def test_a_pulse_counts_by_the_tolerance(force: str, way: float, settings: list[
         ("motion", "3*t + 1e-5*(1 + tanh((t-0.3)/1e-6))", 1.8 + 2e-5),
     ],
 )
-def test_a_pulse_turns_an_arm(drive: str, value: str, turn: float, settings: list[str]) -> None:
+def test_a_pulse_turns_an_arm(drive, value, turn, settings):
     found = run(ARM.format(drive=drive, value=value), *settings)
     assert found.poses[-1, 0, 2] == pytest.approx(turn, abs=TOLERANCE, rel=0)
 
 
-def test_a_run_by_steps_ends_them_at_pulses() -> None:
+def test_a_run_by_steps_ends_them_at_pulses():
     """Without a tolerance a millionth of the mechanism's reach stands for it."""
     text = BLOCK.format(force=f"1000 + 10*{BELL}", speed=0, lasts=1)
     text = text.replace("tolerance: 1.0e-6", "step: 0.01")
@@ -107,18 +104,13 @@ def test_a_run_by_steps_ends_them_at_pulses() -> None:
     assert found.poses[-1, 0, 0] == pytest.approx(250 + 5e-4 * sqrt(pi) * 0.7, abs=TOLERANCE)
 
 
-def test_a_smooth_force_costs_no_steps() -> None:
-    text = BLOCK.format(force="100*sin(9*t)*exp(-t)", speed=0, lasts=1)
-    assert assemble_scene(scene_of(parse_document(text, "test"))).mechanism.knots(1.0) == []
-
-
-def test_a_force_too_fast_to_look_into_is_told() -> None:
+def test_a_force_too_fast_to_look_into_is_told():
     text = BLOCK.format(force="1e4*sin(1e7*t)", speed=0, lasts=1)
     (told,) = assemble_scene(scene_of(parse_document(text, "test"))).mechanism.unfound
     assert told.startswith("drive 'push' varies too fast to look for pulses shorter than")
 
 
-def test_a_condition_is_not_missed_between_looks() -> None:
+def test_a_condition_is_not_missed_between_looks():
     found = parse_expression("where(abs(t - 0.3) < 1e-9, 1, 0)*abs(cos(1e3*t))").bends(0.0, 1.0)
     rest = [t for t in found if abs(t - 0.3) > 1e-6]
     assert rest == pytest.approx([(k + 0.5) * pi / 1e3 for k in range(318)], abs=1e-14)
@@ -135,21 +127,13 @@ def test_a_condition_is_not_missed_between_looks() -> None:
         ("100*(tanh((t - 0.5003)/1e-6) - tanh((t - 0.5004)/1e-6))", 0.50035, 0.02),
     ],
 )
-def test_no_pulse_in_time_is_overlooked(force: str, at: float, impulse: float) -> None:
+def test_no_pulse_in_time_is_overlooked(force, at, impulse):
     found = run(BLOCK.format(force=force, speed=0, lasts=1))
     assert found.poses[-1, 0, 0] == pytest.approx(impulse / MASS * (1 - at), abs=TOLERANCE)
     assert found.rates[-1, 0, 0] == pytest.approx(impulse / MASS, abs=10 * TOLERANCE)
 
 
-def test_no_pulse_is_hidden_behind_another_term() -> None:
-    force = "5*sin(9*t) + 50*exp(-((t - 0.31)/1e-5)**2)"
-    found = run(BLOCK.format(force=force, speed=0, lasts=1))
-    pulse = 5e-4 * sqrt(pi) / MASS
-    waves = 5 / 9 * (1 - sin(9) / 9) / MASS
-    assert found.poses[-1, 0, 0] == pytest.approx(waves + pulse * 0.69, abs=TOLERANCE)
-
-
-def test_no_pulse_along_the_way_is_overlooked() -> None:
+def test_no_pulse_along_the_way_is_overlooked():
     """It adds its work: 1e3 N over a bell of 0.1 mm."""
     found = run(BLOCK.format(force="1e3*exp(-((place(way) - 0.3003)/1e-4)**2)", speed=1, lasts=1))
     speed = sqrt(1 + 2 * 0.1 * sqrt(pi) / MASS)
@@ -159,7 +143,7 @@ def test_no_pulse_along_the_way_is_overlooked() -> None:
 
 
 @pytest.mark.parametrize(("size", "width"), [(1.0, 1e-4), (0.3, 1e-3), (1e3, 1e-6)])
-def test_a_weak_pulse_along_the_way_counts_by_the_tolerance(size: float, width: float) -> None:
+def test_a_weak_pulse_along_the_way_counts_by_the_tolerance(size, width):
     """On a block that a thousandfold force pulls back, in the same term and as another."""
     bell = f"exp(-((place(way) - 0.3003)/{width})**2)"
     found = run(BLOCK.format(force=f"-200*place(way) + {size}*{bell}", speed=9, lasts=0.1))
@@ -172,12 +156,12 @@ def test_a_weak_pulse_along_the_way_counts_by_the_tolerance(size: float, width: 
     assert found.poses[-1, 0, 0] == pytest.approx(right, abs=allowed, rel=0)
 
 
-def test_no_pulse_of_torque_at_an_angle_is_overlooked() -> None:
+def test_no_pulse_of_torque_at_an_angle_is_overlooked():
     found = run(WHEEL)
     assert found.rates[-1, 0, 2] == pytest.approx(sqrt(1 + 2 * 0.01 * sqrt(pi) / 0.01), abs=1e-6)
 
 
-def test_a_pulse_too_weak_to_matter_costs_no_steps() -> None:
+def test_a_pulse_too_weak_to_matter_costs_no_steps():
     """A force of 1e-9 N that swings a million times: 1e-16 m at most."""
     found = run(BLOCK.format(force="1e-9*sin(1e6*t)", speed=1, lasts=1))
     assert found.checks.steps < 100
@@ -190,7 +174,7 @@ def test_a_pulse_too_weak_to_matter_costs_no_steps() -> None:
         ("motion", "1e-4*sqrt(pi)*0.5*(1 + tanh((t - 0.5003)/1e-5))"),
     ],
 )
-def test_no_pulse_of_a_prescribed_motion_is_overlooked(drive: str, value: str) -> None:
+def test_no_pulse_of_a_prescribed_motion_is_overlooked(drive, value):
     """The block jumps by 0.18 mm, and the mass swings about its new place with omega = 5 rad/s."""
     found = run(LED.format(drive=drive, value=value))
     jump = 1e-4 * sqrt(pi)
@@ -199,7 +183,7 @@ def test_no_pulse_of_a_prescribed_motion_is_overlooked(drive: str, value: str) -
     assert found.poses[-1, 1, 0] == pytest.approx(load, abs=TOLERANCE)
 
 
-def test_the_energy_of_a_drive_in_a_pulse_is_summed_up() -> None:
+def test_the_energy_of_a_drive_in_a_pulse_is_summed_up():
     """Where nothing is free: at its end the block is as fast as before, so that none is left."""
     text = BLOCK.format(force="0*t", speed=1, lasts=1)
     text = text.replace("type: force, point: block.b", "type: speed, joint: way")

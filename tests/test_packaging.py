@@ -18,7 +18,7 @@ RUN = [sys.executable, *(["-P"] if sys.version_info >= (3, 11) else [])]
 
 
 @pytest.fixture(scope="module")
-def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def source(tmp_path_factory):
     """Return a copy of what is in the repository, or would be."""
     pytest.importorskip("setuptools", minversion="77")
     copy = tmp_path_factory.mktemp("source")
@@ -32,7 +32,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def installed(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def installed(source, tmp_path_factory):
     """Return a folder with the content of the wheel."""
     folder = tmp_path_factory.mktemp("installed")
     code = "import sys; from setuptools import build_meta; build_meta.build_wheel(sys.argv[1])"
@@ -45,7 +45,7 @@ def installed(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(folder: Path, here: Path, *arguments: str) -> str:
+def run(folder, here, *arguments):
     """Run the program of a folder, somewhere else, where nothing else is known than HOME."""
     bare = {"PATH": os.defpath, "HOME": str(here), "PYTHONPATH": str(folder)}
     ran = subprocess.run(
@@ -54,7 +54,7 @@ def run(folder: Path, here: Path, *arguments: str) -> str:
     return ran.stdout
 
 
-def test_the_source_distribution_is_complete(source: Path, tmp_path: Path) -> None:
+def test_the_source_distribution_is_complete(source, tmp_path):
     files = {path.relative_to(source).as_posix() for path in source.rglob("*") if path.is_file()}
     code = "import sys; from setuptools import build_meta; build_meta.build_sdist(sys.argv[1])"
     subprocess.run(
@@ -67,9 +67,7 @@ def test_the_source_distribution_is_complete(source: Path, tmp_path: Path) -> No
     assert files - built - generated == NOT_BUILT
 
 
-def test_the_wheel_brings_models_published_numbers_and_the_player(
-    installed: Path, tmp_path: Path
-) -> None:
+def test_the_wheel_brings_models_published_numbers_and_the_player(installed, tmp_path):
     code = (
         "import exudyn_flexlink as fl; from exudyn_flexlink import shipped;"
         "print(fl.load_scene('spline_track').title); print(*shipped.model_names());"
@@ -86,7 +84,7 @@ def test_the_wheel_brings_models_published_numbers_and_the_player(
     assert there == brought
 
 
-def test_a_model_of_the_wheel_is_copied_and_run_anywhere(installed: Path, tmp_path: Path) -> None:
+def test_a_model_of_the_wheel_is_copied_and_run_anywhere(installed, tmp_path):
     """The commands that `new` prints are run as printed."""
     program = ("-m", "exudyn_flexlink")
     told = run(installed, tmp_path, *program, "new", "textbook/whitworth")

@@ -3,14 +3,13 @@
 import base64
 import hashlib
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from math import degrees
 
 import numpy as np
 import pytest
-from pages import Element, read_page, tables_of
+from pages import read_page, tables_of
 from results import (
     BLOCK,
     result_of,
@@ -25,31 +24,30 @@ from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
 from exudyn_flexlink.page.contents import model_text
-from exudyn_flexlink.result import Extremes, Outcome, Result
+from exudyn_flexlink.result import Extremes, Outcome
 from exudyn_flexlink.scene import parse_scene
 from exudyn_flexlink.shipped import model_file, model_names
 from exudyn_flexlink.source import load_document, parse_document
 
 LARGEST = 3_000_000  # bytes: a page that is sent by mail, and read on a phone
 EVIL = "<script>alert('title')</script> & <img src=x onerror=alert(1)>"
-Told = Callable[[Result], Element]
 ADDRESSES = ("src", "srcset", "href", "action", "poster", "data", "background", "formaction")
 
 
 @pytest.fixture(scope="module")
-def whole() -> str:
+def whole():
     """Return the page of the paper's run, with its figures."""
     return page_of(rigid_link())
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> Callable[[Result], Element]:
+def told(monkeypatch):
     """Return a function that reads the page of a run without its figures, which take seconds."""
     monkeypatch.setattr("exudyn_flexlink.page.contents.pictures_of", lambda _: {})
     return lambda result: read_page(page_of(result))
 
 
-def slider() -> Result:
+def slider():
     """Return a block that slides in a slot: nothing turns, nothing strikes."""
     scene = scene_from(BLOCK)
     time = np.linspace(0, 1, 101)
@@ -62,7 +60,7 @@ def slider() -> Result:
 # --- the page ---------------------------------------------------------------------------------
 
 
-def test_the_page_is_well_formed_and_can_be_read_aloud(whole: str) -> None:
+def test_the_page_is_well_formed_and_can_be_read_aloud(whole):
     page = read_page(whole)
     assert page.all("html")[0].attributes["lang"] == "en"
     assert len(page.all("h1")) == 1
@@ -81,7 +79,7 @@ def test_the_page_is_well_formed_and_can_be_read_aloud(whole: str) -> None:
         assert section.attributes["aria-labelledby"] in ids
 
 
-def test_the_page_is_small_and_loads_nothing(whole: str) -> None:
+def test_the_page_is_small_and_loads_nothing(whole):
     assert len(whole.encode("utf-8")) < LARGEST
     page = read_page(whole)
     for one in page.all():
@@ -95,7 +93,7 @@ def test_the_page_is_small_and_loads_nothing(whole: str) -> None:
         assert "@import" not in str(style.inside)
 
 
-def test_a_browser_may_run_the_player_and_nothing_else(whole: str) -> None:
+def test_a_browser_may_run_the_player_and_nothing_else(whole):
     page = read_page(whole)
     (policy,) = (m for m in page.all("meta") if "Policy" in m.attributes.get("http-equiv", ""))
     told = policy.attributes["content"].split("; ")
@@ -107,48 +105,10 @@ def test_a_browser_may_run_the_player_and_nothing_else(whole: str) -> None:
     assert section.all("script") == page.all("script")
 
 
-def test_figures_are_in_the_page_in_two_widths(whole: str) -> None:
-    page = read_page(whole)
-    names = [figure.attributes["id"] for figure in page.all("figure")]
-    shown = ("mechanism", "coordinates", "polar", "lever", "forces", "energy")
-    assert names == [f"figure-{name}" for name in shown]
-    for figure in page.all("figure"):
-        (narrow,), (wide,) = figure.all("source"), figure.all("img")
-        drawn = [narrow.attributes["srcset"], wide.attributes["src"]]
-        widths = [_width(address) for address in drawn]
-        assert widths[0] < 0.5 * widths[1]
-        assert int(wide.attributes["width"]) == pytest.approx(widths[1] * 96 / 72, abs=1)
-
-
-def _width(address: str) -> float:
-    """Width in points of an SVG in an address, which must hold no other address to load."""
-    kind, _, content = address.partition(";base64,")
-    assert kind == "data:image/svg+xml"
-    svg = base64.b64decode(content).decode("utf-8")
-    assert not [link for link in re.findall(r'href="([^"]*)"', svg) if not link.startswith("#")]
-    found = re.search(r'width="([\d.]+)pt"', svg)
-    assert found
-    return float(found[1])
-
-
-def test_figures_say_in_words_what_they_show(whole: str) -> None:
-    run = rigid_link()
-    alts = {f.attributes["id"]: f.all("img")[0].attributes["alt"] for f in
-            read_page(whole).all("figure")}  # fmt: skip
-    response = lever_response(run, "strike")
-    reach = f"from {response.least[0]:.4g} to {response.greatest[0]:.4g}"
-    assert f"angle of lever (rad) {reach}" in alts["figure-lever"]
-    x, y = (run.extremes[f"link.end.{axis}_m"] for axis in "xy")
-    least, greatest = 1e3 * min(x.least[0], y.least[0]), 1e3 * max(x.greatest[0], y.greatest[0])
-    reach = f"from {least:.4g} to {greatest:.4g}"
-    assert f"coordinates of link.end (mm) {reach}" in alts["figure-coordinates"]
-    assert "guide, link, lever" in alts["figure-mechanism"]
-
-
 # --- numbers ----------------------------------------------------------------------------------
 
 
-def test_strikes_are_those_of_the_run(told: Told) -> None:
+def test_strikes_are_those_of_the_run(told):
     run = rigid_link()
     head, *rows = tables_of(told(run))["Strikes of contact 'strike'"]
     assert head == ["lap", "angle of crank (deg)", "time (s)", "approach (m/s)", "place (m)",
@@ -169,7 +129,7 @@ def test_strikes_are_those_of_the_run(told: Told) -> None:
     assert min(peaks) == pytest.approx(lever_response(run, "strike").least[0], abs=5e-6)
 
 
-def test_forces_and_energies_are_those_of_the_run(told: Told) -> None:
+def test_forces_and_energies_are_those_of_the_run(told):
     run = rigid_link()
     found = tables_of(told(run))
     rows = {row[0]: row[1:] for row in found["Largest forces and torques"][1:]}
@@ -188,7 +148,7 @@ def test_forces_and_energies_are_those_of_the_run(told: Told) -> None:
         assert abs(told_[2]) == pytest.approx(np.max(np.abs(values)), rel=1e-3)
 
 
-def test_the_largest_of_a_force_comes_from_every_step() -> None:
+def test_the_largest_of_a_force_comes_from_every_step():
     """Contacts' own extremes, not samples; and no number for an impulse, which has no bound."""
     run = rigid_link()
     exact = Extremes(np.array([0.3, 0.4]), np.array([0.5, 0.7]))
@@ -200,7 +160,7 @@ def test_the_largest_of_a_force_comes_from_every_step() -> None:
     assert "contact force of strike" not in force_peaks(replace(run, contacts={"strike": hit}))
 
 
-def test_errors_and_the_horizon_are_told(told: Told) -> None:
+def test_errors_and_the_horizon_are_told(told):
     spread = ForceSpread(0.03, 0.2, 0.01, 0.4)
     error = MeasuredError(
         points=("link.end",), worst="link.end", limit=1e-5, largest=3e-3, exceeds_from=1.25,
@@ -219,7 +179,7 @@ def test_errors_and_the_horizon_are_told(told: Told) -> None:
 # --- runs that end otherwise, and scenes with less ------------------------------------------------
 
 
-def test_a_run_that_ended_early_says_why(told: Told) -> None:
+def test_a_run_that_ended_early_says_why(told):
     """One that the user interrupted did not fail."""
     failed = stopped(rigid_link())
     outcome = told(failed).all("section")[0].words
@@ -231,7 +191,7 @@ def test_a_run_that_ended_early_says_why(told: Told) -> None:
     assert "Stopped" not in ended.words
 
 
-def test_a_page_speaks_of_no_parts_that_a_scene_has_not() -> None:
+def test_a_page_speaks_of_no_parts_that_a_scene_has_not():
     page = read_page(page_of(slider()))
     keys = [section.attributes["id"] for section in page.all("section")]
     parts = ("mechanism", "animation", "motion", "forces", "energy", "effects", "errors")
@@ -246,7 +206,7 @@ def test_a_page_speaks_of_no_parts_that_a_scene_has_not() -> None:
 # --- foreign text ---------------------------------------------------------------------------
 
 
-def test_foreign_text_stays_text(told: Told) -> None:
+def test_foreign_text_stays_text(told):
     run = rigid_link()
     scene = run.scene.changed(title=EVIL, source=EVIL)
     outcome = Outcome(False, 0.5, EVIL, EVIL)
@@ -260,7 +220,7 @@ def test_foreign_text_stays_text(told: Told) -> None:
 # --- how to run it again ------------------------------------------------------------------------
 
 
-def model_of(page: Element) -> str:
+def model_of(page):
     """Return the model file that a page offers, which its reader also sees."""
     (link,) = (one for one in page.all("a") if "download" in one.attributes)
     content = base64.b64decode(link.attributes["href"].partition(";base64,")[2]).decode("utf-8")
@@ -269,7 +229,7 @@ def model_of(page: Element) -> str:
     return content
 
 
-def test_the_model_of_a_page_is_that_of_the_run(told: Told) -> None:
+def test_the_model_of_a_page_is_that_of_the_run(told):
     run = rigid_link()
     scene = run.scene.changed(title=f'{EVIL} "a: b" # \u00fc', source="it's\n  'assumed'")
     page = told(replace(run, scene=scene))
@@ -278,7 +238,7 @@ def test_the_model_of_a_page_is_that_of_the_run(told: Told) -> None:
 
 
 @pytest.mark.parametrize("name", model_names())
-def test_every_model_is_written_so_that_it_reads_the_same(name: str) -> None:
+def test_every_model_is_written_so_that_it_reads_the_same(name):
     file = model_file(name)
     assert file is not None
     scene = parse_scene(load_document(file))

@@ -1,10 +1,7 @@
 """The report of a run in a real browser: on a phone, at a desk, in the dark, and printed."""
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
-from browsing.chromium import Page, browser, program
+from browsing.chromium import browser, program
 from results import tilting_link
 
 from exudyn_flexlink.page import write_page
@@ -13,11 +10,10 @@ pytestmark = pytest.mark.skipif(program() is None, reason="no Chromium, to look 
 
 PHONE, DESK = (390, 844), (1280, 900)  # pixels
 WIDEST = "document.documentElement.scrollWidth"
-BACKGROUND = "getComputedStyle(document.body).backgroundColor"
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(tmp_path_factory):
     """Return a page with all a page can have, written once."""
     path = tmp_path_factory.mktemp("page") / "report.html"
     write_page(tilting_link(samples=1001), path)
@@ -25,22 +21,13 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page() -> Iterator[Page]:
+def page():
     with browser() as opened:
         yield opened
 
 
-def figures(page: Page) -> list[list[float]]:
-    """Widths of every figure, in the file and as shown, in pixels."""
-    widths: list[list[float]] = page.value(
-        "Promise.all([...document.images].map(i => i.decode()))"
-        ".then(() => [...document.images].map(i => [i.naturalWidth, i.width]))"
-    )
-    return widths
-
-
 @pytest.mark.parametrize("size", [PHONE, DESK], ids=["phone", "desk"])
-def test_a_page_fits_its_window(size: tuple[int, int], page: Page, file: Path) -> None:
+def test_a_page_fits_its_window(size, page, file):
     page.open(file, *size)
     assert page.value(WIDEST) <= size[0]
     assert page.complaints == []
@@ -52,7 +39,7 @@ def test_a_page_fits_its_window(size: tuple[int, int], page: Page, file: Path) -
     assert reached is True
 
 
-def test_the_animation_plays(page: Page, file: Path) -> None:
+def test_the_animation_plays(page, file):
     """In sight, which it is not at first."""
     page.open(file, *PHONE)
     page.value("document.querySelector('.flexlink-main').scrollIntoView()")
@@ -66,7 +53,7 @@ def test_the_animation_plays(page: Page, file: Path) -> None:
     assert page.complaints == []
 
 
-def test_what_someone_put_into_a_page_does_not_run(page: Page, file: Path, tmp_path: Path) -> None:
+def test_what_someone_put_into_a_page_does_not_run(page, file, tmp_path):
     changed = tmp_path / "changed.html"
     evil = "<script>document.title = 'changed'</script><img src=x onerror=\"document.title='it'\">"
     changed.write_text(file.read_text(encoding="utf-8").replace("</body>", f"{evil}</body>"))
@@ -76,7 +63,7 @@ def test_what_someone_put_into_a_page_does_not_run(page: Page, file: Path, tmp_p
     assert len(refused) >= 2  # a program and an image
 
 
-def test_a_page_is_printed_whole(page: Page, file: Path) -> None:
+def test_a_page_is_printed_whole(page, file):
     page.open(file, *PHONE)
     printed = page.printed()
     assert printed.startswith(b"%PDF")

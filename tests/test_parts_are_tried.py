@@ -8,7 +8,6 @@ import tolerance
 from fuzzing.inputs import shipped_models
 from hard.case import MODELS as HARD
 from hard.catalogue import CASES
-from loop_tolerance import NAMES, file_of
 from pydantic import BaseModel
 
 from exudyn_flexlink.expressions import Expression
@@ -64,7 +63,7 @@ def missing(files):
 PLACES = {
     "tolerance": [
         *(tolerance.MODELS / file for file, _ in tolerance.SCENES.values()),
-        *(file_of(name) for name in NAMES),
+        *(tolerance.file_of(name) for name in tolerance.MECHANISMS),
     ],
     "hard cases": [HARD / f"{case.name}.yaml" for case in CASES],
     "fuzzing": shipped_models(),

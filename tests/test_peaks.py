@@ -1,17 +1,15 @@
 """Peaks belong to the run: whatever is sampled, however long it is, in every engine."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, path, strikes
-from exudyn_flexlink.report import run_text
 
-MODELS = Path(__file__).parents[1] / "models"
 STIFF = ("bodies.link.rods=3", "bodies.link.hinges.stiffness=beam")
 MINIMAL, REDUNDANT = ("exudyn", "minimal"), ("exudyn", "redundant")
 LAGRANGIAN = ("lagrangian", "auto")
@@ -65,14 +63,6 @@ def test_peaks_do_not_depend_on_samples(by, sample):
     assert [s.peak_force for s in one] == pytest.approx([s.peak_force for s in other])
 
 
-def test_100_turns_have_the_peaks_of_the_first():
-    long = run(LAGRANGIAN, "bodies.link.rods=1", "run.turns=100", "run.sample=1 s")
-    first = run(LAGRANGIAN, "bodies.link.rods=1", "run.turns=4", "run.sample=0.05 ms")
-    told, expected = peaks(long), peaks(first)
-    assert len(told) == 25 * len(expected)
-    np.testing.assert_allclose(told[len(expected) :: len(expected)], expected[0], atol=RAD)
-
-
 @pytest.mark.parametrize("by", [*ENGINES, REDUNDANT])
 def test_peaks_of_a_quick_lever_are_those_of_fine_samples(by):
     quick = ("springs.lever_return.frequency=200 Hz", "bodies.link.rods=2", "run.turns=0.6")
@@ -116,20 +106,6 @@ def test_the_least_speed_of_a_point_that_all_but_rests_is_not_lost(by):
     square = np.sum(seen.velocity[near] ** 2, axis=1)
     bend, slope, value = np.polyfit(seen.time[near] - at, square, 2)
     assert least == pytest.approx(np.sqrt(value - slope**2 / (4 * bend)), rel=1e-3)
-
-
-def test_the_summary_tells_equal_peaks_for_equal_strikes():
-    told = run_text(run(LAGRANGIAN, *STIFF, "run.turns=40"))
-    rows = [line for line in told.splitlines() if "180.00 deg" in line]
-    assert len(rows) == 20
-    assert np.ptp([float(row.split()[-2]) for row in rows]) < RAD
-
-
-def test_a_figure_of_a_long_run_has_no_chords():
-    result = run(LAGRANGIAN, *STIFF, "run.turns=40")
-    seen = path(result, "link.end").position
-    turned = np.unwrap(np.arctan2(seen[:, 1], seen[:, 0]))
-    assert np.abs(np.diff(turned)).max() < 2 * np.pi / 200
 
 
 def test_a_strike_that_begins_as_the_run_ends_presses_as_deep_as_the_point_is():

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
-from test_physics_tools import alone, run_model, scene, speed, total_energy, where
+from test_physics_tools import alone, run_model, speed, total_energy, where
 
-from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.laws import RestitutionPenalty
 
 G = 9.81
@@ -293,13 +292,6 @@ def test_a_slider_crank_with_clearance_keeps_its_tolerance(tolerance):
     assert abs(0.12 * (result.poses[-1, rod, 2] - theta)) < tolerance
 
 
-def test_energy_is_kept_in_the_balance_of_a_bearing():
-    result = alone(SLIDER_CRANK)
-    assert result.checks.energy_residual < 1e-9
-    over = [touch for touch in result.intervals["small_end"] if not touch.lasts]
-    assert 0 < sum(touch.energy_lost for touch in over) < result.energy.dissipated[-1]
-
-
 @pytest.mark.parametrize("clearance", [1e-5, 1e-6])
 def test_a_bearing_that_closes_becomes_an_ideal_joint(clearance):
     """The slider stays within the clearance and what the bearing gives way."""
@@ -319,19 +311,6 @@ def test_the_second_opinion_agrees_until_contacts_multiply_errors():
     )
     assert len(one.intervals["small_end"]) >= 1
     np.testing.assert_allclose(other.poses[-1, :, :2], one.poses[-1, :, :2], atol=2e-6)
-
-
-def test_the_lagrangian_refuses_bearings_by_name():
-    with pytest.raises(NotRepresentableError) as caught:
-        simulate(scene(SLIDER_CRANK), "lagrangian")
-    assert caught.value.path == ("joints", "small_end", "clearance")
-
-
-def test_a_bearing_reports_like_other_joints():
-    result = alone(SLIDER_CRANK, "run.duration=5 ms", "accuracy.tolerance=1.0e-6")
-    assert set(result.joint_forces) == {"hub", "big_end", "small_end"}
-    force = np.linalg.norm(result.joint_forces["small_end"], axis=1)
-    np.testing.assert_allclose(force, result.bearings["small_end"].force, atol=1e-9)
 
 
 WHEELS_PRESS = (0.2 * 0.1 + 1.0 * 0.2) * G / 0.2  # N, by the weights' moments about the foot

@@ -12,24 +12,15 @@ from test_physics_tools import (
     exact_accelerations,
     rod,
     run,
-    scene,
     speed,
     total_energy,
     where,
 )
 
 from exudyn_flexlink.chain import discretise, euler_bernoulli_cantilever
-from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.mechanism import beam_of
 
 G = 9.81
-K_HALF = 1.8540746773013719  # complete elliptic integral K(m = 1/2): swing from the horizontal
-
-
-def crossings(time, values):
-    """Times at which `values` change their sign, by the cubic's linear part."""
-    i = np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0)
-    return time[i] - values[i] * (time[i + 1] - time[i]) / (values[i + 1] - values[i])
 
 
 # --- pendulums ------------------------------------------------------------------------------
@@ -83,27 +74,9 @@ def test_pendulum_keeps_its_tolerance_whichever_of_its_points_holds_it(
     assert farthest * abs(np.angle(np.exp(1j * (below - swung)))).max() < 1e-6
 
 
-@pytest.fixture(scope="module")
-def pendulum():
-    return run(POINT_MASS)
-
-
-def test_pendulum_keeps_its_energy(pendulum):
-    """IFToMM benchmark A01."""
-    energy = total_energy(pendulum)
-    assert abs(energy - energy[0]).max() < 5e-5
-    assert pendulum.checks.energy_residual < 5e-5
-
-
-def test_pendulum_from_the_horizontal_swings_with_the_elliptic_period(pendulum):
-    """It hangs down after every odd quarter of the period 4 sqrt(l/g) K."""
-    down = crossings(pendulum.time, angle(pendulum, "bob") + pi / 2)
-    quarter = sqrt(1 / G) * K_HALF
-    np.testing.assert_allclose(down, quarter * np.arange(1, 2 * len(down), 2), atol=2e-5)
-
-
-def test_pendulum_pulls_its_pivot_with_three_weights_at_the_bottom(pendulum):
+def test_pendulum_pulls_its_pivot_with_three_weights_at_the_bottom():
     """The force on the bob is upwards: m g + m v^2/l with v^2 = 2 g l."""
+    pendulum = run(POINT_MASS)
     i = int(np.argmin(abs(angle(pendulum, "bob") + pi / 2)))
     force = pendulum.joint_forces["pivot"][i]
     np.testing.assert_allclose(force, [0, 3 * G], atol=0.02 * G)
@@ -111,47 +84,6 @@ def test_pendulum_pulls_its_pivot_with_three_weights_at_the_bottom(pendulum):
     pull = -2 * G * np.sin(bend) - G * np.sin(bend)  # centripetal and weight along the string
     expected = -pull[:, None] * np.column_stack([np.cos(bend), np.sin(bend)])
     np.testing.assert_allclose(pendulum.joint_forces["pivot"], expected, atol=5e-2)
-
-
-def test_compound_pendulum_swings_with_its_inertia_about_the_hook():
-    """Small swings of a body hung at a named point: T = 2 pi sqrt(J_hook / (m g a))."""
-    text = """
-bodies:
-  plate:
-    type: rigid
-    mass: 2
-    inertia: 0.3
-    centre_of_mass: [0.1, 0.2]
-    points: {hook: [0.4, -0.2]}
-joints: {nail: {type: revolute, points: [ground, plate.hook], at: [3, 4]}}
-gravity: [0, -9.81]
-initial: {angles: {plate: START}}
-run: {duration: 5}
-accuracy: {tolerance: 2.0e-6}
-"""
-    # From hook to centre: (-0.3, 0.4), 0.5 m long, at atan2(0.4, -0.3) in the body's axes.
-    rest = -pi / 2 - np.arctan2(0.4, -0.3)
-    result = run(text.replace("START", repr(float(rest) + 0.1)))
-    down = crossings(result.time, angle(result, "plate") - rest)
-    period = 2 * pi * sqrt((0.3 + 2 * 0.25) / (2 * G * 0.5)) * (1 + 0.1**2 / 16)
-    np.testing.assert_allclose(np.diff(down), period / 2, rtol=6e-6)
-    np.testing.assert_allclose(where(result, "plate.hook"), [[3, 4]] * len(result.time), atol=1e-9)
-
-
-def test_double_pendulum_keeps_its_energy():
-    text = f"""
-{STEEL}
-bodies: {{upper: {rod()}, lower: {rod()}}}
-joints:
-  shoulder: {{type: revolute, points: [ground, upper.start], at: [0, 0]}}
-  elbow: {{type: revolute, points: [upper.end, lower.start]}}
-gravity: [0, -9.81]
-run: {{duration: 2}}
-accuracy: {{tolerance: 1.0e-4}}
-"""
-    result = run(text)
-    energy = total_energy(result)
-    assert abs(energy - energy[0]).max() < 1e-4 * result.checks.largest_kinetic_energy
 
 
 def test_force_in_a_joint_moves_the_body_of_its_second_point():
@@ -177,37 +109,6 @@ accuracy: {{tolerance: 1.0e-5}}
         np.testing.assert_allclose(result.joint_forces["elbow"][i], expected, atol=0.02)
 
 
-# --- four-bar ---------------------------------------------------------------------------------
-
-
-def test_windows_of_four_bars_end_where_published():
-    """IFToMM benchmark A02, N = 2: B0 at t = 10 s; bars of 1 kg and 1 m."""
-    uniform = "{type: rigid, mass: 1, inertia: 0.08333333333333333, centre_of_mass: [0.5, 0]"
-    bar = uniform + ", points: {a: [0, 0], b: [1, 0]}}"
-    names = ["p0", "p1", "p2", "c0", "c1"]
-    bodies = "\n".join(f"  {name}: {bar}" for name in names)
-    text = f"""
-bodies:
-{bodies}
-joints:
-  f0: {{type: revolute, points: [ground, p0.a], at: [0, 0]}}
-  f1: {{type: revolute, points: [ground, p1.a], at: [1, 0]}}
-  f2: {{type: revolute, points: [ground, p2.a], at: [2, 0]}}
-  b0: {{type: revolute, points: [p0.b, c0.a]}}
-  b1: {{type: revolute, points: [p1.b, c0.b]}}
-  b2: {{type: revolute, points: [p1.b, c1.a]}}
-  b3: {{type: revolute, points: [p2.b, c1.b]}}
-gravity: [0, -9.81]
-initial:
-  angles: {{p0: 90 deg, p1: 90 deg, p2: 90 deg, c0: 0, c1: 0}}
-  speeds: {{p0: -1, p1: -1, p2: -1, c0: 0, c1: 0}}
-run: {{duration: 10, sample: 0.1}}
-accuracy: {{step: 2.0e-3}}
-"""
-    result = run(text)
-    np.testing.assert_allclose(where(result, "p0.b")[-1], [0.328458, 0.944519], atol=2e-4)
-
-
 # --- drives ---------------------------------------------------------------------------------
 
 
@@ -226,7 +127,6 @@ accuracy: {{tolerance: 1.0e-5}}
     np.testing.assert_allclose(speed(result, "arm"), alpha * result.time, atol=1e-5)
 
 
-# FAILS: recording.py interpolates energies linearly between steps.
 def test_energies_of_a_sample_are_those_of_its_motion():
     """Kinetic energy J omega^2/2, supplied M phi, also where a step is longer than a sample."""
     text = f"""
@@ -278,7 +178,6 @@ accuracy: {{tolerance: 1.0e-5}}
     np.testing.assert_allclose(result.drive_torques["motor"], torque, atol=2e-2)
 
 
-# FAILS: no sample at an early end, and its step ignores the acceleration.
 @pytest.mark.parametrize("way", [1, -1])
 def test_turns_driven_by_a_torque_end_at_exactly_these_turns(way):
     text = f"""
@@ -297,21 +196,6 @@ accuracy: {{tolerance: 1.0e-4}}
     exact = sqrt(2 * 2.5 * pi / (0.5 / (KILOGRAM / 3)))
     assert result.outcome.time == pytest.approx(exact, rel=1e-5)
     assert result.time[-1] == result.outcome.time
-
-
-def test_turns_not_reached_are_told():
-    text = f"""
-{STEEL}
-bodies: {{arm: {rod()}}}
-joints: {{hub: {{type: revolute, points: [ground, arm.start], at: [0, 0]}}}}
-drives: {{motor: {{type: torque, joint: hub, value: 0.5}}}}
-run: {{turns: 100, of: hub, at_most: 1}}
-accuracy: {{tolerance: 1.0e-4}}
-"""
-    outcome = simulate(scene(text)).outcome
-    assert not outcome.completed
-    assert "hub" in outcome.reason
-    assert outcome.time == pytest.approx(1)
 
 
 def test_drive_between_two_free_bodies_leaves_their_angular_momentum():

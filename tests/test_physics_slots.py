@@ -169,7 +169,6 @@ accuracy: {tolerance: 1.0e-5}
     np.testing.assert_allclose(inward, -3 * 2 * G * out[:, 1], atol=0.02 * G)
 
 
-# FAILS: no sample at an early end.
 def test_open_slot_that_is_too_short_ends_the_run_and_keeps_it():
     text = SLIDER_CRANK.replace("from: [-1, 0], to: [1, 0]", "from: [0.25, 0], to: [1, 0]")
     result = simulate(scene(text))

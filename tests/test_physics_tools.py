@@ -1,16 +1,13 @@
 """What the tests named after laws of nature share: inline scenes, runs, closed forms."""
 
-from pathlib import Path
-
 import numpy as np
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.mechanism import accelerations, build_mechanism
 from exudyn_flexlink.observables import path
 from exudyn_flexlink.source import parse_document
-
-MODELS = Path(__file__).parent.parent / "models"
 
 STEEL = "materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}\n"
 SQUARE = "section: {width: 10 mm, thickness: 10 mm}"

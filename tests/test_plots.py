@@ -1,18 +1,16 @@
-import re
-import subprocess
-import sys
+from dataclasses import replace
 from math import sin
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 import results
 from matplotlib.colors import same_color
 from results import texts, words
 
+from exudyn_flexlink import storage
+from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import State, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
@@ -25,12 +23,7 @@ from exudyn_flexlink.plots import (
     mechanism,
     save_figures,
 )
-from exudyn_flexlink.plots.motion import radial_scale
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
-from exudyn_flexlink.storage import save
-
-ROOT = Path(__file__).parents[1]
-
 
 CART = """
 title: A cart that hits a stop
@@ -116,19 +109,6 @@ def test_a_failed_run_says_so_in_red(rigid):
 # --- what stands in some
 
 
-def test_a_radius_that_differs_by_rounding_alone_is_seen_from_0(rigid):
-    """A point on a circle about O: its distance is 300 mm, whatever the last bits are."""
-    radius = 300 + 1e-11 * np.sin(np.arange(50))
-    axes = mpl.figure.Figure().add_subplot(projection="polar")
-    radial_scale(axes, radius, "distance OS (mm)")
-    assert axes.get_rmin() == 0
-    assert 300 < axes.get_rmax() < 330
-    scale = axes.child_axes[0]
-    scale.figure.draw_without_rendering()
-    assert "300" in [text.get_text() for text in scale.get_yticklabels()]
-    assert scale.yaxis.get_offset_text().get_text() == ""
-
-
 def test_lever_marks_strikes_and_peaks(rigid):
     said = words(lever(rigid))
     assert "strike 2 (lap 3)" in said
@@ -140,22 +120,6 @@ def test_lever_marks_strikes_and_peaks(rigid):
     assert peak in said
 
 
-def test_mechanism_shows_the_strike_larger(rigid):
-    figure = mechanism(rigid)
-    panels = [axes for axes in figure.axes if axes.axison]
-    assert len(panels) == 5
-    assert "first contact" in words(figure)
-    assert all(axes.get_aspect() == 1 for axes in panels)
-    sizes = [np.ptp(axes.get_xlim()) for axes in panels]
-    assert sizes[-1] < 0.6 * sizes[0]
-    assert len(marked_by(panels[-1], "link")) > 3  # at several instants: it vibrates
-
-
-def marked_by(axes, body):
-    """Lines in the colour of the flexible link, `body`, in the mechanism figure."""
-    return [line for line in axes.lines if same_color(line.get_color(), "#0072B2")]
-
-
 def test_a_cart_that_hits_a_stop_has_neither_a_pivot_nor_a_force_of_impacts_without_duration():
     """The line at zero that a rigid contact would have looks as if nothing had been struck."""
     cart = simulate(results.scene_from(CART), measure=False)
@@ -163,34 +127,6 @@ def test_a_cart_that_hits_a_stop_has_neither_a_pivot_nor_a_force_of_impacts_with
     assert "contact force" not in words(forces(cart))
     assert "pivot on the ground" not in words(mechanism(cart))
     assert "pivot on the ground" in words(mechanism(results.pendulum()))
-
-
-def titles(figure):
-    """Titles of the panels, without their letters, as words and time (s)."""
-    found = [axes.get_title(loc="left") for axes in figure.axes if axes.axison]
-    return [(one, float(re.search(r"t = ([0-9.]+)", one)[1])) for one in found]
-
-
-def test_the_first_contact_is_the_first_in_time_not_in_the_file():
-    """The cart comes to the left wall at 0.5 s, and back at half its speed to the other at 2 s."""
-    other = "  late: {type: point_on_curve, point: cart.centre, curve: far, side: left,"
-    law = "         law: {type: impulse, restitution: 0.5}}"
-    text = CART.replace("contacts:", f"contacts:\n{other}\n{law}")
-    text = text.replace(
-        "to: [-1, 1]}", "to: [-1, 1]}, far: {type: line, from: [0.5, -1], to: [0.5, 1]}"
-    )
-    cart = simulate(results.scene_from(text.replace("duration: 1}", "duration: 3}")), measure=False)
-    assert [len(cart.contacts[name].touches.begin) for name in ("late", "stop")] == [1, 1]
-    ((_, time),) = [one for one in titles(mechanism(cart)) if "first contact" in one[0]]
-    assert time == pytest.approx(0.5)
-
-
-def test_panels_are_in_order_of_time(rigid):
-    """The lever is farthest long before the only strike of this made-up run."""
-    late = Interval(2.0, 2.001, approach_speed=0.1, impulse=1e-3, peak_force=1.0)
-    times = [time for _, time in titles(mechanism(results.touched(rigid, late)))][:-1]
-    assert len(times) == 3
-    assert times == sorted(times)
 
 
 # --- a link with clearance in its guide
@@ -243,55 +179,66 @@ def marked(axes):
     return [line for line in axes.lines if line.get_label() == "contact, force on the link"]
 
 
-# --- laziness
+# --- odd, but sound results -----------------------------------------------------------------------
 
 
-def test_nothing_but_plots_imports_matplotlib():
-    code = (
-        "import sys, exudyn_flexlink.storage, exudyn_flexlink.observables; "
-        "sys.exit('matplotlib' in sys.modules)"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+def plotted(result, capsys):
+    """Save a run, and plot it: nothing is said but where figures are."""
+    storage.save(result, Path("run"))
+    code = main(["plot", "run", "--out", "figures"])
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert code == 0
+    assert len(list(Path("figures").glob("*.png"))) >= 4
 
 
-# --- scripts about a saved run
+TITLES = {
+    "one long word": "x" * 3000,
+    "many words": "word " * 3000,
+    "the widest letters": "W" * 88,
+    "no formula": r"costs $5, and $\\foo{$ 6",
+    "letters without a font": "\u6a5f\u69cb" * 60,
+}
 
 
-def run_script(name, *args):
-    command = [sys.executable, str(ROOT / "scripts" / name), *map(str, args)]
-    env_path = {"PYTHONPATH": str(ROOT), "PATH": "", "COLUMNS": "150"}
-    return subprocess.run(command, capture_output=True, text=True, env=env_path, check=False)
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("title", ["no formula", "letters without a font"])
+def test_any_title_is_drawn(title, rigid, capsys):
+    plotted(results.retitled(rigid, TITLES[title]), capsys)
 
 
-@pytest.mark.parametrize(
-    ("script", "said"),
-    [("s_trajectory.py", "x least mm"), ("lever_response.py", "approach speed, m/s")],
-)
-def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
-    save(rigid, tmp_path / "run")
-    csv, png = tmp_path / "table.csv", tmp_path / "figure.png"
-    done = run_script(script, tmp_path / "run", "--csv", csv, "--png", png)
-    assert done.returncode == 0, done.stderr
-    assert said in done.stdout
-    assert csv.read_text().startswith("t_s,crank_angle_rad,")
-    assert png.read_bytes().startswith(b"\x89PNG")
+@pytest.mark.parametrize("title", TITLES)
+@pytest.mark.filterwarnings("ignore:Glyph")
+def test_a_title_is_wrapped_into_the_figure(title, rigid):
+    figure = energy(results.retitled(rigid, TITLES[title]))
+    assert figure.get_figheight() < energy(rigid).get_figheight() + 1
+    figure.draw_without_rendering()
+    width = figure.get_figwidth() * figure.dpi
+    for text in figure.texts:
+        assert text.get_window_extent().x1 <= width
 
 
-@pytest.mark.parametrize(
-    ("script", "make", "more", "said"),
-    [
-        ("s_trajectory.py", None, [], "has no result.nc"),
-        ("lever_response.py", None, [], "has no result.nc"),
-        ("lever_response.py", results.pendulum, [], "no contact"),
-        ("s_trajectory.py", results.pendulum, ["--csv", "no/such/x.csv"], "can't write"),
-    ],
-)
-def test_scripts_refuse_what_they_can_not_do(tmp_path, script, make, more, said):
-    folder = tmp_path / "run"
-    folder.mkdir()
-    if make:
-        save(make(), folder)
-    done = run_script(script, folder, *more)
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
+@pytest.mark.filterwarnings("error")
+def test_what_does_not_move_is_drawn(rigid, capsys):
+    plotted(replace(rigid, poses=0 * rigid.poses, rates=0 * rigid.rates), capsys)
+
+
+def test_a_mistake_in_a_figure_is_no_traceback(rigid, capsys, monkeypatch):
+    def draw(*_):
+        raise TypeError("of the program")
+
+    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", draw)
+    storage.save(rigid, Path("run"))
+    assert main(["plot", "run"]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("no figures: TypeError: of the program")
+
+
+def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
+    """Over its angle, one part of a line would lie on another."""
+    poses = rigid.poses.copy()
+    turn = np.sin(np.linspace(0, 20, len(rigid.time)))
+    poses[:, 0, 2] = 8 * turn
+    drawn = figures(replace(rigid, poses=poses))
+    for name in ("coordinates", "forces"):
+        assert "time (s)" in words(drawn[name]).splitlines(), name

@@ -1,13 +1,12 @@
 """Figures fit to print: formats, a column's width, and nothing hidden, unnamed or overstated."""
 
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 import results
-from matplotlib.colors import same_color
 from results import texts, words
 
 from exudyn_flexlink.cli import main
@@ -19,13 +18,12 @@ from exudyn_flexlink.plots import (
     SCREEN,
     STYLES,
     coordinates,
-    energy,
     figures,
     lever,
     polar,
     save_figure,
 )
-from exudyn_flexlink.plots.panels import BEYOND, line_widths, told
+from exudyn_flexlink.plots.panels import BEYOND, told
 from exudyn_flexlink.storage import save
 
 MILLIMETRES = 25.4  # in an inch
@@ -63,8 +61,7 @@ def test_figures_of_one_run_are_the_same_files(written):
         assert one.read_bytes() == other.read_bytes(), one.name
 
 
-def test_plot_writes_what_is_asked_for(rigid, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_plot_writes_what_is_asked_for(rigid):
     save(rigid, Path("run"))
     asked = ["--out", "figures", "--format", "pdf,svg", "--style", "print"]
     assert main(["plot", "run", *asked]) == 0
@@ -123,75 +120,6 @@ def test_no_lap_is_hidden_by_another(rigid):
             assert all(below > over for below, over in pairwise(widths))
 
 
-def test_lines_that_coincide_differ_in_width():
-    x = np.linspace(0, 1, 200)
-    broad, *others = line_widths([x, x, 1 - x], 1.0)
-    assert broad > 2
-    assert others == [1.0, 1.0]
-    assert line_widths([np.sin(9 * x), np.cos(9 * x)], 1.0) == [1.0, 1.0]
-    # Forces of contact are zero most of the time: that hides nothing.
-    spikes = [np.where(np.abs(x - at) < 0.02, 1.0, 0.0) for at in (0.3, 0.6)]
-    assert line_widths(spikes, 1.0) == [1.0, 1.0]
-
-
-def test_panels_are_lettered(rigid):
-    for name, count in {"lever": 2, "mechanism": 5, "energy": 2, "forces": 5}.items():
-        titles = [axes.get_title(loc="left") for axes in figures(rigid)[name].axes]
-        lettered = [title[:3] for title in titles if title]
-        assert lettered == ["(a)", "(b)", "(c)", "(d)", "(e)"][:count]
-    assert not coordinates(rigid).axes[0].get_title(loc="left")  # one alone needs no letter
-
-
-def test_numbers_of_the_polar_scale_are_off_the_data(rigid):
-    for style in (SCREEN, PRINT):
-        figure = polar(rigid, style=style)
-        figure.draw_without_rendering()
-        (axes,) = figure.axes
-        assert not any(text.get_text() for text in axes.yaxis.get_ticklabels())
-        (scale,) = axes.child_axes
-        assert scale.get_ylabel() == "distance OS (mm)"
-        circle = axes.patch.get_window_extent()
-        for text in scale.yaxis.get_ticklabels():
-            assert text.get_window_extent().x1 < circle.x0
-
-
-@pytest.mark.parametrize("turns", [0.7, 0.8, 0.9, 1.0, 1.3, 1.6])
-def test_peaks_are_told_within_the_axes(turns):
-    """Wherever in the run they are: the strike is half a turn from its begin."""
-    whole = lever(results.rigid_link(turns=turns, samples=401), style=PRINT).axes[0]
-    whole.figure.draw_without_rendering()
-    assert len(whole.texts) == 2
-    for text in whole.texts:
-        box = text.get_window_extent()
-        assert whole.bbox.x0 <= box.x0 < box.x1 <= whole.bbox.x1
-
-
-def test_texts_do_not_lie_on_each_other(rigid):
-    for style in (SCREEN, PRINT):
-        for name in ("lever", "energy", "forces", "coordinates"):
-            figure = figures(rigid, style)[name]
-            figure.draw_without_rendering()
-            boxes = [
-                (text.get_text(), text.get_window_extent().padded(-1.5))
-                for text in _told(figure)
-                if text.get_text()
-            ]
-            for (a, one), (b, other) in combinations(boxes, 2):
-                assert not one.overlaps(other), f"{name}, {style.name}: {a!r} and {b!r}"
-
-
-def _told(figure):
-    """Titles, labels, legend entries and notes; numbers at ticks are left to matplotlib."""
-    yield from figure.texts
-    for axes in figure.axes:
-        yield from axes.texts
-        yield from (axes.xaxis.label, axes.yaxis.label, axes._left_title)
-        if axes.get_legend() is not None:
-            yield from axes.get_legend().get_texts()
-        for child in axes.child_axes:
-            yield from (child.xaxis.label, child.yaxis.label)
-
-
 # --- what is known
 
 
@@ -230,10 +158,3 @@ def test_a_peak_of_which_no_digit_is_known_is_not_told(rigid):
     for largest, count in ((2e-3, 2), (2e-2, 0)):
         error = MeasuredError(("link.end",), limit=1e-6, largest=largest, exceeds_from=0.1)
         assert len(lever(replace(rigid, error=error)).axes[0].texts) == count
-
-
-def test_every_engine_has_its_colour(rigid):
-    for engine, colour in (("exudyn", "#0072B2"), ("lagrangian", "#D55E00")):
-        run = replace(rigid, engine=engine)
-        for line in (lever(run).axes[0].lines[0], energy(run).axes[1].lines[0]):
-            assert same_color(line.get_color(), colour)

@@ -3,9 +3,6 @@
 import json
 import math
 import os
-from pathlib import Path
-from time import process_time
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,13 +11,11 @@ from test_scene import scene
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import scene_of
-from exudyn_flexlink.scene import Scene, SplineSpec, parse_scene
-from exudyn_flexlink.scene.columns import read_columns
+from exudyn_flexlink.scene import SplineSpec, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.units import Dimension
 
 
-def spline_scene(folder: Path, file: str, **options: Any) -> Scene:
+def spline_scene(folder, file, **options):
     text = PENDULUM + f"curves:\n  outline: {{type: spline, file: '{file}'}}\n"
     return parse_scene(parse_document(text, "model.yaml", folder), **options)
 
@@ -48,7 +43,7 @@ SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
         '"x","y"\n"0","0"\n"1","0"\n"1","1"\n"0","1"',
     ],
 )
-def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
+def test_a_spline_reads_its_points(tmp_path, content):
     (tmp_path / "a.csv").write_text(content, encoding="utf-8", newline="")
     found = spline_scene(tmp_path, "a.csv")
     outline = found.curves["outline"]
@@ -72,7 +67,7 @@ def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
         ("x (of the rim),y (up)\n0,0\n1,0\n1,1\n0,1", "unknown unit 'of the rim'"),
     ],
 )
-def test_what_a_point_file_must_not_hold(tmp_path: Path, content: str, words: str) -> None:
+def test_what_a_point_file_must_not_hold(tmp_path, content, words):
     (tmp_path / "a.csv").write_text(content, encoding="utf-8")
     with pytest.raises(SceneError) as caught:
         spline_scene(tmp_path, "a.csv")
@@ -93,12 +88,12 @@ accuracy: {tolerance: 1.0e-6}
 DRIVE = "drives: {{motor: {{type: {}, joint: axle, value: {{file: a.csv, rule: linear}}}}}}\n"
 
 
-def driven(folder: Path, content: str, kind: str = "speed", text: str = SHAFT) -> Scene:
+def driven(folder, content, kind="speed", text=SHAFT):
     (folder / "a.csv").write_text(content, encoding="utf-8")
     return scene_of(parse_document(text + DRIVE.format(kind), "model.yaml", folder))
 
 
-def test_a_shaft_at_600_rpm_makes_20_turns_in_2_s(tmp_path: Path) -> None:
+def test_a_shaft_at_600_rpm_makes_20_turns_in_2_s(tmp_path):
     result = simulate(driven(tmp_path, "# t [s], n [rpm]\n0,600\n2,600\n"))
     turned = result.poses[-1, 0, 2] - result.poses[0, 0, 2]
     assert turned == pytest.approx(20 * 2 * math.pi, abs=1e-9)
@@ -124,7 +119,7 @@ TABLES = [
 
 
 @pytest.mark.parametrize("content", TABLES)
-def test_the_same_table_in_other_words(tmp_path: Path, content: str) -> None:
+def test_the_same_table_in_other_words(tmp_path, content):
     wanted = [[0, 20 * math.pi], [2, 660.5 * math.pi / 30]]
     found = driven(tmp_path, content).drives["motor"].value.points
     np.testing.assert_allclose(found, wanted, rtol=1e-15)
@@ -144,7 +139,7 @@ def test_the_same_table_in_other_words(tmp_path: Path, content: str) -> None:
         ("speed", "t,n", (1, 1)),
     ],
 )
-def test_units_of_tables(tmp_path: Path, kind: str, header: str, factors: tuple) -> None:
+def test_units_of_tables(tmp_path, kind, header, factors):
     text = DRIVE.format(kind).replace("linear", "cubic")
     (tmp_path / "a.csv").write_text(f"{header}\n0,0\n9,1\n", encoding="utf-8")
     document = parse_document(SHAFT + text, "model.yaml", tmp_path)
@@ -164,13 +159,13 @@ def test_units_of_tables(tmp_path: Path, kind: str, header: str, factors: tuple)
         ("speed", "# t [s], n [rmp]", "'n [rmp]': unknown unit 'rmp'; did you mean 'rpm'?"),
     ],
 )
-def test_units_that_do_not_fit(tmp_path: Path, kind: str, header: str, words: str) -> None:
+def test_units_that_do_not_fit(tmp_path, kind, header, words):
     with pytest.raises(SceneError) as caught:
         driven(tmp_path, f"{header}\n0,0\n9,1\n", kind)
     assert f"a.csv line 1: {words}" in str(caught.value)
 
 
-def test_a_slide_takes_a_speed_in_metres(tmp_path: Path) -> None:
+def test_a_slide_takes_a_speed_in_metres(tmp_path):
     slide = SHAFT.replace("type: revolute", "type: prismatic, axis: [1, 0]")
     found = driven(tmp_path, "t,v [mm/s]\n0,500\n2,500\n", text=slide)
     assert found.drives["motor"].value.points == ((0, 0.5), (2, 0.5))
@@ -178,22 +173,10 @@ def test_a_slide_takes_a_speed_in_metres(tmp_path: Path) -> None:
         driven(tmp_path, "t,v [rpm]\n0,500\n2,500\n", text=slide)
 
 
-def test_many_rows_load_in_seconds(tmp_path: Path) -> None:
-    lines = "".join(f"{i * 1e-5:.5f},{600 + i % 7}\n" for i in range(700_000))
-    (tmp_path / "a.csv").write_text(f"t [s],n [rpm]\n{lines}")
-    began = process_time()
-    numbers, found = read_columns(
-        tmp_path / "a.csv", {"time": (Dimension.TIME,), "value": (Dimension.ANGULAR_SPEED,)}
-    )
-    assert process_time() - began < 10  # 1 s by itself
-    assert numbers[-1] == 700_001
-    assert found[-1] == pytest.approx([6.99999, (600 + 699_999 % 7) * math.pi / 30], rel=1e-15)
-
-
 # --- where files are ------------------------------------------------------------------------
 
 
-def test_point_files_stay_in_the_models_folder(tmp_path: Path) -> None:
+def test_point_files_stay_in_the_models_folder(tmp_path):
     inside = tmp_path / "model"
     inside.mkdir()
     outside = tmp_path / "secret.csv"

@@ -8,7 +8,6 @@ What installs something, or takes more than minutes, is not run.
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from cli_runs import BARE
@@ -38,13 +37,13 @@ socket.getaddrinfo = lambda *_, **__: os._exit(99)
 """What Python imports by itself as it starts, as `sitecustomize`."""
 
 
-def printed(page: str) -> list[list[str]]:
+def printed(page):
     """Arguments of the interpreter, of all commands of a page that are run here."""
     found = [words[1:] for name, words in commands() if (name, words[0]) == (page, PYTHON)]
     return [words for words in found if not NOT_RUN.keys() & set(words)]
 
 
-def site_without_network(parent: Path) -> Path:
+def site_without_network(parent):
     site = parent / "site"
     site.mkdir()
     (site / "sitecustomize.py").write_text(NO_NETWORK)
@@ -52,7 +51,7 @@ def site_without_network(parent: Path) -> Path:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """Return the folder in which a reader types: the repository's, as far as commands see."""
     here = tmp_path / "here"
     here.mkdir()
@@ -61,7 +60,7 @@ def folder(tmp_path: Path) -> Path:
     return here
 
 
-def test_who_asks_for_the_network_is_ended(tmp_path: Path) -> None:
+def test_who_asks_for_the_network_is_ended(tmp_path):
     """Without this the next test would show nothing of it."""
     asks = "import urllib.request; urllib.request.urlopen('http://127.0.0.1:9')"
     environment = {**BARE, "PYTHONPATH": str(site_without_network(tmp_path))}
@@ -71,7 +70,7 @@ def test_who_asks_for_the_network_is_ended(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_the_commands_of_a_page_run_as_printed(page: str, folder: Path) -> None:
+def test_the_commands_of_a_page_run_as_printed(page, folder):
     home = folder.parent / "home"
     if page == "README.md":
         home.write_text("no folder: nothing can be written to it, not even by root")

@@ -1,6 +1,4 @@
 import math
-import subprocess
-import sys
 from typing import Annotated
 
 import pint
@@ -11,22 +9,22 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from exudyn_flexlink.quantities import Number, PositiveLength, to_si
-from exudyn_flexlink.units import PREFIXES, SYMBOLS, USUAL, Dimension, Unit, find_unit
+from exudyn_flexlink.units import PREFIXES, SYMBOLS, USUAL, Dimension, find_unit
 
 REGISTRY = pint.UnitRegistry()
 
 
-def pints(name: str) -> tuple[float, dict[str, float]]:
+def pints(name):
     """Factor and powers of a unit, by an independent library."""
     quantity = REGISTRY.Quantity(1.0, REGISTRY.parse_units(name)).to_base_units()
     return quantity.magnitude, dict(quantity.unit_items())
 
 
-def found(name: str) -> Unit:
+def found(name):
     return find_unit(name, Dimension.LENGTH)
 
 
-def powers_of(unit: Unit) -> dict[str, float]:
+def powers_of(unit):
     names = ("meter", "kilogram", "second", "radian")
     return {name: power for name, power in zip(names, unit.powers, strict=True) if power}
 
@@ -35,7 +33,7 @@ PREFIXED = [prefix + name for name, own in SYMBOLS.items() if own.prefixed for p
 
 
 @pytest.mark.parametrize("name", [*SYMBOLS, *USUAL, *PREFIXED])
-def test_every_unit_is_pints(name: str) -> None:
+def test_every_unit_is_pints(name):
     factor, powers = pints(name)
     assert found(name).factor == pytest.approx(factor, rel=1e-15)
     assert powers_of(found(name)) == powers
@@ -53,23 +51,21 @@ def test_every_unit_is_pints(name: str) -> None:
         max_size=6,
     )
 )
-def test_products_powers_and_parentheses_are_read_as_pint_reads_them(
-    parts: list[tuple[str, str, str]],
-) -> None:
+def test_products_powers_and_parentheses_are_read_as_pint_reads_them(parts):
     name = "1" + "".join(map("".join, parts))
     factor, powers = pints(name)
     assert found(name).factor == pytest.approx(factor, rel=1e-13)
     assert powers_of(found(name)) == powers
 
 
-def test_units_of_ten_are_exact() -> None:
+def test_units_of_ten_are_exact():
     """A hundredth of a centimetre cubed is not off by rounding: 7.85 g/cm^3 is 7850 kg/m^3."""
     for name, factor in {"mm": 1e-3, "g/cm^3": 1e3, "mm^4": 1e-12, "N/um": 1e6}.items():
         assert found(name).factor == factor
 
 
 @pytest.mark.parametrize("dimension", [item for item in Dimension if item.example])
-def test_every_example_and_every_si_unit_is_of_its_dimension(dimension: Dimension) -> None:
+def test_every_example_and_every_si_unit_is_of_its_dimension(dimension):
     assert to_si(dimension.example, dimension) > 0
     if dimension.si not in ("metres", "radians", "seconds"):
         assert to_si(f"1 {dimension.si}", dimension) == 1.0
@@ -99,7 +95,7 @@ def test_every_example_and_every_si_unit_is_of_its_dimension(dimension: Dimensio
         (0.5, Dimension.NUMBER, 0.5),
     ],
 )
-def test_quantities_in_si(text: object, dimension: Dimension, value: float) -> None:
+def test_quantities_in_si(text, dimension, value):
     assert to_si(text, dimension) == pytest.approx(value, rel=1e-14)
 
 
@@ -130,20 +126,20 @@ def test_quantities_in_si(text: object, dimension: Dimension, value: float) -> N
         (10**400, Dimension.LENGTH, "must be a finite number, got a very large number"),
     ],
 )
-def test_what_is_no_such_quantity(value: object, dimension: Dimension, words: str) -> None:
+def test_what_is_no_such_quantity(value, dimension, words):
     with pytest.raises(PydanticCustomError) as caught:
         to_si(value, dimension)
     assert words in "{message}; {hint}".format(**caught.value.context)
 
 
 @pytest.mark.parametrize("value", [1.1e20, -1.1e20, 10**400 - 1, "1e15 GPa", 1e300])
-def test_what_exceeds_all_bounds_is_refused(value: object) -> None:
+def test_what_exceeds_all_bounds_is_refused(value):
     with pytest.raises(PydanticCustomError, match="must"):
         to_si(value, Dimension.PRESSURE)
 
 
-def test_limits_hold_after_conversion_and_stand_in_the_schema() -> None:
-    adapter: TypeAdapter[float] = TypeAdapter(PositiveLength)
+def test_limits_hold_after_conversion_and_stand_in_the_schema():
+    adapter = TypeAdapter(PositiveLength)
     assert adapter.validate_python("1 mm") == 1e-3
     assert adapter.validate_python(1e-30) == 1e-30
     for value in (0, "0 mm", -1, "-1 mm", "1e-320 nm", 9e-31):
@@ -152,24 +148,12 @@ def test_limits_hold_after_conversion_and_stand_in_the_schema() -> None:
     number, text = adapter.json_schema()["anyOf"]
     assert number == {"type": "number", "exclusiveMinimum": 0.0}
     assert text["type"] == "string"
-    ratio: TypeAdapter[float] = TypeAdapter(Annotated[float, Number(at_least=0.0, at_most=1.0)])
+    ratio = TypeAdapter(Annotated[float, Number(at_least=0.0, at_most=1.0)])
     assert ratio.json_schema() == {"type": "number", "minimum": 0.0, "maximum": 1.0}
     with pytest.raises(ValidationError, match="must be 1 or less"):
         ratio.validate_python(1.5)
     with pytest.raises(ValidationError, match="must be 0 or greater"):
         ratio.validate_python(-0.5)
-
-
-def test_reading_a_scene_does_not_import_what_is_slow() -> None:
-    code = (
-        "import sys, exudyn_flexlink.scene as s;"
-        "from exudyn_flexlink.quantities import to_si;"
-        "from exudyn_flexlink.units import Dimension;"
-        "assert to_si('5 mm', Dimension.LENGTH) == 5e-3;"
-        "print([m for m in ('scipy', 'matplotlib', 'exudyn') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 @settings(max_examples=300, deadline=None)
@@ -182,7 +166,7 @@ def test_reading_a_scene_does_not_import_what_is_slow() -> None:
     ),
     st.sampled_from(Dimension),
 )
-def test_anything_is_a_finite_number_or_a_mistake(value: object, dimension: Dimension) -> None:
+def test_anything_is_a_finite_number_or_a_mistake(value, dimension):
     try:
         number = to_si(value, dimension)
     except PydanticCustomError as error:

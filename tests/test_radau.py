@@ -1,7 +1,5 @@
 """Radau IIA against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
@@ -9,7 +7,6 @@ from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.integrate.collocation import EIGENVALUES, FROM, TO, WEIGHTS, A, C
-from exudyn_flexlink.integrate.contact_share import ContactShare
 from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau
 
@@ -134,18 +131,6 @@ def test_a_force_that_leaps_is_solved_for():
     assert state.v[0] == pytest.approx(exact_end[1], rel=0.05)
 
 
-def test_a_step_fails_whose_contacts_are_too_stiff_to_be_solved_for(monkeypatch):
-    """A shorter one is tried then: a ball on a floor of 2e14 N/m made such a system singular."""
-
-    def singular(*_):
-        raise np.linalg.LinAlgError
-
-    problem, q, v = Pressed([1e-3], [0.0], [0.0]), np.array([-1e-4]), np.array([-2e-2])
-    radau, at = Radau(problem, TIMES, np.zeros((1, 1))), problem.evaluate(0.0, q, v)
-    monkeypatch.setattr(ContactShare, "share", singular)
-    assert radau.step(0.0, 2e-5, at, State(q, v, at.force / 1e-3), 1e-12) is None
-
-
 def test_what_a_contact_no_longer_damps_counts_as_error():
     """Steps that begin while the mass creeps, a stiff damper, and end where it is gone.
 
@@ -158,8 +143,8 @@ def test_what_a_contact_no_longer_damps_counts_as_error():
 
     exactly = {"rtol": 1e-12, "atol": 1e-15, "method": "Radau"}
     creeping = solve_ivp(rates, (0, 1.8e-3), [-2.5e-4, 0.0], dense_output=True, **exactly).sol
-    for begin in (1.5e-3, 1.6e-3, 1.7e-3, 1.8e-3):
-        for h in (2e-4, 4e-4, 6e-4):
+    for begin in (1.5e-3, 1.7e-3, 1.8e-3):
+        for h in (2e-4, 6e-4):
             y = creeping(begin)
             at = problem.evaluate(begin, y[:1], y[1:])
             state = State(y[:1], y[1:], at.force / 1e-3)
@@ -196,28 +181,3 @@ def test_between_steps_places_and_speeds_belong_together():
     np.testing.assert_allclose(v[:, 0], through(times), atol=1e-10)
     assert q[-1, 0] == pytest.approx(step.finish.q[0], abs=1e-13)
     assert v[-1, 0] == pytest.approx(step.finish.v[0], abs=1e-12)
-
-
-def test_what_the_last_round_left_of_the_force_is_no_error_of_the_next_step():
-    """The start's force was found before the last round: the state's accelerations are better."""
-    problem = Oscillator([1.0], [40.0**2], [3.0])
-    radau = Radau(problem, TIMES, np.zeros((1, 1)))
-    state = State(np.ones(1), np.zeros(1), np.array([-(40.0**2)]))
-    at = problem.evaluate(0.0, state.q, state.v)
-    stale = at._replace(force=at.force * (1 + 1e-3))
-    first, second = (radau.step(0.0, 1e-3, start, state, 1e-12) for start in (at, stale))
-    assert second.error == pytest.approx(first.error, rel=1e-9)
-
-
-def test_a_step_far_longer_than_the_last_is_not_guessed_from_it():
-    """As after a step that ended at an event: its polynomial tells nothing so far beyond it."""
-    problem, h = Oscillator([1.0], [9.0], [0.2]), 0.1
-    radau = Radau(problem, TIMES, np.zeros((1, 1)))
-    state = State(np.ones(1), np.zeros(1), np.array([-9.0]))
-    tiny = radau.step(0.0, 1e-9, problem.evaluate(0.0, state.q, state.v), state, 1e-12)
-    began = radau.iterations
-    start = problem.evaluate(1e-9, tiny.finish.q, tiny.finish.v)
-    step = radau.step(1e-9, h, start, tiny.finish, 1e-12)
-    assert step is not None
-    assert radau.iterations - began == 2
-    assert step.finish.q[0] == pytest.approx(exact(1e-9 + h, 3.0, 0.2), abs=1e-11)

@@ -1,25 +1,19 @@
 """Scenes with closed forms: these are what pieces of known motion give, and runs keep them."""
 
-from __future__ import annotations
-
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
-import random_silent
-from benchmarks.verdicts import CRASHED, REFUSED, RIGHT, SILENT, TOLD
+from benchmarks.verdicts import CRASHED, SILENT
+from drawing.mechanisms import FAMILIES
+from random_mechanisms import RIGHT, drawn, judge
 from random_silent import (
-    DOUBTED,
     NAMES,
     NEEDLESS,
     PULSES,
-    Case,
-    drawn,
     exact,
-    judge,
-    lobe,
     worst,
 )
+
+from exudyn_flexlink.loading import load_scene
 
 SMALL = (10000, 10010, 20001, 20004, 30000, 30001, 40000, 50001, 60000)
 TIME = np.linspace(0, 0.7, 50)
@@ -48,41 +42,29 @@ def test_a_stop_throws_a_mass_back_within_half_its_period():
     assert moved(TIME) == pytest.approx(right, abs=1e-11)
 
 
-def test_a_whole_lobe_is_closed_and_a_part_is_open():
-    rng = np.random.default_rng(1)
-    for turn, least in ((2 * np.pi, 0.0), (4.5, 4.0)):
-        points = lobe(rng, turn)
-        chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        closing = np.linalg.norm(points[-1] - points[0])
-        assert closing > least * chords.min()
-        assert (closing < 2 * chords.max()) == (least == 0.0)
-
-
-@pytest.mark.parametrize(
-    ("off", "warning", "kind"),
-    [
-        (0.5e-6, "", RIGHT),
-        (0.5e-6, "off by an error", DOUBTED),
-        (3e-6, "", SILENT),
-        (3e-6, "samples are far apart", SILENT),
-        (3e-6, "off by an error", TOLD),
-    ],
-)
-def test_what_a_run_is_off_by_decides(off, warning, kind, monkeypatch):
-    result = SimpleNamespace(
-        warnings=[warning] if warning else [],
-        outcome=SimpleNamespace(completed=True),
-        scene=SimpleNamespace(accuracy=SimpleNamespace(tolerance=1e-6)),
-    )
-    monkeypatch.setattr(random_silent, "simulate", lambda _, **__: result)
-    assert judge(drawn(10000, seed=1)[0]._replace(off=lambda _: off)).kind == kind
-
-
-@pytest.mark.parametrize(("flaw", "kind"), [(True, REFUSED), (False, NEEDLESS)])
-def test_only_what_is_unclear_may_be_refused(flaw, kind):
-    assert judge(Case("{}", lambda _: 0.0, flaw)).kind == kind
-
-
 @pytest.mark.parametrize("scene", SMALL)
 def test_no_scene_is_silently_wrong(scene):
     assert worst(scene, seed=1, measure=False).kind not in (SILENT, NEEDLESS, CRASHED)
+
+
+# --- mechanisms drawn at random -------------------------------------------------------------------
+
+SEED = 1
+
+
+def first_of(family):
+    """Model file of the first mechanism of a family."""
+    return next(text for of, text in (drawn(k, SEED) for k in range(200)) if of == family)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_is_drawn_as_a_model_file(family, tmp_path):
+    path = tmp_path / "drawn.yaml"
+    path.write_text(first_of(family))
+    assert load_scene(path).title == family
+
+
+def test_a_slider_crank_is_right():
+    verdict = judge(first_of("slider-crank"), "slider-crank", seconds=60, measure=False)
+    assert verdict.kind == RIGHT
+    assert verdict.off < 1

@@ -5,21 +5,22 @@ independent integration. scripts/promises.py prints the measured deviations, wit
 tighter settings than a test has time for.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
+from benchmarks import measuring, strike
+from benchmarks.measuring import Measured
+from benchmarks.naive_exudyn import simulate_by_hand
 from benchmarks.series import deviation, read_series
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, settled, strikes
-from exudyn_flexlink.result import Result
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent / "models"
 
 SCENES = {
     "smooth_n10_beam": ("smooth.yaml", ()),
@@ -33,7 +34,7 @@ SCENES = {
 
 
 @cache
-def run(name: str, *settings: str) -> Result:
+def run(name, *settings):
     model, own = SCENES[name]
     scene = load_scene(MODELS / model, ("run.turns=2", "run.sample=1 ms", *own, *settings))
     return simulate(scene, measure=False)
@@ -43,11 +44,11 @@ LEVER = 0.03  # m
 
 
 @cache
-def four_turns() -> Result:
+def four_turns():
     return simulate(load_scene(MODELS / "no_clearance.yaml", ["run.sample=1 ms"]), measure=False)
 
 
-def off(result: Result, name: str) -> tuple[float, float]:
+def off(result, name):
     series = read_series(HERE / "data" / f"{name}.csv")
     found = deviation(result, series.time, series.position, series.lever_angle)
     assert len(found.time) == len(series.time)
@@ -55,14 +56,14 @@ def off(result: Result, name: str) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_s_and_lever_at_the_accuracy_the_models_ship_with(name: str) -> None:
+def test_s_and_lever_at_the_accuracy_the_models_ship_with(name):
     distance, angle = off(run(name), name)
     assert distance < 1e-6  # the tolerance that the models ask for
     assert LEVER * angle < 1e-6
 
 
 @pytest.mark.parametrize("name", ["smooth_n10_beam", "strike_n5_beam"])
-def test_s_and_lever_with_joints(name: str) -> None:
+def test_s_and_lever_with_joints(name):
     """Rigid bodies with joints, steps of order 2: what every mechanism can fall back on."""
     settings = ("solver.formulation=redundant", "accuracy.tolerance=4e-5")
     distance, angle = off(run(name, *settings), name)
@@ -71,7 +72,7 @@ def test_s_and_lever_with_joints(name: str) -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
-def test_the_tolerance_is_the_error_made(tolerance: float) -> None:
+def test_the_tolerance_is_the_error_made(tolerance):
     """Neither more than it nor a hundred times less, in the scene with the paper's hinges."""
     distance, _ = off(
         run("strike_n10_paper", f"accuracy.tolerance={tolerance}"), "strike_n10_paper"
@@ -80,19 +81,19 @@ def test_the_tolerance_is_the_error_made(tolerance: float) -> None:
     assert tolerance / 100 - known < distance < tolerance + known
 
 
-def test_s_before_the_strike_is_that_of_the_smooth_motion() -> None:
+def test_s_before_the_strike_is_that_of_the_smooth_motion():
     series = read_series(HERE / "data" / "strike_n10_beam.csv")
     result = run("strike_n10_beam")
     found = deviation(result, series.time, series.position, series.lever_angle)
     assert found.until(0.314).largest < 2e-7
 
 
-def test_smooth_scene_at_a_tight_tolerance() -> None:
+def test_smooth_scene_at_a_tight_tolerance():
     distance, _ = off(run("smooth_n10_beam", "accuracy.tolerance=1e-8"), "smooth_n10_beam")
     assert distance < 1e-8
 
 
-def test_strike_at_a_tight_tolerance() -> None:
+def test_strike_at_a_tight_tolerance():
     name = "strike_n5_beam"
     distance, angle = off(run(name, "accuracy.tolerance=1e-7"), name)
     assert distance < 2e-7  # the series is known to 1.2e-7 m and 7e-6 rad
@@ -107,27 +108,55 @@ def test_strike_at_a_tight_tolerance() -> None:
         ("strike_n10_paper", -0.16300, 0.11887),
     ],
 )
-def test_peaks_of_the_lever(name: str, least: float, greatest: float) -> None:
+def test_peaks_of_the_lever(name, least, greatest):
     response = lever_response(run(name, "run.sample=0.1 ms"), "strike")
     assert response.least[0] == pytest.approx(least, abs=5e-5)
     assert response.greatest[0] == pytest.approx(greatest, abs=5e-5)
 
 
-def test_the_lever_is_struck_in_every_other_lap() -> None:
+def test_the_lever_is_struck_in_every_other_lap():
     assert [strike.lap for strike in strikes(four_turns(), "strike")] == [1, 3]
 
 
-def test_the_lever_is_at_rest_again_before_the_next_strike() -> None:
+def test_the_lever_is_at_rest_again_before_the_next_strike():
     result = four_turns()
     second = strikes(result, "strike")[1]
     assert settled(result, "strike", second.begin) < 1e-6
 
 
-def test_energy_is_accounted_for() -> None:
+def test_energy_is_accounted_for():
     checks = run("strike_n10_paper").checks
     assert checks.energy_residual < 2e-5 * checks.largest_kinetic_energy
 
 
-def test_joints_hold() -> None:
+def test_joints_hold():
     for name in SCENES:
         assert run(name).checks.constraint_error < 1e-12
+
+
+# --- the benchmark's own arithmetic, and the script by hand ---------------------------------------
+
+
+def power_law(*settings):
+    """Error h^2, cost 3/h: cost is 3 error^-1/2."""
+    return [Measured(h, h**2, 3 / h) for h in settings]
+
+
+def test_cost_at_an_error_lies_on_the_power_law_within_and_beyond_the_points():
+    points = power_law(1e-1, 1e-3, 1e-2)
+    for error, beyond in ((1e-3, False), (1e-4, False), (1e-5, False), (1e-1, True), (1e-8, True)):
+        cost, told = measuring.cost_at(points, error)
+        assert cost == pytest.approx(3 * error**-0.5)
+        assert told is beyond
+
+
+def test_the_script_by_hand_simulates_the_same_mechanism():
+    """Before the strike it differs from the independent integration by its steps' errors."""
+    motion = simulate_by_hand(1e-3, end=0.05)
+    _, position, _ = strike.series()
+    off = np.linalg.norm(motion.position - position[: len(motion.time)], axis=1)
+    assert off.max() < 1e-5
+    assert not motion.lever_angle.any()
+    finer = simulate_by_hand(2.5e-4, end=0.05)
+    better = np.linalg.norm(finer.position - position[: len(finer.time)], axis=1)
+    assert better.max() < off.max() / 8  # second order: 16 times

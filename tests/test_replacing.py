@@ -1,26 +1,19 @@
 """A run replaces the files that a run wrote, and nothing of the user's."""
 
 import json
-from dataclasses import replace
+import os
 from pathlib import Path
 
 import pytest
 import results
-from cli_runs import NO_CLEARANCE
-from folders import mine, simulate, tree
+from cli_runs import NO_CLEARANCE, SPLINE
+from folders import mine, posix, simulate, tree
 from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.engines import LateInterruptError
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.storage import KeptBesideError, StorageError, load, own_files, staged_folder
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
 
 # --- what stays ---------------------------------------------------------------------------------
 
@@ -57,14 +50,6 @@ def test_a_folder_without_manifest_is_left_alone(summary, ends, capsys):
     assert load(Path("o")).scene.title.startswith("Extensible")
     assert tree("o")["thesis.tex"] == b"mine"
     assert "trajectory_rod.end.csv" in tree("o")  # of the pendulum: no manifest says whose it is
-
-
-@pytest.mark.parametrize("command", ["compare", "accuracy", "stability"])
-def test_every_study_tells_what_would_write_it(command, capsys):
-    mine("o/thesis.tex")
-    assert main([command, NO_CLEARANCE, "--out=o"]) == 2
-    assert capsys.readouterr().err.endswith("hint: '--force' forces it\n")
-    assert tree("o") == {"thesis.tex": b"mine"}
 
 
 def test_a_file_that_the_user_changed_is_not_replaced(ends, capsys):
@@ -158,45 +143,7 @@ def test_an_incomplete_run_does_not_replace_a_complete_one(command, reason, code
     assert sorted(path.name for path in Path().iterdir()) == ["o", "o-2"]
 
 
-def test_an_interrupted_study_does_not_replace_a_complete_one(study):
-    for interrupted in (False, True):
-        found = replace(study, runs=replace(study.runs, interrupted=interrupted))
-        written = staged_folder(Path("o"))
-        if interrupted:
-            with pytest.raises(KeptBesideError, match="holds a complete study of"), written as o:
-                storage.save_accuracy(found, "", o)
-        else:
-            with written as folder:
-                storage.save_accuracy(found, "", folder)
-    assert json.loads(Path("o/accuracy.json").read_text())["interrupted"] is False
-    assert json.loads(Path("o-2/accuracy.json").read_text())["interrupted"] is True
-
-
-def test_a_comparison_whose_runs_are_not_all_made_is_not_complete(ends, monkeypatch):
-    again = ["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--out=o"]
-    assert main(again) == 0
-
-    def given_up(run, *_):
-        if run.engine == "lagrangian":
-            return run
-        raise LateInterruptError(run)
-
-    monkeypatch.setattr(engines, "measured", given_up)
-    assert main(again) == 130
-    assert json.loads(Path("o/comparison.json").read_text())["completed"] is True
-    assert json.loads(Path("o-2/comparison.json").read_text())["completed"] is False
-
-
 # --- names, figures, schemas --------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["..yaml", "...yaml"])
-@pytest.mark.parametrize(("command", "suffix"), [("simulate", ""), ("compare", "-compare")])
-def test_a_model_of_dots_writes_into_a_folder_of_its_own(name, command, suffix, ends):
-    Path(name).write_text(Path(NO_CLEARANCE).read_text(encoding="utf-8"), encoding="utf-8")
-    assert main([command, name, "--quiet", "--no-plots"]) == 0
-    assert [path.name for path in Path("runs").iterdir()] == [name + suffix]
-    assert sorted(path.name for path in Path().iterdir()) == [name, "runs"]
 
 
 def test_figures_of_the_users_are_not_replaced(ends, capsys):
@@ -213,20 +160,6 @@ def test_figures_of_the_users_are_not_replaced(ends, capsys):
     assert not list(Path("o").glob("*.png"))  # they were of the earlier run
 
 
-def test_figures_may_be_added_to_any_folder_and_take_nothing_away(ends, capsys):
-    assert main(["compare", NO_CLEARANCE, "--quiet", "--no-plots", "--out=o"]) == 0
-    mine("figures/forces.png")
-    assert main(["plot", "o/exudyn", "--out=figures"]) == 2
-    assert "forces.png is the user's: no manifest.json names it" in capsys.readouterr().err
-    assert tree("figures") == {"forces.png": b"mine"}
-    before = set(tree("o"))
-    for folder in ("o", "o/exudyn"):
-        assert main(["plot", "o/exudyn", "--out", folder]) == 0
-    assert before < set(tree("o"))
-    assert main(["compare", NO_CLEARANCE, "--quiet", "--no-plots", "--out=o"]) == 0
-    assert set(tree("o")) == before
-
-
 def test_a_schema_replaces_only_a_schema(capsys):
     text = json.dumps(json_schema())
     Path("schema.json").write_text(text.replace("SI", "si"), encoding="utf-8")
@@ -237,3 +170,88 @@ def test_a_schema_replaces_only_a_schema(capsys):
     assert tree()["model.yaml"] == b"mine"
     assert main(["schema", "--out=model.yaml", "--force"]) == 0
     assert json.loads(tree()["model.yaml"]) == json_schema()
+
+
+# --- links, devices and pipes ---------------------------------------------------------------------
+
+
+@posix
+def test_a_link_to_a_folder_may_be_where_to_write():
+    Path("big_disk").mkdir()
+    Path("o").symlink_to("big_disk")
+    for _ in range(2):
+        results.put(results.pendulum(), "o")
+    assert Path("o").is_symlink()
+    assert load(Path("big_disk")).scene.title == "pendulum"
+
+
+@posix
+@pytest.mark.parametrize("name", ["result.nc", "manifest.json"])
+@pytest.mark.parametrize("force", [[], ["--force"]])
+def test_a_link_in_a_run_is_neither_followed_nor_replaced(name, force, ends, capsys):
+    assert simulate() == 0
+    Path("o", name).rename("elsewhere")
+    Path("o", name).symlink_to(Path("elsewhere").resolve())
+    before = tree()
+    assert simulate(*force) == 2
+    said = capsys.readouterr().err
+    assert "is a link" in said or "no manifest.json names them" in said
+    assert {k: v for k, v in tree().items() if not k.startswith("o-2")} == before
+
+
+@posix
+def test_a_linked_folder_in_a_comparison_is_not_written_into(ends, capsys):
+    Path("elsewhere").mkdir()
+    Path("o").mkdir()
+    Path("o/exudyn").symlink_to("../elsewhere")
+    again = ["compare", NO_CLEARANCE, "--quiet", "--no-plots", "--out=o", "--force"]
+    assert main(again) == 2
+    assert "exudyn is a link; it is never replaced" in capsys.readouterr().err
+    assert not list(Path("elsewhere").iterdir())
+
+
+@posix
+def test_models_and_points_are_not_read_from_pipes_and_devices(capsys):
+    os.mkfifo("model.yaml")
+    for model in ("model.yaml", "/dev/null"):
+        assert main(["check", model]) == 2
+        assert f"{model}: not a file but a pipe or a device" in capsys.readouterr().err
+    os.mkfifo("points.csv")
+    text = Path(SPLINE).read_text(encoding="utf-8").replace("track_points.csv", "points.csv")
+    Path("track.yaml").write_text(text, encoding="utf-8")
+    assert main(["check", "track.yaml"]) == 2
+    said = capsys.readouterr().err
+    assert "track.yaml:13:31: curves.track.file: 'points.csv' is a pipe or a device" in said
+
+
+@posix
+@pytest.mark.parametrize("name", ["result.nc", "manifest.json"])
+def test_a_link_where_a_file_is_written_first_is_not_followed(name):
+    mine("elsewhere")
+    Path("o").mkdir()
+    Path("o", f".flexlink-{name}").symlink_to(Path("elsewhere").resolve())
+    results.put(results.pendulum(), "o")
+    assert load(Path("o")).scene.title == "pendulum"
+    assert tree()["elsewhere"] == b"mine"
+    assert not list(Path("o").glob(".flexlink-*"))
+
+
+@posix
+@pytest.mark.parametrize("name", ["journal.jsonl", "series"])
+@pytest.mark.parametrize("more", [["--resume"], ["--force"]])
+def test_a_sweep_writes_through_no_link(name, more, capsys):
+    Path("model.yaml").write_text(results.PENDULUM.replace("duration: 1", "duration: 0.01"))
+    command = ["sweep", "model.yaml", "--vary=bodies.rod.length=1,2", "--workers=1", "--out=o",
+               "--series", "--no-plots", "--quiet"]  # fmt: skip
+    assert main(command) == 0
+    Path("o", name).rename("elsewhere")
+    Path("o", name).symlink_to(Path("elsewhere").resolve())
+    before = {k: v for k, v in tree().items() if k.startswith("elsewhere")}
+    capsys.readouterr()
+    code = main([*command, *more])
+    if (name, more) == ("journal.jsonl", ["--force"]):  # it is begun anew, in a file of its own
+        assert code == 0
+    else:
+        assert code == 2
+        assert f"{name} is a link" in capsys.readouterr().err
+    assert {k: v for k, v in tree().items() if k.startswith("elsewhere")} == before

@@ -6,7 +6,6 @@ import shutil
 import signal
 from pathlib import Path
 
-import pytest
 import results
 from folders import mine, posix, simulate, tree
 from results import rigid_link
@@ -16,11 +15,6 @@ from exudyn_flexlink.storage import load, own_files, staged_folder
 
 NEW = {"manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def replaced_but_killed(calls, save=storage.save):

@@ -1,30 +1,28 @@
 """Samples within steps that wait for their forces, and where searches for places begin."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from test_physics_tools import run
 
-from exudyn_flexlink import Result, load_scene, simulate
+from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.engines.exudyn.minimal import recording
-from exudyn_flexlink.engines.exudyn.minimal.closures import StepStages
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.integrate.collocation import C
-
-MODELS = Path(__file__).parent.parent / "models"
 
 
-def same_joint_forces(one: Result, other: Result) -> None:
+def same_joint_forces(one, other):
     for name, force in other.joint_forces.items():
         largest = np.abs(force).max()
         np.testing.assert_allclose(one.joint_forces[name], force, rtol=0, atol=1e-9 * largest)
 
 
-@pytest.mark.parametrize("model", ["no_clearance", "clearance", "textbook/free_slider_crank"])
-def test_forces_found_together_are_those_found_at_every_step(model, monkeypatch) -> None:
+@pytest.mark.parametrize(
+    ("model", "lasts"),
+    [("no_clearance", 0.4), ("clearance", 0.15), ("textbook/free_slider_crank", 0.4)],
+)
+def test_forces_found_together_are_those_found_at_every_step(model, lasts, monkeypatch):
     """Strikes and touches fall between them, of which no sample may know too early or too late."""
-    scene = load_scene(MODELS / f"{model}.yaml", ["run={duration: 0.4, sample: 1 ms}"])
+    scene = load_scene(MODELS / f"{model}.yaml", [f"run={{duration: {lasts}, sample: 1 ms}}"])
     together = simulate(scene, measure=False)
     monkeypatch.setattr(recording, "AT_ONCE", 1)
     one_by_one = simulate(scene, measure=False)
@@ -48,12 +46,12 @@ accuracy: {tolerance: 1.0e-8}
 
 
 @pytest.mark.parametrize("value", ["7", "7 + 2*sin(5*t)"])
-def test_a_step_of_many_samples_is_summed_up_by_some_of_them(value, monkeypatch) -> None:
+def test_a_step_of_many_samples_is_summed_up_by_some_of_them(value, monkeypatch):
     """Exudyn is not asked for five stages between any two; the drive's work is exact."""
     looks = []
     found = MinimalModel.forces_at
 
-    def counted(model: MinimalModel, t: np.ndarray, *state: object) -> object:
+    def counted(model, t, *state):
         looks.append(len(t))
         return found(model, t, *state)
 
@@ -66,26 +64,3 @@ def test_a_step_of_many_samples_is_summed_up_by_some_of_them(value, monkeypatch)
     speed = 7 + (2 * np.sin(5 * t) if "sin" in value else 0)
     work = 2 * 9.81 * 0.5 * np.sin(angle) + 0.5 * 0.8 * (speed**2 - 49)
     np.testing.assert_allclose(arm.energy.supplied, work, atol=1e-10)
-
-
-def places(t: np.ndarray) -> np.ndarray:
-    return np.stack([1 + t - 3 * t**3, t**4, 2 * t**2], axis=1)
-
-
-def test_places_near_a_step_are_exact_for_polynomials() -> None:
-    """Of degree 4 in time, within the step and beyond; and linear in what is independent."""
-    t, h = 0.3, 0.2
-    stages = t + C * h
-    reach = np.tile(np.array([[2.0], [-1.0], [1.0]]), (len(C), 1, 1))
-    known = StepStages(stages, places(stages)[:, 2:], places(stages), reach)
-    for at in (stages, t + h * np.array([0.0, 0.35, 1.0]), t + h * np.array([1.2, 2.9])):
-        moved = known.near(at, places(at)[:, 2:] + 0.1)
-        # Two lengths beyond it rounding is multiplied by a thousand.
-        np.testing.assert_allclose(moved, places(at) + 0.1 * reach[0, :, 0], rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize("part", [-0.01, 3.1])
-def test_no_place_is_told_far_from_a_step(part) -> None:
-    """There another way of closing the loops may be nearer."""
-    known = StepStages(C, np.zeros((5, 1)), places(C), np.zeros((5, 3, 1)))
-    assert known.near(np.array([part]), np.zeros((1, 1))) is None

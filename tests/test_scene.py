@@ -5,13 +5,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from results import PENDULUM
 
 from exudyn_flexlink.scene import (
@@ -31,17 +30,17 @@ EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.y
 """Models that show every key, as a test of the documentation tells."""
 
 
-def scene(text: str = PENDULUM, **options: Any) -> Scene:
+def scene(text=PENDULUM, **options):
     return parse_scene(parse_document(text, "model.yaml", FOLDER), **options)
 
 
-def refusal(text: str) -> SceneError:
+def refusal(text):
     with pytest.raises(SceneError) as caught:
         scene(text)
     return caught.value
 
 
-def with_nothing(part: Any, data: Any) -> Any:
+def with_nothing(part, data):
     """Data of a part and those within, where every key that was left out is given as nothing."""
     if isinstance(part, Mapping):
         return {key: with_nothing(part[key], own) for key, own in data.items()}
@@ -54,7 +53,7 @@ def with_nothing(part: Any, data: Any) -> Any:
 
 
 @pytest.mark.parametrize("text", EXAMPLES)
-def test_what_is_given_as_nothing_is_left_out(text: str) -> None:
+def test_what_is_given_as_nothing_is_left_out(text):
     """A key of a section as well as a section, whatever it holds when it is left out."""
     whole = scene(text)
     data = with_nothing(whole, whole.to_data())
@@ -63,7 +62,7 @@ def test_what_is_given_as_nothing_is_left_out(text: str) -> None:
     assert parse_scene(replace(parse_document(text, "m", FOLDER), data=data)) == whole
 
 
-def test_sections_have_the_textbooks_area_and_second_moment() -> None:
+def test_sections_have_the_textbooks_area_and_second_moment():
     assert RectangleSection(width=2.0, thickness=3.0).area == 6.0
     assert RectangleSection(width=2.0, thickness=3.0).second_moment == 2 * 27 / 12
     assert RoundSection(diameter=2.0).area == pytest.approx(pi)
@@ -72,7 +71,7 @@ def test_sections_have_the_textbooks_area_and_second_moment() -> None:
 
 
 @pytest.mark.parametrize("text", EXAMPLES)
-def test_a_scene_survives_writing_pickling_and_copying(text: str) -> None:
+def test_a_scene_survives_writing_pickling_and_copying(text):
     found = scene(text)
     assert scene("# a comment\n" + json.dumps(found.to_data())) == found  # of another document
     assert scene(yaml.safe_dump(found.to_data())) == found
@@ -83,15 +82,7 @@ def test_a_scene_survives_writing_pickling_and_copying(text: str) -> None:
     assert Scene.model_validate(found.model_dump()) == found
 
 
-def test_nothing_in_a_scene_can_be_changed() -> None:
-    found = scene()
-    with pytest.raises(ValidationError):
-        found.title = "other"
-    with pytest.raises(TypeError):
-        found.bodies["rod"] = found.bodies["rod"]  # type: ignore[index]
-
-
-def test_a_changed_scene_is_checked_anew_and_keeps_its_document() -> None:
+def test_a_changed_scene_is_checked_anew_and_keeps_its_document():
     found = scene(next(text for text in EXAMPLES if "hook:" in text))
     without = found.changed(drives={})
     assert without.document is found.document
@@ -100,22 +91,22 @@ def test_a_changed_scene_is_checked_anew_and_keeps_its_document() -> None:
 
 
 @pytest.mark.parametrize("name", ["Größe", "rod-2", "rod 2", "_x", "振り子", "rod_2"])
-def test_names_may_be_of_any_language(name: str) -> None:
+def test_names_may_be_of_any_language(name):
     assert name in scene(PENDULUM.replace("rod:", f"{name}:").replace("rod.", f"{name}.")).bodies
 
 
 @pytest.mark.parametrize("name", ["2rod", "a/b", "-x", "'x '", "'a:b'", "''"])
-def test_what_can_not_be_a_name(name: str) -> None:
+def test_what_can_not_be_a_name(name):
     assert "can't be a name" in str(refusal(PENDULUM.replace("steel:", f"{name}:")))
 
 
 @pytest.mark.parametrize("value", ["1", "'yes'"])
-def test_a_flag_is_true_or_false(value: str) -> None:
+def test_a_flag_is_true_or_false(value):
     text = PENDULUM.replace("material: steel", f"material: steel, slender: {value}")
     assert f"slender: expected true or false, got {value}" in str(refusal(text))
 
 
-def test_points() -> None:
+def test_points():
     assert split_point("link.end") == ("link", "end")
     assert split_point("ground") == ("ground", "")
     for text in ("link", "", ".", "link.", ".end", "a.b.c", "ground.x"):
@@ -136,7 +127,7 @@ def test_points() -> None:
         ("initial.angles.rodd=1", "unknown body 'rodd'"),
     ],
 )
-def test_settings(setting: str, check: str) -> None:
+def test_settings(setting, check):
     shown = ""
     try:
         parse_scene(apply_settings(parse_document(PENDULUM, "model.yaml"), [setting]))
@@ -146,7 +137,7 @@ def test_settings(setting: str, check: str) -> None:
     assert check in shown
 
 
-def test_a_setting_replaces_the_key_it_excludes() -> None:
+def test_a_setting_replaces_the_key_it_excludes():
     document = parse_document(PENDULUM, "model.yaml")
     found = parse_scene(apply_settings(document, ["accuracy.step=1e-4"]))
     assert (found.accuracy.step, found.accuracy.tolerance) == (1e-4, None)
@@ -155,7 +146,7 @@ def test_a_setting_replaces_the_key_it_excludes() -> None:
         parse_scene(apply_settings(document, both))
 
 
-def test_the_schema_describes_every_key() -> None:
+def test_the_schema_describes_every_key():
     schema = json_schema()
     assert schema["$schema"].endswith("2020-12/schema")
     assert list(schema["properties"])[:2] == ["title", "source"]
@@ -170,7 +161,7 @@ def test_the_schema_describes_every_key() -> None:
     assert "null" not in json.dumps(schema)
 
 
-def test_the_schema_accepts_and_refuses_what_the_program_does() -> None:
+def test_the_schema_accepts_and_refuses_what_the_program_does():
     jsonschema = pytest.importorskip("jsonschema")
     validator = jsonschema.Draft202012Validator(json_schema())
     validator.check_schema(json_schema())
@@ -196,7 +187,7 @@ PIECES = st.sampled_from(["5 N", "-1", ".nan", "null", "[]", "{}", "[[1]]", "1e4
 
 @settings(max_examples=300, deadline=None)
 @given(st.data())
-def test_a_mutilated_model_is_read_or_refused(data: st.DataObject) -> None:
+def test_a_mutilated_model_is_read_or_refused(data):
     text = data.draw(st.sampled_from(EXAMPLES))
     document = parse_document(text, "model.yaml")
     for _ in range(data.draw(st.integers(1, 3))):

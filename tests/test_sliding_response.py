@@ -6,12 +6,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from exudyn_flexlink.cli import main
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.observables import DISPLACEMENT, lever_response
-from exudyn_flexlink.plots import lever
 from exudyn_flexlink.report import response_table, strike_table
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save
@@ -139,20 +137,6 @@ def test_a_free_body_goes_along_the_normal():
     assert seen.least[0] == pytest.approx(-gone[-1], abs=1e-9)
 
 
-def test_what_is_welded_to_a_slider_slides_with_it():
-    text = SCENE.replace("POINTS", "ground, slider.c").replace("LAW", IMPULSE)
-    text = text.replace(f"mass: {BUMPER}, inertia: 1, {FACE}", f"mass: 1, inertia: 1, {FACE}")
-    text = text.replace(
-        "joints:\n", "joints:\n  head: {type: weld, points: [slider.c, bumper.c]}\n"
-    )
-    text = text.replace(
-        "  bumper:", "  slider: {type: rigid, mass: 3, inertia: 1, points: {c: [0, 0]}}\n  bumper:"
-    )
-    result = simulate(scene_of(parse_document(text, "welded.yaml")), measure=False)
-    seen = lever_response(result, "hit")
-    np.testing.assert_allclose(seen.value, motion(seen.time), atol=1e-9)
-
-
 # --- what is said, drawn and saved --------------------------------------------------------------
 
 
@@ -187,28 +171,8 @@ def test_a_saved_run_is_read_back(struck, tmp_path):
     assert again.measure is DISPLACEMENT
 
 
-def test_the_figure_shows_millimetres(struck):
-    figure = lever(struck)
-    labels = [axes.get_ylabel() for axes in figure.axes]
-    assert labels == ["displacement of bumper (mm)"] * 2
-    texts = [text.get_text() for text in figure.axes[0].texts]
-    assert [text for text in texts if text.startswith("+7.2") and text.endswith(" mm")]
-    drawn = figure.axes[0].lines[0].get_ydata()
-    np.testing.assert_allclose(drawn, 1e3 * motion(struck.time), atol=1e-6)
-
-
 def test_two_runs_are_compared_in_metres(struck):
     other = run(CARRIED, IMPULSE, "accuracy.tolerance=1.0e-8")
     found = compare(struck, other)
     assert found.measures == {"bumper": DISPLACEMENT}
     assert np.abs(found.answer_differences["bumper"]).max() < 2e-8
-
-
-def test_the_summary_of_the_command_line(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    text = SCENE.replace("POINTS", CARRIED).replace("LAW", IMPULSE)
-    (tmp_path / "bumper.yaml").write_text(text)
-    assert main(["simulate", "bumper.yaml", "--out", "run", "--no-plots"]) == 0
-    said = capsys.readouterr().out
-    assert "bumper  displacement from -0.0072 to +0.0072 m" in said
-    assert " rad\n" not in said

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from exudyn_flexlink.settings import with_settings
 from exudyn_flexlink.source import (
-    Document,
     Mistake,
     Place,
     SceneError,
@@ -16,11 +15,11 @@ from exudyn_flexlink.source import (
 )
 
 
-def read(text: str) -> Document:
+def read(text):
     return parse_document(textwrap.dedent(text).lstrip("\n"), "model.yaml")
 
 
-def refusal(text: str) -> SceneError:
+def refusal(text):
     with pytest.raises(SceneError) as caught:
         parse_document(text, "model.yaml")
     return caught.value
@@ -35,13 +34,13 @@ TEXTS = {text: text for text in AS_THEY_ARE} | {"'5'": "5", "!!str 5": "5"}
 
 
 @pytest.mark.parametrize(("text", "value"), (NUMBERS | NO_NUMBERS | TEXTS).items())
-def test_scalars_are_those_of_yaml_1_2(text: str, value: object) -> None:
+def test_scalars_are_those_of_yaml_1_2(text, value):
     found = read(f"key: {text}").data["key"]
     assert found == value
     assert type(found) is type(value)
 
 
-def test_every_value_and_key_has_its_place_also_behind_an_alias() -> None:
+def test_every_value_and_key_has_its_place_also_behind_an_alias():
     document = read("# a comment\nbodies:\n  link: {length: 5 mm, at: &a [1, 'two']}\nother: *a\n")
     assert document.places["bodies", "link", "length"] == Place(3, 18, 22)
     assert document.places["bodies", "link", "at", 1] == Place(3, 35, 40)
@@ -72,7 +71,7 @@ def test_every_value_and_key_has_its_place_also_behind_an_alias() -> None:
         ("a: " + "[" * 3000, 1, 103, "nested deeper than 100 levels"),
     ],
 )
-def test_refused_where_it_stands(text: str, line: int, column: int, words: str) -> None:
+def test_refused_where_it_stands(text, line, column, words):
     error = refusal(text)
     place = error.document.place_of(error.mistakes[0])
     assert words in str(error)
@@ -80,12 +79,12 @@ def test_refused_where_it_stands(text: str, line: int, column: int, words: str) 
     assert (place.line, place.column) == (line, column)
 
 
-def test_exploding_aliases_are_refused() -> None:
+def test_exploding_aliases_are_refused():
     levels = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 12))
     assert "aliases" in str(refusal("a0: &a0 [x, x]\n" + levels))
 
 
-def test_a_mistake_is_shown_with_its_line_and_a_caret_below_the_value() -> None:
+def test_a_mistake_is_shown_with_its_line_and_a_caret_below_the_value():
     document = read("title: x\njoints:\n  sleeve: {clearance: 5 N}\n")
     mistake = Mistake(("joints", "sleeve", "clearance"), "expected a length", "a number")
     assert str(SceneError(document, [mistake])) == "\n".join(
@@ -98,7 +97,7 @@ def test_a_mistake_is_shown_with_its_line_and_a_caret_below_the_value() -> None:
     )
 
 
-def test_long_lines_are_cut_around_the_value_and_wide_letters_move_the_caret() -> None:
+def test_long_lines_are_cut_around_the_value_and_wide_letters_move_the_caret():
     document = read("a: [" + "1, " * 200 + "here, " + "2, " * 200 + "]\n")
     shown = str(SceneError(document, [Mistake(("a", 200), "wrong")])).splitlines()
     assert len(shown[1]) < 120
@@ -108,7 +107,7 @@ def test_long_lines_are_cut_around_the_value_and_wide_letters_move_the_caret() -
     assert wide[2].index("^") == 9 + 6 + 2
 
 
-def test_files(tmp_path: Path) -> None:
+def test_files(tmp_path):
     path = tmp_path / "model.yaml"
     for content, words in [
         (b"title: \xff\n", f"{path}:1:1: not UTF-8 text: the byte 0xff"),
@@ -129,7 +128,7 @@ def test_files(tmp_path: Path) -> None:
         load_document(tmp_path)
 
 
-def test_a_file_too_large_to_be_a_model_is_not_even_read(tmp_path: Path) -> None:
+def test_a_file_too_large_to_be_a_model_is_not_even_read(tmp_path):
     path = tmp_path / "model.yaml"
     path.write_bytes(b"title: " + b"x" * 10_000_000)
     with pytest.raises(SceneError, match="the file is larger than 1 MB"):
@@ -154,12 +153,12 @@ BASE = "run: {turns: 4}\nbodies:\n  link: {rods: 10, at: [0, 1]}\n"
         ("bodies.link.note=a=b", ("bodies", "link", "note"), "a=b"),
     ],
 )
-def test_settings_replace_values(setting: str, path: tuple[str | int, ...], value: object) -> None:
+def test_settings_replace_values(setting, path, value):
     before = read(BASE)
     document = with_settings(before, [setting])
-    found: object = document.data
+    found = document.data
     for step in path:
-        found = found[step]  # type: ignore[index]
+        found = found[step]
     assert found == value
     assert before.data == read(BASE).data
     error = SceneError(document, [Mistake(path, "wrong")])
@@ -180,7 +179,7 @@ def test_settings_replace_values(setting: str, path: tuple[str | int, ...], valu
         ("run.turns=!!python/name:os.system x", "is not allowed"),
     ],
 )
-def test_settings_that_lead_nowhere(setting: str, words: str) -> None:
+def test_settings_that_lead_nowhere(setting, words):
     with pytest.raises(SceneError) as caught:
         with_settings(read(BASE), [setting])
     assert str(caught.value).startswith(f"--set {setting}: ")
@@ -189,7 +188,7 @@ def test_settings_that_lead_nowhere(setting: str, words: str) -> None:
 
 @settings(max_examples=300, deadline=None)
 @given(st.text(alphabet=st.sampled_from("ab1:-[]{}&*!'\"\\#|>%@`, \n\t\x00é\ufeff"), max_size=60))
-def test_any_text_is_read_or_refused(text: str) -> None:
+def test_any_text_is_read_or_refused(text):
     try:
         parse_document(text, "model.yaml")
     except SceneError as error:
@@ -198,7 +197,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(st.text(max_size=40))
-def test_any_setting_is_taken_or_refused(text: str) -> None:
+def test_any_setting_is_taken_or_refused(text):
     try:
         with_settings(read(BASE), [text])
     except SceneError as error:
@@ -223,14 +222,12 @@ def test_any_setting_is_taken_or_refused(text: str) -> None:
         ("steel: {density: 7,85, name: x}\n", "decimals begin with a point, as in 7.85"),
     ],
 )
-def test_what_is_no_yaml_is_told_with_what_to_look_for(text: str, hint: str) -> None:
+def test_what_is_no_yaml_is_told_with_what_to_look_for(text, hint):
     (mistake,) = refusal(text).mistakes
     assert hint in mistake.hint
 
 
-def test_a_missing_file_of_a_model_that_comes_with_the_program_is_told_by_its_name(
-    tmp_path: Path,
-) -> None:
+def test_a_missing_file_of_a_model_that_comes_with_the_program_is_told_by_its_name(tmp_path):
     """Who installed the wheel has no folder `models`, which README and documentation name."""
     with pytest.raises(SceneError, match="comes with the program is called 'pump', without"):
         load_document(tmp_path / "models" / "textbook" / "pump.yaml")
@@ -239,7 +236,7 @@ def test_a_missing_file_of_a_model_that_comes_with_the_program_is_told_by_its_na
     assert "hint" not in str(caught.value)
 
 
-def test_a_minus_sign_of_typeset_text_is_a_minus() -> None:
+def test_a_minus_sign_of_typeset_text_is_a_minus():
     data = parse_document("a: [\N{MINUS SIGN}5, \N{MINUS SIGN}.5, 2e\N{MINUS SIGN}3]\n", "m").data
     assert data == {"a": [-5, -0.5, 2e-3]}
     assert isinstance(data["a"][0], int)

@@ -13,7 +13,6 @@ from exudyn_flexlink.cli import arguments, main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import vibration
-from exudyn_flexlink.plots.studies import growth_of_laps
 from exudyn_flexlink.stability import (
     Asked,
     LapDistances,
@@ -122,15 +121,6 @@ def test_what_a_lap_is():
     assert rhythm_of(scene(SWING), 0.1) == Rhythm(0.1)
 
 
-def test_a_study_has_room_for_neighbours():
-    model = load_scene(MODELS / "no_clearance.yaml")
-    whole = long_scene(model, rhythm_of(model), 12, None)
-    assert whole.accuracy.tolerance < 1e-8 < model.accuracy.tolerance
-    assert whole.run.duration == pytest.approx(12 * TURN)
-    assert TURN / whole.run.sample == pytest.approx(1024)
-    assert long_scene(model, rhythm_of(model), 12, 1e-6).accuracy.tolerance == 1e-6
-
-
 # --- Python and the command -----------------------------------------------------------------
 
 HANGING = (
@@ -208,15 +198,6 @@ def test_from_python():
     assert result.lap_distances().largest.shape == (0, 1)
     assert result.lap_distances(after=10.0).largest.shape == (0, 0)
     assert result.vibration().off_ideal
-
-
-def test_growth_is_drawn_by_laps():
-    """Stretches of a sixteenth of a lap that grow and shrink by turns, and by 3 more in one lap."""
-    laps = 2 + np.arange(49) / 16
-    rates = 50.0 * (-1.0) ** np.arange(48) + np.where(np.arange(48) // 16 == 1, 3.0, -1.0)
-    each, bounds = growth_of_laps(laps, rates)
-    assert bounds == pytest.approx([2, 3, 4, 5])
-    assert each == pytest.approx([-1, 3, -1])
 
 
 def test_a_bifurcation_from_python(tmp_path):

@@ -1,31 +1,23 @@
 """The largest Lyapunov exponent: of flows in closed form, of Lorenz, of mechanisms."""
 
-from dataclasses import replace
 from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 import pytest
-import results
 from published_exponents import GAMMA, LORENZ, OMEGA, UEDA_SCENE, E, G, ball_scene
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_physics_tools import STEEL, scene
 
 from exudyn_flexlink import engines
-from exudyn_flexlink.intervals import Interval, Intervals
-from exudyn_flexlink.result import ContactHistory
 from exudyn_flexlink.stability import (
     Asked,
     Neighbours,
-    Rhythm,
-    TooShortError,
     largest_exponent,
-    long_scene,
     study,
     trajectory,
 )
 from exudyn_flexlink.stability.exponent import half_width
-from exudyn_flexlink.stability.neighbours import EDGE, restarts, scales
 
 
 def exact(rates):
@@ -47,12 +39,6 @@ def test_a_linear_flow_has_its_largest_rate(rates):
     assert found.value == pytest.approx(rates[0], abs=1e-6)
     assert found.uncertainty < 1e-6
     assert found.noise == 0
-
-
-def test_scales_change_distances_and_not_the_exponent():
-    flow, times = exact((0.5, -1.0)), np.arange(0.0, 40.5, 0.5)
-    found = exponent(flow, [0, 0], times, scales=np.array([1.0, 1e3]))
-    assert found.value == pytest.approx(0.5, abs=1e-6)
 
 
 def test_lorenz_within_its_uncertainty():
@@ -88,18 +74,6 @@ def test_the_interval_holds_the_mean_of_batches_that_correlate(r, count, least):
     assert least < np.mean(held) < 0.98
 
 
-@pytest.mark.parametrize("r", [0.0, 0.6])
-def test_the_interval_of_many_batches_is_that_of_their_correlation(r):
-    """The variance of the mean of n is (1 + r)/(1 - r)/n: 1.96 of its root hold 95 %."""
-    [means] = correlated(r, 1, 20000)
-    exact = 1.96 * sqrt((1 + r) / (1 - r) / len(means))
-    assert half_width(means) == pytest.approx(exact, rel=0.04)
-
-
-def test_batches_that_are_all_the_same_leave_no_doubt():
-    assert half_width(np.full(8, 0.7)) == 0
-
-
 def test_the_error_of_a_solver_shows_as_noise():
     """A solver off by 1e-9 in each stretch moves the rate by that over the neighbours' distance."""
     times, off = np.arange(0.0, 40.5, 0.5), np.random.default_rng(0)
@@ -113,18 +87,6 @@ def test_the_error_of_a_solver_shows_as_noise():
     assert abs(found.value) < found.noise
     coarse = exponent(solved, [0, 0], times, distance=1e-8)
     assert coarse.by_solver or coarse.noise > 20 * found.noise
-
-
-def test_too_few_batches_are_told():
-    with pytest.raises(TooShortError, match=r"it needs 4 batches of 3 s"):
-        exponent(exact((0.1, -1.0)), [0, 0], np.arange(0.0, 10.5, 0.5), batch=3.0)
-
-
-def test_what_a_horizon_is():
-    """An error grows tenfold every ln 10 / rate."""
-    found = exponent(exact((2.0, -1.0)), [0, 0], np.arange(0.0, 40.5, 0.5))
-    assert found.horizon(1e-9, 1e-3) == pytest.approx(6 * log(10) / 2, rel=1e-6)
-    assert found.horizon(1e-2, 1e-3) == 0.0
 
 
 # --- mechanisms -----------------------------------------------------------------------------
@@ -232,29 +194,6 @@ def test_a_bouncing_ball_settles_at_its_rate():
     assert abs(found.exponent.value - rate) < found.exponent.uncertainty
     assert found.exponent.value == pytest.approx(rate, rel=0.05)
     assert found.repeating.laps == 1
-
-
-def test_neighbours_start_where_nothing_presses():
-    text = ball_scene(0.0, 0.05, 0.0)
-    run = by("exudyn")(long_scene(scene(STEEL + text), Rhythm(0.2), 5, 1e-9))
-    begins = run.intervals["bounce"].begin
-    assert np.diff(begins).min() < 1e-6  # at last it chatters
-    for time in restarts(run, 0.05, 0.2):
-        assert np.abs(begins - time).min() >= EDGE * 0.05
-
-
-def test_what_always_presses_leaves_no_instant_to_restart_at():
-    result = results.pendulum()
-    none = np.zeros(len(result.time))
-    stop = ContactHistory(none, none, none, Intervals.of([Interval(0.0)]))
-    result = replace(result, contacts={"stop": stop})
-    with pytest.raises(TooShortError, match="never free of contact"):
-        restarts(result, 0.1)
-
-
-def test_a_distance_counts_angles_by_their_reach():
-    whole = scene(STEEL + ROD + UPRIGHT)
-    assert scales(whole, 2 * pi).tolist() == pytest.approx([1, 1, 1 / 0.6, 1, 1, 1 / 0.6])
 
 
 def test_a_mechanism_parts_as_its_equations_do():

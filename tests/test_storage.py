@@ -1,6 +1,6 @@
 import json
 import shutil
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +10,6 @@ from scipy.io import netcdf_file
 
 from exudyn_flexlink.storage import StorageError, load, save, staged_folder
 from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
-
-
-@pytest.fixture(scope="module")
-def rigid():
-    return results.rigid_link(samples=401)
 
 
 @pytest.fixture(scope="module")
@@ -78,20 +73,7 @@ def test_tables(saved, tmp_path):
     assert header == ",".join(("t_s", *axes))
 
 
-def test_names_of_bodies_are_made_fit_for_files(tmp_path):
-    text = results.PENDULUM.replace("  rod:", "  rod 1:").replace("rod.start", "rod 1.start")
-    made = replace(results.pendulum(), scene=results.scene_from(text), part_names=("rod 1",))
-    save(results.with_its_extremes(made), tmp_path)
-    assert (tmp_path / "trajectory_rod_1.end.csv").is_file()
-    assert list(load(tmp_path).scene.bodies) == ["rod 1"]
-
-
 # --- sleeves
-
-
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link(samples=801)
 
 
 @pytest.fixture
@@ -124,14 +106,6 @@ def test_a_row_for_every_touch(tilting, tilted):
     assert np.all(table["ended"] == 1)
     first = sleeve.pairs[int(table["pair"][0]) - 1]  # in lap 2 the link tilts upwards first
     assert first == "sleeve: rod 1 on upper corner of the end"
-
-
-def test_joints_whose_names_are_alike_in_a_file_name_have_tables_of_their_own(tilting, tmp_path):
-    sleeve = tilting.sleeves["sleeve"]
-    alike = dict.fromkeys(("my sleeve", "my_sleeve", "My-sleeve"), sleeve)
-    save(replace(tilting, sleeves=alike), tmp_path)
-    found = sorted(file.name for file in tmp_path.glob("touches_*"))
-    assert found == ["touches_My-sleeve.csv", "touches_my_sleeve.csv", "touches_my_sleeve_.csv"]
 
 
 def test_a_touch_that_lasts_has_no_end_and_comes_back_so(tilting, tmp_path):
@@ -223,20 +197,3 @@ def test_other_peoples_files_are_never_replaced(tmp_path, name):
     with pytest.raises(StorageError, match="choose another name"), staged_folder(tmp_path / "run"):
         raise AssertionError("too late")
     assert [path.name for path in (tmp_path / "run").iterdir()] == [name]
-
-
-def test_the_folder_one_is_in_stays_the_same_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    same = tmp_path.stat().st_ino
-    for _ in range(2):
-        with staged_folder(Path()) as folder:
-            save(results.pendulum(), folder)
-    assert tmp_path.stat().st_ino == same
-    assert load(Path()).scene.title == "pendulum"
-
-
-def test_a_place_that_can_not_be_written(tmp_path):
-    (tmp_path / "file").write_text("")
-    place = tmp_path / "file" / "run"
-    with pytest.raises(StorageError, match="can't write"), staged_folder(place):
-        raise AssertionError("too late")

@@ -1,7 +1,5 @@
 """Strikes that once were silently wrong, and those of drives as slow as the hours."""
 
-from __future__ import annotations
-
 import warnings
 from functools import cache
 from math import pi
@@ -15,7 +13,6 @@ from exudyn_flexlink.engines import measured, simulate
 from exudyn_flexlink.integrate.clock import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import common_times, lever_response, separation
-from exudyn_flexlink.result import Result
 
 MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 
@@ -98,7 +95,7 @@ def test_a_point_that_starts_on_its_face_strikes_it(beyond, by, law):
         pytest.param(tuple(draw(np.random.default_rng([4, 33]))), id="random 33"),
     ],
 )
-def test_a_point_that_creeps_and_lifts_off_keeps_the_tolerance(settings: tuple[str, ...]) -> None:
+def test_a_point_that_creeps_and_lifts_off_keeps_the_tolerance(settings):
     verdicts = judge(list(settings), measure=False)
     assert [verdict.kind for verdict in verdicts] == [RIGHT, RIGHT], verdicts
 
@@ -110,7 +107,7 @@ LONG_RAMP = "drives.motor.ramp=4e5"
 
 
 @cache
-def slow(setting: str, engine: str, *more: str) -> Result:
+def slow(setting, engine, *more):
     """A turn, in which no warning of NumPy may reach the user."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -120,12 +117,12 @@ def slow(setting: str, engine: str, *more: str) -> Result:
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 @pytest.mark.parametrize("setting", [*SLOW[1:], LONG_RAMP])
-def test_slow_drives_run_to_their_end(setting: str, engine: str) -> None:
+def test_slow_drives_run_to_their_end(setting, engine):
     """A lever that is pushed aside slowly goes as far as with any slow drive: by 0.16571 rad."""
     goes_as_any_slow_drive(slow(setting, engine))
 
 
-def goes_as_any_slow_drive(result: Result) -> None:
+def goes_as_any_slow_drive(result):
     assert result.outcome.completed, result.outcome.reason
     assert result.checks.steps < 10_000
     angles = lever_response(result, "strike").value
@@ -137,7 +134,7 @@ def goes_as_any_slow_drive(result: Result) -> None:
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_creeping_off_a_face_is_told_where_it_is_off(engine: str) -> None:
+def test_creeping_off_a_face_is_told_where_it_is_off(engine):
     """What springs back may be 5 tolerances off: 2e-10 m of place are 4e-6 s of time."""
     result = measured(slow(SLOW[0], engine))
     goes_as_any_slow_drive(result)
@@ -148,7 +145,7 @@ def test_creeping_off_a_face_is_told_where_it_is_off(engine: str) -> None:
     assert told or off < 1e-6
 
 
-def off_exact(result: Result) -> float:
+def off_exact(result):
     """Largest distance (m) of S and the tip from those of a run a thousand times as accurate."""
     exact = slow(SLOW[0], "lagrangian", "accuracy.tolerance=1e-9")
     time = common_times(result, exact)
@@ -156,7 +153,7 @@ def off_exact(result: Result) -> float:
     return max(float(separation(result, exact, time, [point]).max()) for point in points)
 
 
-def test_instants_are_one_where_the_clock_cannot_tell_them_apart() -> None:
+def test_instants_are_one_where_the_clock_cannot_tell_them_apart():
     assert instant(1.0, 1e-13) == 1e-13
     for time in (3e3, 4e5, 1e9):
         assert 4 * np.spacing(time) < instant(time, 1e-13) == CLOCK * time < 10 * np.spacing(time)

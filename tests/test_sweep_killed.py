@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from sweep_runs import LENGTH, Length, plan_of, work
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.storage import SeriesKeeper, load, load_sweep, open_journal
-from exudyn_flexlink.sweeps import Executor, SweepTable, carried_out, local_processes
+from exudyn_flexlink.sweeps import carried_out, local_processes
 from exudyn_flexlink.sweeps.executors import dask_cluster
 
 COUNT = 8
@@ -38,23 +37,23 @@ if __name__ == "__main__":
 """
 
 
-def swept(executor: Executor, observe: Length) -> SweepTable:
+def swept(executor, observe):
     plan = plan_of(COUNT)
     return carried_out(plan, work(plan, observe), executor, {}, lambda *_: None)
 
 
-def lengths(table: SweepTable) -> list[object]:
+def lengths(table):
     return table.columns()["length_m"]
 
 
-def check_killed_always(table: SweepTable, observe: Length) -> None:
+def check_killed_always(table, observe):
     assert [row.status for row in table.rows].count("done") == COUNT - 1
     row = table.rows[int(observe.deadly) - 1]
     assert row.status == "failed"
     assert "the process that ran it ended" in row.reason
 
 
-def test_numbers_do_not_depend_on_how_many_processes_run() -> None:
+def test_numbers_do_not_depend_on_how_many_processes_run():
     """Those of an engine, to the last bit, and in the same order."""
     scene = fl.load_scene("textbook/double_pendulum", duration=0.1)
     varied = {"initial.angles.upper": "-90:90 deg:4"}
@@ -63,7 +62,7 @@ def test_numbers_do_not_depend_on_how_many_processes_run() -> None:
     assert one.count("done") == 4
 
 
-def test_a_killed_worker_costs_the_run_under_way_which_is_made_again(tmp_path: Path) -> None:
+def test_a_killed_worker_costs_the_run_under_way_which_is_made_again(tmp_path):
     observe = Length(tmp_path / "log", deadly=3)
     assert lengths(swept(partial(local_processes, 2), observe)) == [
         float(k) for k in range(1, COUNT + 1)
@@ -72,13 +71,13 @@ def test_a_killed_worker_costs_the_run_under_way_which_is_made_again(tmp_path: P
     assert len(observe.asked()) <= COUNT + 2  # two were under way
 
 
-def test_a_run_that_always_ends_its_process_is_tried_twice_and_fails(tmp_path: Path) -> None:
+def test_a_run_that_always_ends_its_process_is_tried_twice_and_fails(tmp_path):
     observe = Length(tmp_path / "log", deadly=3, times=99)
     check_killed_always(swept(partial(local_processes, 2), observe), observe)
     assert observe.asked().count(3) == 2
 
 
-def test_a_sweep_that_was_killed_goes_on_without_loss_or_repetition(tmp_path: Path) -> None:
+def test_a_sweep_that_was_killed_goes_on_without_loss_or_repetition(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     folder, log = tmp_path / "swept", Length(tmp_path / "log")
     running = subprocess.Popen([sys.executable, str(tmp_path / "script.py"), str(tmp_path)])
@@ -109,7 +108,7 @@ def test_a_sweep_that_was_killed_goes_on_without_loss_or_repetition(tmp_path: Pa
 
 
 @pytest.fixture
-def cluster() -> Iterator[str]:
+def cluster():
     """Give the address of a scheduler on this machine with two workers.
 
     It gives a task up when its worker ends, so that the sweep itself has to try again.
@@ -124,7 +123,7 @@ def cluster() -> Iterator[str]:
         yield there.scheduler_address
 
 
-def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_path: Path) -> None:
+def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster, tmp_path):
     executor = partial(dask_cluster, cluster)
     observe = Length(tmp_path / "log", deadly=3)
     assert lengths(swept(executor, observe)) == [float(k) for k in range(1, COUNT + 1)]
@@ -133,7 +132,7 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_pat
     check_killed_always(swept(executor, observe), observe)
 
 
-def test_two_sweeps_do_not_work_in_one_folder(tmp_path: Path) -> None:
+def test_two_sweeps_do_not_work_in_one_folder(tmp_path):
     with (
         open_journal(tmp_path, plan_of(COUNT)),
         pytest.raises(fl.StorageError, match="another process sweeps in"),
@@ -143,7 +142,7 @@ def test_two_sweeps_do_not_work_in_one_folder(tmp_path: Path) -> None:
 
 
 @posix
-def test_a_process_that_is_asked_to_end_saves_its_run_first(tmp_path: Path) -> None:
+def test_a_process_that_is_asked_to_end_saves_its_run_first(tmp_path):
     """Asked at every move of a file: nothing half-written stays."""
     (tmp_path / "sweep.json").write_text("{}")
     child = os.fork()
@@ -151,11 +150,11 @@ def test_a_process_that_is_asked_to_end_saves_its_run_first(tmp_path: Path) -> N
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         move = os.replace
 
-        def asked(source: Path, target: Path) -> None:
+        def asked(source, target):
             os.kill(os.getpid(), signal.SIGTERM)
             move(source, target)
 
-        os.replace = asked  # type: ignore[assignment]
+        os.replace = asked
         SeriesKeeper(tmp_path)(pendulum(), "run")
         os._exit(0)
     assert os.waitpid(child, 0)[1] == signal.SIGTERM

@@ -1,11 +1,6 @@
 """Words of textbooks and of other programs lead to those of a model file."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Iterator
-from itertools import combinations
-from typing import Any
 
 import pytest
 
@@ -36,42 +31,22 @@ accuracy: {tolerance: 1.0e-5}
 """
 
 
-def schema_words() -> set[str]:
+def schema_words():
     """Sections, keys and types of a model file."""
     schema = json_schema()
-    parts: list[dict[str, Any]] = [schema, *schema["$defs"].values()]
+    parts = [schema, *schema["$defs"].values()]
     keys = {key for part in parts for key in part["properties"]}
     return keys | {part["properties"].get("type", {}).get("const", "") for part in parts}
 
 
-def told(model: str) -> str:
+def told(model):
     with pytest.raises(SceneError) as caught:
         scene_of(parse_document(model, "pendulum.yaml"))
     return str(caught.value)
 
 
-def test_every_word_that_is_suggested_is_one_of_a_model_file() -> None:
+def test_every_word_that_is_suggested_is_one_of_a_model_file():
     assert set(OTHER_WORDS) <= schema_words()
-
-
-def places() -> Iterator[list[str]]:
-    """Words that may stand in one place: keys of a part, or types to choose from."""
-    schema = json_schema()
-    parts = [schema, *schema["$defs"].values()]
-    for part in parts:
-        yield list(part["properties"])
-        for value in part["properties"].values():
-            choice = value.get("additionalProperties", value.get("items", value))
-            names = [one["$ref"].rpartition("/")[2] for one in choice.get("oneOf", ())
-                     if "$ref" in one]  # fmt: skip
-            yield [schema["$defs"][name]["properties"]["type"]["const"] for name in names]
-
-
-def test_no_word_has_two_meanings_in_one_place() -> None:
-    assert ["rod", "rigid", "flexible"] in places()
-    for words in places():
-        for one, other in combinations([word for word in words if word in OTHER_WORDS], 2):
-            assert not {*OTHER_WORDS[one].split()} & {*OTHER_WORDS[other].split()}, (one, other)
 
 
 SECTIONS = {
@@ -96,12 +71,12 @@ KEYS = {
 }
 
 
-def pairs(table: dict[str, str]) -> list[tuple[str, str]]:
+def pairs(table):
     return [(meant, wrong) for meant, words in table.items() for wrong in words.split()]
 
 
 @pytest.mark.parametrize(("meant", "wrong"), pairs(SECTIONS | KEYS))
-def test_sections_and_keys_by_other_words(meant: str, wrong: str) -> None:
+def test_sections_and_keys_by_other_words(meant, wrong):
     text = told(re.sub(rf"\b{meant}:", f"{wrong}:", MODEL, count=1))
     assert f"unknown key '{wrong}'; did you mean '{meant}'?" in text
     assert f"missing '{meant}'" not in text
@@ -121,15 +96,15 @@ def test_sections_and_keys_by_other_words(meant: str, wrong: str) -> None:
         ("rigid", "point_mass", "rigid"),
     ],
 )
-def test_types_by_other_words(right: str, wrong: str, meant: str) -> None:
+def test_types_by_other_words(right, wrong, meant):
     text = told(MODEL.replace(f"type: {right}", f"type: {wrong}"))
     assert f"got '{wrong}'; did you mean '{meant}'?" in text
 
 
-def test_a_key_that_stands_beside_the_sections_is_sent_to_its_own() -> None:
+def test_a_key_that_stands_beside_the_sections_is_sent_to_its_own():
     text = told(MODEL.replace("run: {duration: 1}", "duration: 1"))
     assert "unknown key 'duration'; did you mean 'run.duration'?" in text
 
 
-def test_a_word_that_means_nothing_known_gets_no_suggestion() -> None:
+def test_a_word_that_means_nothing_known_gets_no_suggestion():
     assert did_you_mean_word("J", ["length", "width"]) == ""

@@ -26,10 +26,3 @@ def test_a_run_has_one_thread_and_then_as_many_as_before(engine, monkeypatch):
             simulate(scene, engine, measure=False)
             assert threads() == before
     assert seen == [{1}, {1}]
-
-
-def test_libraries_are_looked_for_once(monkeypatch):
-    scene = load_scene("no_clearance", SHORT)
-    simulate(scene, "lagrangian", measure=False)
-    monkeypatch.setattr(engines, "ThreadpoolController", lambda: pytest.fail("looked for again"))
-    simulate(scene, "lagrangian", measure=False)

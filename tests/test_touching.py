@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 from math import asin, cos, pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import results
 
+from exudyn_flexlink.engines.touching import Change, Moment, Side, Touches
 from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.observables import (
     TWO_POINTS,
     State,
@@ -20,7 +23,6 @@ from exudyn_flexlink.observables import (
     pair_totals,
     path,
     perturbation,
-    sleeves_with_play,
 )
 from exudyn_flexlink.result import SleeveHistory
 
@@ -29,14 +31,9 @@ LAP = 2 * pi / results.SPEED  # s
 TILTED, LYING, CORNER, NODE = 1 / 3, 1 / 1.2, 1 / 1.8, 1 / 1.2
 
 
-def beyond(sine: float) -> float:
+def beyond(sine):
     """Part of a lap in which the sine of its angle is beyond +- `sine`."""
     return 1 - 2 * asin(sine) / pi
-
-
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link()
 
 
 def made(*touches, sides=(1.0, -1.0, 1.0, -1.0), end=1.0):
@@ -79,12 +76,6 @@ def test_the_four_cases(tilting):
     assert len(states.state) == len(states.time) - 1
 
 
-def test_parts_of_the_time_make_one(tilting):
-    states = contact_states(tilting, "sleeve")
-    assert sum(states.fractions().values()) == pytest.approx(1)
-    assert sum(states.fractions(0.7, 1.9).values()) == pytest.approx(1)
-
-
 @pytest.mark.parametrize(
     ("pairs", "state"),
     [
@@ -125,12 +116,6 @@ def test_the_link_meets_its_guide_from_free_flight_only():
     assert states.impacts(0.6, 1.0) == 1
 
 
-def test_what_still_touches_as_the_run_ends():
-    states = contact_states(made((0, 0.4, 1.0)), "sleeve")
-    assert states.state[-1] == State.ONE_POINT
-    assert states.fractions()[State.ONE_POINT] == pytest.approx(0.6)
-
-
 def test_a_run_of_one_instant_has_no_state(tilting):
     first = results.first_samples(tilting, 1)
     states = contact_states(first, "sleeve")
@@ -140,19 +125,6 @@ def test_a_run_of_one_instant_has_no_state(tilting):
     assert states.at(np.zeros(2)).tolist() == [State.FREE, State.FREE]
     (lap,) = lap_contacts(first, "sleeve")
     assert (lap.touches, lap.impacts) == (0, 0)
-
-
-def test_a_result_without_such_a_sleeve(tilting):
-    for look in (contact_states, contact_totals, lap_contacts, pair_totals):
-        with pytest.raises(ValueError, match="no joint 'tube'"):
-            look(tilting, "tube")
-
-
-def test_sleeves_with_play_are_those_with_walls(tilting):
-    assert sleeves_with_play(tilting) == ["sleeve"]
-    held = replace(tilting.sleeves["sleeve"], sides=(0.0,) * 8)
-    assert sleeves_with_play(replace(tilting, sleeves={"sleeve": held})) == []
-    assert sleeves_with_play(results.pendulum()) == []
 
 
 # --- totals, by laps and by pairs
@@ -172,16 +144,6 @@ def test_laps_of_the_tilting_link(tilting):
     area = 3e-3 * 2 * cos(a) - 1e-3 * (pi - 2 * a)
     assert found[1].impulse == pytest.approx(2 * 1e5 * area / results.SPEED, rel=2e-3)
     assert found[1].energy_lost == pytest.approx(0.1 * found[1].impulse)
-
-
-def test_laps_add_up_to_the_whole_run(tilting):
-    whole, parts = contact_totals(tilting, "sleeve"), lap_contacts(tilting, "sleeve")
-    assert whole.touches == sum(lap.touches for lap in parts)
-    assert whole.impacts == sum(lap.impacts for lap in parts)
-    assert whole.impulse == pytest.approx(sum(lap.impulse for lap in parts))
-    for case in State:
-        mean = np.mean([lap.fractions[case] for lap in parts])
-        assert whole.fractions[case] == pytest.approx(mean, abs=1e-9)
 
 
 def test_a_touch_belongs_to_the_time_in_which_it_begins():
@@ -230,17 +192,6 @@ def test_pairs_that_touch_longest_come_first(tilting):
     assert corners[0].peak_force == pytest.approx(200, rel=5e-3)  # k (3 mm - 1 mm)
 
 
-def test_totals_of_a_pair():
-    (pair,) = pair_totals(made((2, 0.1, 0.2), (2, 0.5, 0.9)), "sleeve")
-    assert (pair.pair, pair.touches) == ("sleeve: pair 2", 2)
-    assert (pair.impulse, pair.energy_lost, pair.peak_force) == (3.0, 1.0, 20.0)
-    assert pair.time == pytest.approx(0.5)
-
-
-def test_two_points_are_those_of_either_kind():
-    assert set(TWO_POINTS) == {State.SAME_SIDE, State.OPPOSITE_SIDES}
-
-
 # --- how far S is from its ideal place
 
 
@@ -269,3 +220,66 @@ def test_only_the_end_of_a_link_has_an_ideal_place(tilting):
     assert on_axis(tilting, "link.start") is None
     assert on_axis(tilting, "guide.end") is None
     assert perturbation(results.slider(), "block.nose", np.zeros(1)) is None
+
+
+# --- states of a touch ----------------------------------------------------------------------------
+
+SOFT, RIGID = RestitutionPenalty(1e5, 0.5), Impulse(0.5)
+FACE, WALL = 0, 1  # of two contacts the second one is a wall
+NO_PEAKS = SimpleNamespace(peaks=lambda *_: (0.0, 0.0))
+
+
+def two(law):
+    return Touches([SimpleNamespace(law=law), SimpleNamespace(law=law)], faces=1)
+
+
+def told(touches, k, place=0.0, totals=(0.0, 0.0)):
+    return touches.intervals(k, [(place, totals)], NO_PEAKS)
+
+
+# What an event is, by gap and how far inside the face (m), and where it leads.
+WAYS = {
+    "a strike": (SOFT, FACE, [
+        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (0.0, 0.2, Change.OPENS, Side.APART)]),
+    "a strike that slides off, and comes back": (SOFT, FACE, [
+        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (-1e-5, -1e-13, Change.SLIDES_OFF, Side.BEHIND),
+        (0.0, -0.1, Change.PASSES, Side.APART), (0.0, 0.1, Change.CLOSES, Side.PRESSED)]),
+    "a strike that opens near the end": (SOFT, FACE, [
+        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (-1e-13, 1e-10, Change.OPENS, Side.APART)]),
+    "a point that goes round its face": (SOFT, FACE, [
+        (0.0, -0.1, Change.PASSES, Side.BEHIND), (0.0, 0.1, Change.PASSES, Side.APART)]),
+    "a wall, where the corner slides off": (SOFT, WALL, [
+        (-1e-6, 0.0, Change.CLOSES, Side.PRESSED), (-1e-6, -1e-13, Change.OPENS, Side.APART)]),
+    "a bearing": (SOFT, FACE, [
+        (0.0, np.inf, Change.CLOSES, Side.PRESSED), (0.0, np.inf, Change.OPENS, Side.APART)]),
+    "what is held slides off": (RIGID, FACE, [
+        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (1e-17, 1e-13, Change.SLIDES_OFF, Side.BEHIND)]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_what_happens_leads_where_the_table_says(way):
+    law, k, events = WAYS[way]
+    touches = two(law)
+    for gap, inside, change, side in events:
+        assert touches.crossing(k, gap, inside) is change
+        touches.change(k, change, Moment(0.0, inside, 0.0, (0.0, 0.0)))
+        assert touches.sides[k] is side
+        assert touches.pressed[k] == (side is Side.PRESSED)
+        assert not touches.pressed[1 - k]
+
+
+def test_a_bounce_is_an_impact_and_what_is_held_tells_its_largest_force():
+    """On the polynomial through the nodes of a step, between which it may be largest."""
+    touches = two(RIGID)
+    impact = Interval(1.0, 1.0, impulse=2.0, peak_force=np.inf)
+    touches.bounce(FACE, impact)
+    assert touches.sides[FACE] is Side.APART
+    touches.change(FACE, Change.CLOSES, Moment(2.0, 0.1, -0.0, (2.0, 0.0)))
+    nodes = np.array([0.0, 0.057104, 0.276843, 0.583590, 0.860240, 1.0])
+    press = np.stack([1 - 4 * (nodes - 0.5) ** 2, 9 + 0 * nodes], axis=-1)
+    touches.note(press[None])
+    first, held = told(touches, FACE, 0.1, (3.0, 0.0))
+    assert first == impact
+    assert held.peak_force == pytest.approx(1.0, abs=1e-3)
+    assert held.impulse == 1.0

@@ -1,15 +1,13 @@
 """Where quantities turn within steps: against functions whose turns are known."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.loading import load_scene
 
-MODELS = Path(__file__).parent.parent / "models"
 RADAU = np.array([0, 0.057104196, 0.276843014, 0.583590433, 0.860240136, 1])
 ENDS = np.array([0.0, 1.0])
 
@@ -63,16 +61,6 @@ def test_an_impulse_leaves_both_values_it_jumps_between():
     time, value = seeker.found(0)
     assert value.tolist() == [0, 1, -2, -1]
     assert time.tolist() == [0, 1, 1, 2]
-
-
-def test_what_stands_still_leaves_its_ends_alone():
-    edges = np.linspace(0, 1, 101)
-    noise = np.random.default_rng(1)
-    time, value = seek(
-        lambda t: 1 + 0 * t, lambda t: 1e-15 * noise.standard_normal(t.shape), edges, RADAU
-    )
-    assert time.tolist() == [0, 1]
-    assert value.tolist() == [1, 1]
 
 
 def test_what_is_a_difference_of_larger_numbers_stands_still_where_they_do():

@@ -3,21 +3,17 @@
 Short runs; scripts/promises.py measures the same over two turns.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import metadata
-from pathlib import Path
 
 import pytest
+from cli_runs import MODELS
 
-from exudyn_flexlink.comparison import Comparison, compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import strikes
-from exudyn_flexlink.result import Result
 
-MODELS = Path(__file__).parent.parent / "models"
 TIGHT = ("solver.integrator=dop853", "accuracy.tolerance=1e-7")  # of the Lagrangian, as a judge
 SMOOTH = ("smooth.yaml", "run.turns=0.3", "run.sample=1 ms")
 STRIKE = (
@@ -30,15 +26,15 @@ STRIKE = (
 
 
 @cache
-def run(engine: str, model: str, *settings: str) -> Result:
+def run(engine, model, *settings):
     return simulate(load_scene(MODELS / model, settings), engine, measure=False)
 
 
-def against_lagrangian(case: tuple[str, ...], *settings: str) -> Comparison:
+def against_lagrangian(case, *settings):
     return compare(run("exudyn", *case, *settings), run("lagrangian", *case, *TIGHT))
 
 
-def test_smooth_motions_agree_to_1e_8_and_with_the_step_squared() -> None:
+def test_smooth_motions_agree_to_1e_8_and_with_the_step_squared():
     steps = ("accuracy.step=1e-4", "accuracy.step=5e-5")
     coarse, fine = (against_lagrangian(SMOOTH, step).deviation.largest for step in steps)
     assert fine < 1e-8
@@ -46,18 +42,18 @@ def test_smooth_motions_agree_to_1e_8_and_with_the_step_squared() -> None:
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_a_result_says_by_which_version_of_this_program_it_was_made(engine: str) -> None:
+def test_a_result_says_by_which_version_of_this_program_it_was_made(engine):
     assert run(engine, *SMOOTH).versions["exudyn-flexlink"] == metadata.version("exudyn-flexlink")
 
 
-def test_strikes_agree_at_tight_settings() -> None:
+def test_strikes_agree_at_tight_settings():
     tight = ("accuracy.tolerance=1e-6", "solver.steps_per_contact=100")
     found = against_lagrangian(STRIKE, *tight)
     assert found.deviation.largest < 2e-6
     assert abs(found.answer_differences["lever"]).max() < 1e-4
 
 
-def test_a_strike_takes_the_same_impulse_and_energy() -> None:
+def test_a_strike_takes_the_same_impulse_and_energy():
     tight = ("accuracy.tolerance=1e-6", "solver.steps_per_contact=100")
     ours, judge = (
         strikes(run(*engine), "strike")[0]
@@ -69,7 +65,7 @@ def test_a_strike_takes_the_same_impulse_and_energy() -> None:
 
 
 @pytest.mark.parametrize("start", ["0", "-20 deg"])
-def test_a_crank_that_runs_backwards_takes_the_laps_in_the_same_order(start: str) -> None:
+def test_a_crank_that_runs_backwards_takes_the_laps_in_the_same_order(start):
     case = ("rigid.yaml", "drives.motor.value=-10", "run.turns=2.2", "run.sample=1 ms",
             f"initial.angles.guide={start}", "contacts={}")  # fmt: skip
     found = against_lagrangian(case)
@@ -84,7 +80,7 @@ def test_a_crank_that_runs_backwards_takes_the_laps_in_the_same_order(start: str
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_the_end_of_an_open_curve_ends_the_run_and_keeps_it(engine: str) -> None:
+def test_the_end_of_an_open_curve_ends_the_run_and_keeps_it(engine):
     line = "curves={t: {type: line, from: [0.04, -0.03], to: [0.04, 0.03]}}"
     result = run(engine, "smooth.yaml", line, "joints.pin.curve=t", "run.turns=0.5")
     assert not result.outcome.completed
@@ -93,7 +89,7 @@ def test_the_end_of_an_open_curve_ends_the_run_and_keeps_it(engine: str) -> None
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_turns_cut_short_are_not_a_completed_run(engine: str) -> None:
+def test_turns_cut_short_are_not_a_completed_run(engine):
     outcome = run(engine, "rigid.yaml", "run.at_most=0.01").outcome
     assert not outcome.completed
     # 10 rad/s for 0.01 s

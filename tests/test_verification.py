@@ -1,7 +1,5 @@
 """Benchmarks against published numbers: files of numbers, what is computed, the command."""
 
-import json
-from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -11,8 +9,6 @@ from cli_runs import code_of
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import strongest_line
-from exudyn_flexlink.plots import differences
-from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.shipped import benchmark_files
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.verification import judged, read_benchmark
@@ -80,16 +76,6 @@ def test_frequencies_of_a_cantilever_of_rods_are_of_order_two():
     assert np.all(orders > 1.6)
 
 
-def test_every_benchmark_has_a_source_and_reasons():
-    there = {"pendulum", "n_four_bar", "n_four_bar_40", "cantilever", "flores_slider",
-             "four_bar_clearance", "cam_jump", "cam_lift_off"}  # fmt: skip
-    assert there <= set(benchmark_files())
-    for file in benchmark_files().values():
-        benchmark = read_benchmark(file)
-        assert benchmark.source
-        assert all(n.because for one in benchmark.runs for n in one.numbers.values())
-
-
 def test_quantities_of_an_even_turn(files):
     (found,) = verified(files)
     assert found.fine, found
@@ -105,40 +91,6 @@ def test_a_number_that_is_off_costs_the_exit_code(files, capsys):
     assert "6 numbers: 1 is off" in told
     assert "allowed because: tolerance" in told
     assert "closed form: it turns evenly" in told
-
-
-def test_numbers_of_a_stopped_run_are_missing(files):
-    benchmark = read_benchmark(files)
-    result = simulate(benchmark.runs[0].scene)
-    stopped = replace(result, outcome=Outcome(False, 0.3, "no step was small enough"))
-    found = judged(benchmark, benchmark.runs[0], stopped)
-    assert not found.fine
-    assert found.stopped == "stopped at t = 0.3 s: no step was small enough"
-    assert all(np.isnan(n.computed) for n in found.numbers)
-    assert differences([found]).axes
-
-
-def test_results_are_printed_as_json_and_markdown(files, capsys):
-    assert main(["verify", str(files), "--as", "json"]) == 0
-    (one,) = json.loads(capsys.readouterr().out)
-    assert (one["benchmark"], one["run"], one["fine"]) == ("own", "turning", True)
-    assert one["numbers"][3]["computed"] == pytest.approx(2, abs=1e-8)
-    assert main(["verify", str(files), "--as", "markdown"]) == 0
-    rows = capsys.readouterr().out.splitlines()
-    assert len(rows) == 2 + 6
-    assert len({row.count("|") for row in rows}) == 1
-
-
-def test_its_figure_is_written_and_replaces_no_other_file(files, capsys):
-    figure = files.with_name("differences.svg")
-    for _ in range(2):
-        assert main(["verify", str(files), "--figure", str(figure)]) == 0
-    assert "</svg>" in figure.read_text(encoding="utf-8")
-    figure.write_text("mine", encoding="utf-8")
-    assert main(["verify", str(files), "--figure", str(figure)]) == 2
-    assert "did not write what is in it" in capsys.readouterr().err
-    assert figure.read_text(encoding="utf-8") == "mine"
-    assert main(["verify", str(files), "--figure", str(figure), "--force"]) == 0
 
 
 MISTAKES = {

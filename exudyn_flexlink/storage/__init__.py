@@ -7,7 +7,6 @@ readers.
 """
 
 from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
-from exudyn_flexlink.storage.documents import write_csv
 from exudyn_flexlink.storage.errors import StorageError
 from exudyn_flexlink.storage.manifest import own_files
 from exudyn_flexlink.storage.reading import load

@@ -1,1 +1,0 @@
-"""What scripts about one saved run share."""
