@@ -18,15 +18,15 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
-    "integrate": 1_750,
-    "engines": 2_280,
-    "engines/exudyn/minimal": 5_120,
+    "integrate": 1_680,
+    "engines": 2_305,
+    "engines/exudyn/minimal": 4_830,
     "engines/exudyn/redundant": 3_140,
-    "engines/lagrangian": 2_100,
+    "engines/lagrangian": 2_055,
     "mechanism": 4_800,
     "scene": 3_110,
     "expressions": 1_245,
-    "curves": 1_440,
+    "curves": 1_435,
     "observables": 1_670,
     "accuracy": 940,
     "stability": 870,
@@ -37,12 +37,12 @@ CEILINGS = {
     "report": 1_825,
     "page": 335,
     "animation": 1_655,
-    "cli": 2_460,
+    "cli": 2_445,
     "api": 1_190,
     "": 3_560,
 }
-WHOLE = {PACKAGE: 47_610, "tests": 24_580, "scripts": 7_970}
-SPEAK_OF = {"clearance": 5, "tolerance": 17}  # files of the engines and integrate
+WHOLE = {PACKAGE: 45_840, "tests": 24_580, "scripts": 7_970}
+SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
 
