@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.problem import Press, Pressing
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Channel, Contact
 
 
@@ -33,7 +33,7 @@ def law_numbers(contacts: Sequence[Contact | Channel]) -> FloatArray:
     for own in contacts:
         law, rub = own.law, own.friction
         gives = (0.0, 0.0, 1.0)
-        if isinstance(law, RestitutionPenalty):
+        if not isinstance(law, Impulse):
             gives = law.elastic, law.lossy, law.transition_speed
         found.append((*gives, rub.coefficient if rub else 0.0, rub.slip_speed if rub else 1.0))
     return np.asarray(np.array(found).reshape(-1, 5).T, dtype=np.float64)

@@ -168,7 +168,7 @@ class Contacts:
 
         What a face does along its gap is left out: its force leaps, see `integrate.contact_share`.
         """
-        friction, creep = self._laws[3:, own.which]
+        friction, creep = self._laws[-2:, own.which]
         rubbing = np.tanh(own.slip[0] / creep)
         # Pressing walls push along their gaps, and drag along their faces, as faces do, too.
         wall = np.where(own.which < self.faces, 0.0, 1.0)

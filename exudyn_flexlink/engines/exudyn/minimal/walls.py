@@ -154,7 +154,7 @@ class Walls:
         self.faces = WallFaces(layout, kinematics, self.contacts)
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self._laws = law_numbers(self._channels)
-        self._any_friction = bool(self._laws[3].any())
+        self._any_friction = bool(self._laws[-2].any())
         self.touched = np.zeros(len(self.contacts), dtype=bool)  # at any time so far
         self.choose(self.touched)
 
