@@ -74,7 +74,7 @@ def positions(
     stands at 0 if the joints can have that; where they can't, its angle is searched, too.
     """
     held = _held(mechanism, start)
-    freed = _Held(set(start.angles), held.places, held.slides, held.lengths)
+    freed = replace(held, turns=set(start.angles))
     # Bodies bend before they stretch, which would take forces that no start should have. Straight
     # ones move as one: there nothing stretches anyway.
     rods = [joint for joint in inner_joints(mechanism) if isinstance(joint, Slide)]
@@ -178,11 +178,13 @@ def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, Float
 class _Held:
     """Parts whose angle stays while the joints close, and places (m) at which parts are held.
 
-    Also slides, and how far (m) they are out, and the slides within `rods` that can stretch, which
-    stay as long as they are. Slots are in their first lap, but for `laps`.
+    `angles` (rad) are those of the first, where the search began. Also slides, and how far (m) they
+    are out, and the slides within `rods` that can stretch, which stay as long as they are. Slots
+    are in their first lap, but for `laps`.
     """
 
     turns: Set[int] = frozenset()
+    angles: Mapping[int, float] = field(default_factory=dict)
     places: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     slides: Sequence[Slide] = ()
     lengths: Sequence[float] = ()
@@ -195,7 +197,8 @@ class _Held:
         joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places)
         rows = [(part, axis) for part in self.places for axis in (0, 1)]
         joints = joints.with_fixed(rows, [q[i, axis] - self.places[i][axis] for i, axis in rows])
-        joints = joints.with_fixed([(part, 2) for part in self.turns])
+        turned = [q[part, 2] - angle for part, angle in self.angles.items()]
+        joints = joints.with_fixed([(part, 2) for part in self.angles], turned)
         lengths = np.append(self.lengths, np.zeros(len(self.rods)))
         return joints.with_rows(*along_slides([*self.slides, *self.rods], lengths, q))
 
@@ -242,7 +245,8 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
         if len(ends) == 1 and not ends & set(start.guesses):
             held |= ends
     slides = slides_named(mechanism, start.along)
-    return _Held(held, start.positions, slides, list(start.along.values()))
+    lengths = list(start.along.values())
+    return _Held(held, places=start.positions, slides=slides, lengths=lengths)
 
 
 def _close_on_curves(
@@ -267,8 +271,8 @@ def _close(
     q = _straightened(mechanism, q) if straight else q.copy()
     slots = [(slot, held.laps.get(slot.name, 1)) for slot in mechanism.slots]
     places = np.array([_place_in(slot, lap, q) for slot, lap in slots])
-    turns = list(held.turns)
-    joints, angles = held.of(mechanism, q, places), q[turns, 2]
+    held = replace(held, angles={part: float(q[part, 2]) for part in held.turns})
+    joints = first = held.of(mechanism, q, places)
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
@@ -281,8 +285,9 @@ def _close(
         joints = held.of(mechanism, q, places)
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
-    q[turns, 2] = angles  # what a joint has turned though it is held, it leaves open
-    _refuse_open(held.of(mechanism, q, places))
+    if any(abs(q[part, 2] - angle) > CLOSED for part, angle in held.angles.items()):
+        _refuse_open(first)  # joints have turned what is held: without that they stay open
+    _refuse_open(joints)
     _refuse_moved(mechanism, held, q)
     kept = [_kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
     return q, np.array(kept)
