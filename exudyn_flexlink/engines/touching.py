@@ -67,13 +67,15 @@ BECOMES = {
 class Moment(NamedTuple):
     """A contact as it begins or ends, and what it has taken so far; see `BlockRecorder.totals_of`.
 
-    Place on the face (m), rate of the gap (m/s), impulse (N s) and energy (J).
+    Place on the face (m), rate of the gap (m/s), impulse (N s) and energy (J); `press` (N) is the
+    force with which it begins, where a step ended in it already.
     """
 
     time: float
     place: float
     gap_rate: float
     totals: tuple[float, float] = (0.0, 0.0)
+    press: float = 0.0
 
 
 class Touches:
@@ -141,6 +143,7 @@ class Touches:
                 approach_speed=-now.gap_rate,
                 impulse=impulse,
                 energy_lost=lost,
+                peak_force=now.press,
             )
         elif what is not Change.PASSES:
             last = _until(self._open.pop(k), now.place, now.totals)

@@ -127,11 +127,10 @@ def _contradicting(mechanism: Mechanism, start: Start) -> tuple[str, str] | None
 
 
 def _closes(mechanism: Mechanism, start: Start) -> bool:
-    try:
+    with suppress(CannotAssembleError):
         positions(mechanism, start)
-    except CannotAssembleError:
-        return False
-    return True
+        return True
+    return False
 
 
 def straight_positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
@@ -184,21 +183,20 @@ class _Held:
     """
 
     turns: Set[int] = frozenset()
-    angles: Mapping[int, float] = field(default_factory=dict)
     places: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     slides: Sequence[Slide] = ()
     lengths: Sequence[float] = ()
     rods: Sequence[Slide] = ()
     laps: Mapping[str, int] = field(default_factory=dict)
+    angles: Mapping[int, float] = field(default_factory=dict)
 
     def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
         """Rows of all joints, of drives that prescribe where they start, and of what is held."""
         motions = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
         joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places)
-        rows = [(part, axis) for part in self.places for axis in (0, 1)]
-        joints = joints.with_fixed(rows, [q[i, axis] - self.places[i][axis] for i, axis in rows])
-        turned = [q[part, 2] - angle for part, angle in self.angles.items()]
-        joints = joints.with_fixed([(part, 2) for part in self.angles], turned)
+        given = {(part, axis): at[axis] for part, at in self.places.items() for axis in (0, 1)}
+        given |= {(part, 2): angle for part, angle in self.angles.items()}
+        joints = joints.with_fixed(list(given), [q[at] - place for at, place in given.items()])
         lengths = np.append(self.lengths, np.zeros(len(self.rods)))
         return joints.with_rows(*along_slides([*self.slides, *self.rods], lengths, q))
 
@@ -245,8 +243,7 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
         if len(ends) == 1 and not ends & set(start.guesses):
             held |= ends
     slides = slides_named(mechanism, start.along)
-    lengths = list(start.along.values())
-    return _Held(held, places=start.positions, slides=slides, lengths=lengths)
+    return _Held(held, start.positions, slides, list(start.along.values()))
 
 
 def _close_on_curves(
@@ -271,14 +268,16 @@ def _close(
     q = _straightened(mechanism, q) if straight else q.copy()
     slots = [(slot, held.laps.get(slot.name, 1)) for slot in mechanism.slots]
     places = np.array([_place_in(slot, lap, q) for slot, lap in slots])
-    held = replace(held, angles={part: float(q[part, 2]) for part in held.turns})
+    held = replace(held, angles={part: q[part, 2] for part in held.turns})
     joints = first = held.of(mechanism, q, places)
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
         roots = whole_roots(mechanism, q) if straight else scale_roots(mechanism)
         motion = LeastMotion(mechanism, joints, roots, -joints.residual, straight)
-        step = _shortened(motion.nearest())
+        step = motion.nearest()
+        # Far from closed a full step may overshoot: no part turns more than half a radian at once.
+        step = step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), 1e-300))
         q = q + step
         q = _straightened(mechanism, q) if straight else q
         places = places_near(mechanism, q, places)
@@ -291,11 +290,6 @@ def _close(
     _refuse_moved(mechanism, held, q)
     kept = [_kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
     return q, np.array(kept)
-
-
-def _shortened(step: FloatArray) -> FloatArray:
-    """Far from closed a full step may overshoot: no part turns more than half a radian at once."""
-    return step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), 1e-300))
 
 
 def _straightened(mechanism: Mechanism, q: FloatArray) -> FloatArray:

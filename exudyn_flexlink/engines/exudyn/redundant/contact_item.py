@@ -15,6 +15,7 @@ from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingCircles, P
 from exudyn_flexlink.engines.exudyn.redundant.recording import Changed
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.touching import BECOMES, Change, Moment, Side
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Channel,
@@ -108,6 +109,7 @@ class ContactItem:
         """Tell what happened as a step ended at `touch`."""
         on_face = self._on_face(touch.place + REACHED * now.step * touch.slip)
         beyond, leaps, rate = touch.gap < 0 or self._two_sided, False, touch.gap_rate
+        press = 0.0
         if self.side is Side.PRESSED:
             if beyond and on_face:
                 return None
@@ -116,6 +118,9 @@ class ContactItem:
         elif self.side is Side.APART and beyond and on_face:
             what = Change.CLOSES
             leaps = -touch.gap > abs(rate) * now.step + OPEN
+            law = self.contact.law
+            assert not isinstance(law, Impulse)  # refused: it has no force
+            press = float(law.force(-touch.gap, -rate))
             if before is not None:
                 # The step that found the contact ended in it, already slowed down a little.
                 rate = min(rate, before.gap_rate)
@@ -123,7 +128,8 @@ class ContactItem:
             what = Change.PASSES
         else:
             return None
-        return Changed(self.index, what, Moment(now.time, touch.place, rate), leaps)
+        moment = Moment(now.time, touch.place, rate, press=press)
+        return Changed(self.index, what, moment, leaps)
 
     # --- steps ---------------------------------------------------------------------------------
 
