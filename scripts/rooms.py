@@ -19,7 +19,7 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_310,
+    "engines": 2_315,
     "engines/exudyn/minimal": 4_830,
     "engines/exudyn/redundant": 3_145,
     "engines/lagrangian": 2_055,
@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_190,
     "": 3_560,
 }
-WHOLE = {PACKAGE: 45_850, "tests": 24_580, "scripts": 7_970}
+WHOLE = {PACKAGE: 45_850, "tests": 24_790, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -339,3 +339,12 @@ def test_integrals_to_rounding():
         )
         exact = 0.245 + np.sign(t - 0.7) * (t - 0.7) ** 2 / 2
         assert bent(np.array([t])) == pytest.approx(exact, abs=1e-12)
+
+
+def test_integrals_late_in_a_long_run():
+    """At t = 100 s a phase is rounded to 4e-12: pieces are not halved to resolve that."""
+    late = Antiderivative(lambda t: np.cos(100 * pi * t))
+    assert late(np.array([100.3])) == pytest.approx(
+        np.sin(100 * pi * 100.3) / (100 * pi), abs=1e-10
+    )
+    assert len(late._pieces) < 3 * 50 * 100  # three in each period

@@ -1,5 +1,8 @@
 """How work grows with the size of a model, counted in operations: never by the clock."""
 
+import sys
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from cli_runs import MODELS
@@ -7,8 +10,97 @@ from cli_runs import MODELS
 from exudyn_flexlink.chain import Beam, discretise
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.report import check_text
 from exudyn_flexlink.source import SceneError, parse_document
+
+SOLVERS = ("cholesky", "cond", "eigh", "eigvalsh", "inv", "lstsq", "matrix_rank", "pinv", "qr",
+           "solve", "svd")  # fmt: skip
+
+
+BENT = """title: a strip too long between its pins
+materials:
+  steel: {density: 7850, youngs_modulus: 200 GPa}
+bodies:
+  strip: {type: flexible, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm},
+          rods: COUNT, hinges: {stiffness: beam}}
+joints:
+  a: {type: revolute, points: [ground, strip.start], at: [0, 0]}
+  b: {type: revolute, points: [ground, strip.end], at: [0.19, 0]}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def check(model: str, rods: int, *settings: str) -> str:
+    scene = load_scene(MODELS / f"{model}.yaml", [f"bodies.link.rods={rods}", *settings])
+    return check_text(scene, assemble_scene(scene))
+
+
+def checks(model: str, *settings: str) -> Callable[[int], object]:
+    return lambda rods: check(model, rods, *settings)
+
+
+def bent(rods: int) -> object:
+    return assemble_scene(scene_of(parse_document(BENT.replace("COUNT", str(rods)), "test")))
+
+
+WORK = {
+    "the paper": checks("no_clearance"),
+    "with walls": checks("clearance"),
+    "supported": checks("supported"),
+    "turned link": checks("no_clearance", "initial={angles: {link: 60 deg}}"),
+    "spinning link": checks("clearance", "initial.speeds.link=3"),
+    "bent": bent,
+}
+
+
+@pytest.fixture
+def solved(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Shorter sides of all matrices that are factorised."""
+    sides: list[int] = []
+
+    def watched(solver: Callable[..., object]) -> Callable[..., object]:
+        def call(matrix: np.ndarray, *others: object, **options: object) -> object:
+            sides.append(min(np.shape(matrix)[-2:]))
+            return solver(matrix, *others, **options)
+
+        return call
+
+    for name in SOLVERS:
+        monkeypatch.setattr(np.linalg, name, watched(getattr(np.linalg, name)))
+    return sides
+
+
+@pytest.mark.parametrize("work", WORK.values(), ids=WORK)
+def test_no_matrix_of_all_rods_is_factorised(work: Callable[[int], object], solved: list[int]):
+    work(60)
+    assert solved
+    assert max(solved) <= 15  # joints that close loops, slots, drives; a block of frequencies
+
+
+def calls_of(work: Callable[[], object]) -> int:
+    """Number of calls, in Python and of what is written in C."""
+    count = 0
+
+    def seen(frame: object, event: str, argument: object):
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(seen)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+@pytest.mark.parametrize("name", [name for name in WORK if name != "bent"])
+def test_work_grows_with_the_number_of_rods(name: str):
+    work = WORK[name]
+    work(10)  # whatever is imported or cached
+    few, many, more = (calls_of(lambda rods=rods: work(rods)) for rods in (20, 40, 60))
+    assert more - many < 1.05 * (many - few)
 
 
 def test_frequencies_of_a_long_chain_tend_to_those_of_a_short_one():

@@ -364,3 +364,15 @@ joints: {slot: {type: slot, point: bead.c, curve: rail}}
     assert assembled(text + "initial: {positions: {bead: [1, 0]}}\n").state.q[0, 0] == 1
     with pytest.raises(SceneError, match=r"do not allow this position: 0\.2 m missing"):
         assembled(text + "initial: {positions: {bead: [1.2, 0]}}\n")
+
+
+def test_an_elliptic_trammel():
+    slots = "joints:\n  x: {type: slot, point: rod.start, curve: across}\n"
+    slots += "  y: {type: slot, point: rod.end, curve: up}\n"
+    found = assembled(
+        AXES + rods(rod=0.2) + slots + "initial: {angles: {rod: 40 deg}, speeds: {rod: 3}}\n"
+    )
+    angle = radians(40)
+    assert found.degrees_of_freedom == 1
+    assert found.state.q[0] == pytest.approx([-0.2 * cos(angle), 0, angle], abs=1e-12)
+    assert found.state.v[0] == pytest.approx([0.2 * sin(angle) * 3, 0, 3], abs=1e-12)

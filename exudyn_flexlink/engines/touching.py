@@ -31,6 +31,9 @@ from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import TOUCHING, Contact
 
+# Of a contact's half period: the first step in it, or any without control of errors. No stage of a
+# longer one may see the touch.
+FIRST = 0.15
 OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 # Where the largest force in a step is looked for, on the polynomial through its nodes.
 TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ POWERS

@@ -24,7 +24,7 @@ from exudyn_flexlink.engines.pair_events import (
     first_of,
     late_by,
 )
-from exudyn_flexlink.engines.touching import Change, Moment
+from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event, fall
 from exudyn_flexlink.integrate.problem import Evaluation, State
@@ -33,8 +33,6 @@ from exudyn_flexlink.integrate.slow_motions import slow_motions
 from exudyn_flexlink.integrate.stepper import HybridProblem
 from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
 
-# Of a contact's half period: the first step in it. No stage of a longer one may see the touch.
-FIRST = 0.15
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
 SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
 LAST = len(NODES) - 1

@@ -32,16 +32,13 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Overlooked
-from exudyn_flexlink.engines.touching import Change, Moment
+from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 
-# Of a contact's half period: the first step in it, or any without control of errors. No stage of a
-# longer one may see the touch.
-FIRST = 0.15
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
 

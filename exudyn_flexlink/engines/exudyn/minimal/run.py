@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
-from exudyn_flexlink.engines.exudyn.minimal.problem import FIRST, MinimalProblem
+from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
@@ -25,6 +25,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     no_solution_advice,
 )
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.touching import FIRST
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.clock import instant
