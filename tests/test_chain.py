@@ -106,6 +106,13 @@ def beam_with(section, slender="false"):
     return beam_of(scene, scene.bodies["link"])
 
 
+def test_the_strip_of_the_paper():
+    """Steel, 10 mm x 0.5 mm: EI = 2e11 * 1.0416667e-13 N m^2, rho A = 7850 * 5e-6 kg/m."""
+    beam = beam_with("{width: 10 mm, thickness: 0.5 mm}")
+    assert beam.bending_stiffness == pytest.approx(0.0208333333)
+    assert beam.mass_per_length == pytest.approx(0.03925)
+
+
 def test_rectangle_is_its_integral():
     section = RectangleSection(width=0.01, thickness=0.5e-3)
     expected = integrate(lambda y: 0.01 + 0 * y, 0.25e-3)

@@ -216,6 +216,14 @@ def test_a_flexible_coupler_starts_straight(guess):
     assert found.degrees_of_freedom == 4
 
 
+def test_a_strip_too_long_between_its_pins_starts_bent():
+    joints = "joints:\n" + pin("a", "ground", "strip.start", "[0, 0]")
+    joints += pin("b", "ground", "strip.end", "[0.19, 0]")
+    found = assembled("bodies:\n" + STRIP + joints)
+    assert np.ptp(found.state.q[:, 2]) > 0.1
+    assert found.degrees_of_freedom == 3
+
+
 # --- what can't be --------------------------------------------------------------------------
 
 
@@ -364,6 +372,14 @@ joints: {slot: {type: slot, point: bead.c, curve: rail}}
     assert assembled(text + "initial: {positions: {bead: [1, 0]}}\n").state.q[0, 0] == 1
     with pytest.raises(SceneError, match=r"do not allow this position: 0\.2 m missing"):
         assembled(text + "initial: {positions: {bead: [1.2, 0]}}\n")
+
+
+def test_a_rod_is_a_chord_of_a_ring():
+    slots = "joints:\n  x: {type: slot, point: rod.start, curve: ring}\n"
+    slots += "  y: {type: slot, point: rod.end, curve: ring}\n"
+    x, y, turned = assembled(AXES + rods(rod=0.2) + slots).state.q[0]
+    middle = hypot(x + 0.1 * cos(turned), y + 0.1 * sin(turned))
+    assert middle == pytest.approx(0.2 * cos(radians(30)), abs=1e-10)
 
 
 def test_an_elliptic_trammel():

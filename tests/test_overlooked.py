@@ -125,6 +125,7 @@ def test_a_condition_is_not_missed_between_looks():
         ("100*exp(-((t - 0.5003)/1e-3)**2)", 0.5003, 0.1 * sqrt(pi)),
         ("0.01/(1 + ((t - 0.7)/1e-7)**2)", 0.7, 1e-9 * pi),
         ("100*(tanh((t - 0.5003)/1e-6) - tanh((t - 0.5004)/1e-6))", 0.50035, 0.02),
+        ("cos(200*pi*t) + 1e4*exp(-((t - 0.5003)/1e-5)**2)", 0.5003, 0.1 * sqrt(pi)),
     ],
 )
 def test_no_pulse_in_time_is_overlooked(force, at, impulse):

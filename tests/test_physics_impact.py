@@ -62,6 +62,13 @@ def test_impact_returns_e_times_the_speed(restitution):
     assert begin.details["place"] == pytest.approx(0.2, abs=1e-4)
 
 
+def test_identical_runs_are_identical_bit_for_bit():
+    one, other = run(HAMMER), run(HAMMER)
+    for name in ("time", "poses", "rates"):
+        assert np.array_equal(getattr(one, name), getattr(other, name))
+    assert one.events == other.events
+
+
 def test_impact_on_the_right_side_is_that_on_the_left_mirrored():
     mirrored = HAMMER.replace("hammer: 0.2}", "hammer: -0.2}").replace("hammer: -2}", "hammer: 2}")
     mirrored = mirrored.replace("    law:", "    side: right\n    law:")
