@@ -9,12 +9,14 @@ from exudyn_flexlink.scene import (
     GROUND,
     INITIAL_OF_JOINTS,
     Body,
-    ContactLaw,
+    DampedLaw,
     FlexibleBody,
     ImpulseLaw,
     Initial,
     Joint,
+    Law,
     LinearSpring,
+    PenaltyLaw,
     PointsJoint,
     RevoluteJoint,
     RodBody,
@@ -102,7 +104,7 @@ def _without_friction(scene: Scene) -> dict[str, Any]:
 
 
 def _smooth(part: Any) -> Any:
-    if not isinstance(part.law, ContactLaw):
+    if not isinstance(part.law, PenaltyLaw):
         return part
     return part.model_copy(update={"law": part.law.model_copy(update={"friction": 0.0})})
 
@@ -230,9 +232,14 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     if impact == "penalty":
         _require_stiffness(scene)
         return scene
-    laws = {n: ImpulseLaw(restitution=c.law.restitution) for n, c in scene.contacts.items()}
+    laws = {n: ImpulseLaw(restitution=_returned(c.law)) for n, c in scene.contacts.items()}
     contacts = {n: c.model_copy(update={"law": laws[n]}) for n, c in scene.contacts.items()}
     return scene.changed(contacts=contacts)
+
+
+def _returned(law: Law) -> float:
+    """Restitution that a law really gives."""
+    return law.returned if isinstance(law, DampedLaw) else law.restitution
 
 
 def _require_stiffness(scene: Scene) -> None:
@@ -243,7 +250,7 @@ def _require_stiffness(scene: Scene) -> None:
             "give 'type: penalty' and a 'stiffness'",
         )
         for name, contact in scene.contacts.items()
-        if not isinstance(contact.law, ContactLaw)
+        if not isinstance(contact.law, PenaltyLaw)
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)

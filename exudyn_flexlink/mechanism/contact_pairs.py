@@ -7,7 +7,7 @@ from functools import cached_property
 from math import hypot, inf
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, Impulse, Penalty
 from exudyn_flexlink.mechanism.parts import Anchor
 
 MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
@@ -30,7 +30,7 @@ class FaceContact:
     start: Anchor
     end: Anchor
     side: float
-    law: RestitutionPenalty | Impulse
+    law: Penalty | Impulse
     friction: Friction | None = None
 
     @property
@@ -62,7 +62,7 @@ class CircleContact:
     second: Anchor
     radii: tuple[float, float]
     inside: bool
-    law: RestitutionPenalty | Impulse
+    law: Penalty | Impulse
     friction: Friction | None = None
 
     @property
@@ -101,7 +101,7 @@ class CurveContact:
     carrier: int
     side: float
     radius: float
-    law: RestitutionPenalty | Impulse
+    law: Penalty | Impulse
     friction: Friction | None = None
 
     @property
@@ -139,7 +139,7 @@ class Channel:
     clearance: float
     rods: tuple[int, ...]
     lengths: tuple[float, ...]
-    law: RestitutionPenalty
+    law: Penalty
     friction: Friction | None
 
     @cached_property

@@ -10,7 +10,7 @@ from math import ceil, copysign, floor, hypot, inf, isfinite, log10, pi, sqrt
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact, pairs
 from exudyn_flexlink.mechanism.contacts import swings
@@ -19,7 +19,14 @@ from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
-from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene, SpeedDrive
+from exudyn_flexlink.scene import (
+    DampedLaw,
+    HertzLaw,
+    ImpulseLaw,
+    PointOnCurve,
+    Scene,
+    SpeedDrive,
+)
 from exudyn_flexlink.source import Mistake
 
 FEWEST = 2000  # of a run, however short: enough for any figure
@@ -131,11 +138,20 @@ def formulation(scene: Scene) -> str:
 
 
 def beyond_redundant(scene: Scene) -> list[Mistake]:
-    """Return the contacts that Exudyn's own solver does not know: at curves, and where speeds jump.
+    """Return what Exudyn's own solver does not know: points on curves, and most laws of contacts.
 
     It is what steps redundant coordinates, with beams or without.
     """
     found = []
+    laws = {("contacts", name): contact.law for name, contact in scene.contacts.items()}
+    laws |= {("joints", name): getattr(j, "acting", None) for name, j in scene.joints.items()}
+    for at, law in laws.items():
+        if isinstance(law, DampedLaw | HertzLaw):
+            message = (
+                f"redundant coordinates don't know the law '{law.type}', but 'penalty' alone: "
+                "take 'formulation: minimal', or the engine 'lagrangian'"
+            )
+            found.append(Mistake((*at, "law"), message))
     for name, contact in scene.contacts.items():
         if isinstance(contact, PointOnCurve):
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
@@ -236,7 +252,7 @@ def resolutions(
     half_of = half_of or partial(half_period, assembly)
     asked, found = scene.solver.steps_per_contact, []
     for contact in assembly.mechanism.touching:
-        if isinstance(contact.law, RestitutionPenalty):
+        if not isinstance(contact.law, Impulse):
             half = half_of(contact)
             steps = asked * (ELASTIC_STEPS if contact.law.restitution > ELASTIC else 1.0)
             found.append(Resolution(half, half / steps))

@@ -30,7 +30,7 @@ from exudyn_flexlink.mechanism import (
     wound_at_start,
 )
 from exudyn_flexlink.report.text import Table, listed, number, section, table
-from exudyn_flexlink.scene import ContactLaw, FlexibleBody, Law, RevoluteJoint, Scene, SleeveJoint
+from exudyn_flexlink.scene import FlexibleBody, Law, PenaltyLaw, RevoluteJoint, Scene, SleeveJoint
 
 MODES = 4
 STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
@@ -173,7 +173,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
     laws: dict[str, Law] = {n: j.acting for n, j in walled.items() if j.acting is not None}
     laws |= {name: contact.law for name, contact in scene.contacts.items()}
-    rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
+    rough = [n for n, law in laws.items() if isinstance(law, PenaltyLaw) and law.friction > 0]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]

@@ -13,13 +13,18 @@ from exudyn_flexlink.scene.bodies import (
     RoundSection,
     Section,
 )
+from exudyn_flexlink.scene.contact_laws import (
+    ContactLaw,
+    DampedLaw,
+    HertzLaw,
+    ImpulseLaw,
+    Law,
+    PenaltyLaw,
+)
 from exudyn_flexlink.scene.contacts import (
     Circle,
     CircleOnCircle,
     Contact,
-    ContactLaw,
-    ImpulseLaw,
-    Law,
     PointOnCurve,
     PointOnLine,
 )

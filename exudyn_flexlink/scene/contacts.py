@@ -1,4 +1,4 @@
-"""Pairs that may strike each other, and the laws of their contact."""
+"""Pairs that may strike each other."""
 
 from __future__ import annotations
 
@@ -6,13 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from exudyn_flexlink.quantities import (
-    NonNegativeLength,
-    Number,
-    PositiveLength,
-    PositiveSpeed,
-    PositiveStiffness,
-)
+from exudyn_flexlink.quantities import NonNegativeLength, PositiveLength
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
@@ -26,39 +20,7 @@ from exudyn_flexlink.scene.base import (
     refuse,
     split_point,
 )
-
-
-class ContactLaw(Part):
-    """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
-
-    type: Literal["penalty"] = "penalty"
-    stiffness: PositiveStiffness = Field(
-        description="force per penetration at speed; at rest (1 + restitution^2)/2 of it"
-    )
-    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        description="speed after an impact over speed before, 0 to 1"
-    )
-    transition_speed: PositiveSpeed = Field(
-        5e-3, description="above it the restitution acts in full"
-    )
-    friction: Annotated[float, Number(at_least=0.0)] = Field(
-        0.0, description="Coulomb's coefficient; left out: smooth"
-    )
-    slip_speed: PositiveSpeed = Field(
-        1e-3, description="above it the friction acts in full; below, the contact creeps"
-    )
-
-
-class ImpulseLaw(Part):
-    """Rigid contact with restitution: speeds jump. Not for redundant coordinates."""
-
-    type: Literal["impulse"] = "impulse"
-    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        description="speed after an impact over speed before, 0 to 1"
-    )
-
-
-Law = Annotated[ContactLaw | ImpulseLaw, ByType(default="penalty")]
+from exudyn_flexlink.scene.contact_laws import Law, refuse_misfit
 
 
 class PointOnLine(Part):
@@ -97,6 +59,7 @@ class PointOnLine(Part):
             refuse("a line needs two different points", at="line")
         if split_point(self.point)[0] == first:
             refuse("the point is on the same body as the line", at="point")
+        refuse_misfit(self.law)
         return self
 
 
@@ -165,7 +128,14 @@ class CircleOnCircle(Part):
                 f"a radius below {second.radius:g} m",
                 at=("circles", self.circles.index(first), "radius"),
             )
+        refuse_misfit(self.law, self.radii)
         return self
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Radii (m) of both, that of a hollow negative."""
+        first, second = self.inner_and_outer
+        return first.radius, -second.radius if second.inside else second.radius
 
 
 class PointOnCurve(Part):
@@ -195,6 +165,11 @@ class PointOnCurve(Part):
         """Say what meets what, in the words of a report."""
         what = f"roller around {self.point}" if self.radius > 0 else self.point
         return f"{what} on the curve {self.curve}"
+
+    @model_validator(mode="after")
+    def _law_fits(self) -> PointOnCurve:
+        refuse_misfit(self.law)
+        return self
 
 
 Contact = Annotated[PointOnLine | CircleOnCircle | PointOnCurve, ByType()]

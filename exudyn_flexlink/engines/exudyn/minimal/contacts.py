@@ -31,7 +31,7 @@ from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, Penalty, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -114,26 +114,30 @@ class RigidContact(MinimalContact):
 class PenaltyContact(MinimalContact):
     """A contact with a penalty force, and friction if it has any."""
 
-    def __init__(self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty) -> None:
+    def __init__(self, layout: TreeLayout, contact: Contact, law: Penalty) -> None:
         super().__init__(layout, contact)
         self.law, self.friction = law, contact.friction
 
-    def force(self, touch: Touch) -> float:
-        """Pressing force, N; none while apart."""
+    def force(self, touch: Touch, approach: float) -> float:
+        """Pressing force, N, in a touch that began so fast (m/s); none while apart."""
         if touch.gap >= 0:
             return 0.0
+        if not isinstance(self.law, RestitutionPenalty):
+            return float(self.law.force(-touch.gap, -touch.gap_rate, approach))
         rising = tanh(-touch.gap_rate / self.law.transition_speed)
         return -touch.gap * (self.law.elastic + self.law.lossy * rising)
 
-    def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[Vector, Vector]:
-        """Add the generalised forces.
+    def push(
+        self, x: FloatArray, v: FloatArray, onto: FloatArray, approach: float
+    ) -> tuple[Vector, Vector]:
+        """Add the generalised forces in a touch that began so fast (m/s).
 
         Return the pressing force (N) and the power it takes (W), and the gap (m) and its rate.
         """
         look = self._look(x, v)
         touch = look.touch
         # As a contact ends a trial state may be just off the face: no force pulls.
-        press = self.force(touch)
+        press = self.force(touch, approach)
         rub = self._rub(press, touch)
         (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
         fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
@@ -146,7 +150,9 @@ class PenaltyContact(MinimalContact):
         """Friction (N) along the slip."""
         return 0.0 if self.friction is None else float(self.friction.force(press, touch.slip))
 
-    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    def slopes(
+        self, x: FloatArray, v: FloatArray, approach: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Stiffness and damping (links, links) beside those along the gap; None without any.
 
         They come from friction, and from a normal that turns as what is round moves past.
@@ -155,7 +161,7 @@ class PenaltyContact(MinimalContact):
         if look.bend == 0 and self.friction is None:
             return None
         touch = look.touch
-        pressing = press_by([self.law])(np.array([[touch.gap, touch.gap_rate]]))
+        pressing = press_by([self.law], np.array([approach]))(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
         past = self._row(look, look.along, (look.at, look.centre))
         stiffness = -press * look.bend * np.outer(past, past)

@@ -271,7 +271,8 @@ class MinimalProblem:
             touch, number = walls.touch(k), self._walls + k
             what = self.model.touches.crossing(number, touch.gap, touch.inside)
             self._change(time, number, what, touch)
-        self.model.walls.choose(self.model.touches.pressed[self._walls :])
+        touches, pairs = self.model.touches, slice(self._walls, None)
+        self.model.walls.choose(touches.pressed[pairs], touches.approach[pairs])
         self._flight = self._longest_flight(time)
         self._free_since = None if self.model.walls.touching.any() else time
 
