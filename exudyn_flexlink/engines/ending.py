@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import inf, isfinite, pi
 from typing import Protocol
 
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Mechanism, cut_off
 from exudyn_flexlink.result import Checks, Integrator, Outcome
 from exudyn_flexlink.scene import Scene
@@ -45,6 +47,18 @@ def checks(made: Counted, found: Checked, deepest: float) -> Checks:
         steps_per_contact=inf,  # the error is controlled there as everywhere
         largest_penetration=deepest,
     )
+
+
+def too_deep(seeker: ExtremeSeeker, time: float) -> Outcome | None:
+    """Outcome of a run, which came to `time` (s), in which a law was used beyond its formula."""
+    for contact, depth in zip(seeker.contacts, seeker.deepest.tolist(), strict=True):
+        if isinstance(contact.law, Impulse) or depth <= contact.law.deepest:
+            continue
+        bound = f"beyond {contact.law.deepest:.4g} m its law has no force"
+        reason = f"'{contact.name}' was pressed {depth:.4g} m deep: {bound}"
+        advice = "take a law without such a bound: 'formula: sphere', or one with a stiffness"
+        return Outcome(False, time, reason, advice)
+    return None
 
 
 def of_turns(scene: Scene, mechanism: Mechanism, time: float, left: float | None) -> Outcome:

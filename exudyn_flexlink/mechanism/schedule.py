@@ -20,7 +20,6 @@ from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.scene import (
-    DampedLaw,
     HertzLaw,
     ImpulseLaw,
     PointOnCurve,
@@ -138,20 +137,18 @@ def formulation(scene: Scene) -> str:
 
 
 def beyond_redundant(scene: Scene) -> list[Mistake]:
-    """Return what Exudyn's own solver does not know: points on curves, and most laws of contacts.
+    """Return what Exudyn's own solver does not know: points on curves, and some laws of contacts.
 
     It is what steps redundant coordinates, with beams or without.
     """
     found = []
-    laws = {("contacts", name): contact.law for name, contact in scene.contacts.items()}
-    laws |= {("joints", name): getattr(j, "acting", None) for name, j in scene.joints.items()}
-    for at, law in laws.items():
-        if isinstance(law, DampedLaw | HertzLaw):
+    for at, law in scene.laws.items():
+        if isinstance(law, HertzLaw) and law.length is not None:
             message = (
-                f"redundant coordinates don't know the law '{law.type}', but 'penalty' alone: "
-                "take 'formulation: minimal', or the engine 'lagrangian'"
+                f"Exudyn's own solver has no formula '{law.formula}': take 'formulation: minimal', "
+                "or 'formula: sphere'"
             )
-            found.append(Mistake((*at, "law"), message))
+            found.append(Mistake((*at, "law", "formula"), message))
     for name, contact in scene.contacts.items():
         if isinstance(contact, PointOnCurve):
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.laws import Impulse, LineContact, Penalty, PowerPenalty, RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
@@ -28,15 +28,16 @@ from exudyn_flexlink.report.parts import (
     effects_table,
     freedom_lines,
     link_frequencies,
+    restitution_told,
     sprung_frequencies,
     start_lines,
 )
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, section
 from exudyn_flexlink.scene import (
-    ContactLaw,
     Drive,
     FlexibleBody,
     ForceDrive,
+    ImpulseLaw,
     Joint,
     Law,
     PrismaticJoint,
@@ -186,12 +187,13 @@ def _value(value: Value, unit: str) -> str:
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = [[name, str(c), *_law(c.law)] for name, c in scene.contacts.items()]
+    forces = {own.name: own.law for own in (*mechanism.touching, *mechanism.channels)}
+    rows = [[name, str(c), *_law(c.law, forces[name])] for name, c in scene.contacts.items()]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
             what = f"journal at {journal} in the bearing at {bearing}"
-            rows.append([name, what, *_law(joint.acting)])
+            rows.append([name, what, *_law(joint.acting, forces[name])])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
@@ -201,16 +203,23 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
             what = f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
         else:
             what = f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
-        rows.append([channel.name, what, *_law(sleeve.acting)])
+        rows.append([channel.name, what, *_law(sleeve.acting, channel.law)])
     return section("Contacts", rows)
 
 
-def _law(law: Law) -> list[str]:
-    restitution = f"restitution {number(law.restitution)}"
-    if not isinstance(law, ContactLaw):
+def _law(law: Law, force: Penalty | Impulse) -> list[str]:
+    restitution = f"restitution {restitution_told(law)}"
+    if isinstance(law, ImpulseLaw):
         return ["rigid, by impulse", restitution, ""]
     friction = f"friction {number(law.friction)}" if law.friction > 0 else ""
-    return [f"k {number(law.stiffness)} N/m", restitution, friction]
+    name = getattr(law, "formula", None) or law.type
+    if isinstance(force, LineContact):
+        told = f"{name}, no force beyond {number(force.deepest)} m"
+    elif isinstance(force, PowerPenalty):
+        told = f"{name}, K {number(force.stiffness)} N/m^{number(force.exponent)}"
+    else:
+        told = f"k {number(force.stiffness)} N/m" if isinstance(force, RestitutionPenalty) else ""
+    return [told, restitution, friction]
 
 
 def _run(scene: Scene, assembly: Assembly) -> list[str]:
@@ -262,8 +271,12 @@ def _contact_duration(assembly: Assembly, contact: Contact) -> str:
         return "impacts take no time: a rigid contact, by impulse"
     state = assembly.state
     mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
-    half = contact.law.half_period(mass)
-    return f"a contact lasts about {number(half)} s or longer (pi sqrt(m/k), m {number(mass)} kg)"
+    half = f"{number(contact.law.half_period(mass))} s"
+    if isinstance(contact.law, PowerPenalty):
+        return f"a contact of {number(mass)} kg lasts about {half} at an approach of 1 m/s"
+    if isinstance(contact.law, LineContact):
+        return f"a contact of {number(mass)} kg lasts {half} or longer"
+    return f"a contact lasts about {half} or longer (pi sqrt(m/k), m {number(mass)} kg)"
 
 
 def _wall_duration(assembly: Assembly, channel: Channel) -> str:

@@ -30,7 +30,7 @@ from exudyn_flexlink.mechanism import (
     wound_at_start,
 )
 from exudyn_flexlink.report.text import Table, listed, number, section, table
-from exudyn_flexlink.scene import FlexibleBody, Law, PenaltyLaw, RevoluteJoint, Scene, SleeveJoint
+from exudyn_flexlink.scene import DampedLaw, FlexibleBody, Law, PenaltyLaw, RevoluteJoint, Scene, SleeveJoint
 
 MODES = 4
 STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
@@ -168,11 +168,10 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     """
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
     # Joints that may have a clearance; laws of all that can touch, by its name.
+    laws = {name: law for (_, name), law in scene.laws.items()}
     kinds = (SleeveJoint, RevoluteJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
-    laws: dict[str, Law] = {n: j.acting for n, j in walled.items() if j.acting is not None}
-    laws |= {name: contact.law for name, contact in scene.contacts.items()}
     rough = [n for n, law in laws.items() if isinstance(law, PenaltyLaw) and law.friction > 0]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
@@ -188,6 +187,23 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
         _effect("gravity", gravity if any(scene.gravity) else []),
     ]
     return Table("Effects", rows)
+
+
+def restitution_table(scene: Scene) -> Table:
+    """Return which restitution laws really give that do not promise what they are asked for."""
+    rows = [
+        [name, law.type, restitution_told(law)]
+        for (_, name), law in scene.laws.items()
+        if isinstance(law, DampedLaw)
+    ]
+    return Table("Restitution of contact laws", rows)
+
+
+def restitution_told(law: Law) -> str:
+    """Return the restitution of a law, and which one it really gives if that is another."""
+    asked = number(law.restitution)
+    given = asked if not isinstance(law, DampedLaw) else number(law.returned)
+    return asked if given == asked else f"{asked} asked, gives {given}"
 
 
 def _effect(name: str, causes: Sequence[str]) -> list[str]:

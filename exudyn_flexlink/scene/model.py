@@ -10,6 +10,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
+from exudyn_flexlink.scene.contact_laws import Law
 from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
 from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
@@ -63,6 +64,13 @@ class Scene(Part):
     def document(self) -> Document:
         """The file this scene was read from; an empty one if it was built in Python."""
         return self._document
+
+    @property
+    def laws(self) -> dict[tuple[str, str], Law]:
+        """Laws of all that can touch, by section and name: walls and bearings, then contacts."""
+        joints = {("joints", n): getattr(j, "acting", None) for n, j in self.joints.items()}
+        contacts = {("contacts", n): contact.law for n, contact in self.contacts.items()}
+        return {at: law for at, law in (joints | contacts).items() if law is not None}
 
     @classmethod
     def from_parts(cls, sections: Mapping[str, Any], document: Document) -> Scene:

@@ -80,6 +80,8 @@ class ContactItem:
         self.changed = self._change(touch, now, before)
         if self.changed is not None:
             self.side = BECOMES[self.side, self.changed.what]
+            if self.side is Side.PRESSED:
+                self.items.begin(-self.changed.now.gap_rate)
         if before is not None and now.step > 0:
             touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
             touch.slip_bend = (touch.slip - before.slip) / now.step
@@ -120,7 +122,7 @@ class ContactItem:
             leaps = -touch.gap > abs(rate) * now.step + OPEN
             law = self.contact.law
             assert not isinstance(law, Impulse)  # refused: it has no force
-            press = float(law.force(-touch.gap, -rate))
+            press = float(law.force(-touch.gap, -rate, -rate))
             if before is not None:
                 # The step that found the contact ended in it, already slowed down a little.
                 rate = min(rate, before.gap_rate)
@@ -159,6 +161,7 @@ class ContactItem:
         if not self._can_meet(touch, at):
             self.items.wake(False)
             return step
+        self.items.begin(-touch.gap_rate)
         # Items that act press everywhere behind the face's line, also beyond the face's ends.
         self.items.wake(until < AHEAD * step and self._on_face(at))
         # The integrator spreads the force at a step's end over the whole step: the step that
