@@ -53,9 +53,9 @@ class RestitutionPenalty:
         rate: ArrayLike,
         approach_speed: ArrayLike = 0.0,  # noqa: ARG002
     ) -> FloatArray:
-        """Pressing force in N (never negative), of the broadcast shape of the arguments.
+        """Pressing force in N (never negative), of the broadcast shape of the first arguments.
 
-        It does not depend on the approach speed. With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
+        With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
         once it recedes.
         """
         d, relative = np.maximum(penetration, 0.0), np.asarray(rate) / self.transition_speed
@@ -135,7 +135,8 @@ class PowerPenalty:
         """
         root = 1 / (self.exponent + 1)
         depth = ((self.exponent + 1) * mass / (2 * self.stiffness)) ** root
-        return 2 * math.sqrt(math.pi) * math.gamma(1 + root) / math.gamma(0.5 + root) * depth
+        shape = math.gamma(1 + root) / math.gamma(0.5 + root)
+        return float(2 * math.sqrt(math.pi) * shape * depth)
 
     @property
     def restitution(self) -> float:

@@ -67,7 +67,7 @@ class ExtremeSeeker:
         if pressed.any():
             for law, members in self._laws.items():
                 self._press(law, [k for k in members if pressed[:, k].any()], (time, length),
-                            motion, pressed, began)  # fmt: skip
+                            motion, (pressed, began))  # fmt: skip
 
     def _press(
         self,
@@ -75,12 +75,12 @@ class ExtremeSeeker:
         which: list[int],
         steps: tuple[FloatArray, FloatArray],
         motion: tuple[FloatArray, FloatArray],
-        pressed: BoolArray,
-        began: FloatArray,
+        touches: tuple[BoolArray, FloatArray],
     ) -> None:
         """Find how deep each of the contacts is at most, and how hard it presses, in each step."""
         if not which:
             return
+        pressed, began = touches
         rows = [np.flatnonzero(pressed[:, k]) for k in which]
         seen = [
             approach(self.contacts[k], *(part[own] for part in motion))

@@ -31,9 +31,13 @@ class Laws:
     """Laws of contacts (c,); rigid ones have no force."""
 
     def __init__(self, laws: Sequence[Penalty | Impulse]) -> None:
-        given = [law if isinstance(law, RestitutionPenalty) else None for law in laws]
-        own = [(law.elastic, law.lossy, law.transition_speed) if law else (0, 0, 1) for law in given]
-        self._numbers = np.array(own, dtype=np.float64).reshape(-1, 3).T
+        numbers = [
+            (law.elastic, law.lossy, law.transition_speed)
+            if isinstance(law, RestitutionPenalty)
+            else (0.0, 0.0, 1.0)
+            for law in laws
+        ]
+        self._numbers = np.array(numbers, dtype=np.float64).reshape(-1, 3).T
         self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
         others = [law for law in laws if not isinstance(law, RestitutionPenalty | Impulse)]
         self._others = [

@@ -30,7 +30,15 @@ from exudyn_flexlink.mechanism import (
     wound_at_start,
 )
 from exudyn_flexlink.report.text import Table, listed, number, section, table
-from exudyn_flexlink.scene import DampedLaw, FlexibleBody, Law, PenaltyLaw, RevoluteJoint, Scene, SleeveJoint
+from exudyn_flexlink.scene import (
+    DampedLaw,
+    FlexibleBody,
+    Law,
+    PenaltyLaw,
+    RevoluteJoint,
+    Scene,
+    SleeveJoint,
+)
 
 MODES = 4
 STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits

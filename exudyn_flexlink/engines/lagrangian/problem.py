@@ -10,6 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.lagrangian.equations import Frame
 from exudyn_flexlink.engines.lagrangian.impacts import Impacts
 from exudyn_flexlink.engines.lagrangian.model import turning_row
@@ -76,6 +77,7 @@ class Problem(HybridProblem):
         self.time = 0.0
         contacts = system.contacts
         self.touches = system.touches
+        self.bounds = DepthBounds(contacts.all)
         self.impacts = Impacts(self)
         self._ahead: tuple[Path, Motion, Seen] | None = None  # the last step looked at
         self.seen = Seen(*np.zeros((4, len(contacts.all))))
@@ -250,6 +252,8 @@ class Problem(HybridProblem):
             walls = self.touches.pressed & (np.arange(len(seen.gap)) >= contacts.faces)
             if seen.gap[walls].min(initial=0.0) < -deepest_allowed(channel):
                 self.stop(broken_wall(channel), BROKEN_WALL_ADVICE)
+        if self.bounds.any and (reason := self.bounds.passed(-seen.gap * self.touches.pressed)):
+            self.stop(reason, TOO_DEEP_ADVICE)
 
     def cross(self, event: Event) -> None:
         """Change the equations."""

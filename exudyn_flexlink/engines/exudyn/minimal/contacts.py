@@ -161,7 +161,8 @@ class PenaltyContact(MinimalContact):
         if look.bend == 0 and self.friction is None:
             return None
         touch = look.touch
-        pressing = press_by([self.law], np.array([approach]))(np.array([[touch.gap, touch.gap_rate]]))
+        press_of = press_by([self.law], np.array([approach]))
+        pressing = press_of(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
         past = self._row(look, look.along, (look.at, look.centre))
         stiffness = -press * look.bend * np.outer(past, past)

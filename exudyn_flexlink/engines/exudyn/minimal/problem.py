@@ -15,6 +15,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     RigidContact,
@@ -83,6 +84,7 @@ class MinimalProblem:
         self._walls = len(self.model.contacts)  # number of the first pair of link and guide
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
+        self.bounds = DepthBounds(self.recorder.contacts)
         self.impacts = Impacts(self.model, self._finder, self.recorder)
 
     @property
@@ -152,6 +154,11 @@ class MinimalProblem:
         self.recorder.take(step, found)
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
+        elif self.bounds.any:
+            gaps = [touch.gap for touch in self._finder.touches]
+            depths = -np.concatenate([gaps, self._finder.walls.seen.gap])
+            self.stop_reason = self.bounds.passed(depths * self.model.touches.pressed)
+            self.stop_advice = TOO_DEEP_ADVICE
 
     def _look(self, step: Step) -> _Looked:
         """All coordinates at the end of a step, and within it."""

@@ -240,9 +240,7 @@ class _Place:
         return (x + rx, y + ry), (u - spin * ry, w + spin * rx), angle, spin
 
 
-def _law(
-    system: System, law: Penalty | Impulse | Friction, free: float, kind: str
-) -> Any:
+def _law(system: System, law: Penalty | Impulse | Friction, free: float, kind: str) -> Any:
     """Return a symbolic function for items of a kind, one for all contacts of the same law."""
     assert not isinstance(law, Impulse | LineContact)  # `run` refuses them
     key = law, free, kind
