@@ -191,7 +191,7 @@ def test_contacts_are_those_of_the_mechanism_and_gradients_those_of_differences(
     q, v, _ = random_state(run, 5)
     contacts, every = run.system.contacts, np.arange(len(run.model.contacts))
     frame = frame_at(run, q, v)
-    seen, pushed = contacts.look(frame), contacts.push(frame, every)
+    seen, pushed = contacts.look(frame), contacts.push(frame, every, np.zeros(len(every)))
     poses, rates = run.model.poses(frame)
     for k, contact in enumerate(run.model.contacts):
         at = approach(contact, poses[0], rates[0])

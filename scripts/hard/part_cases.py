@@ -51,6 +51,7 @@ PART_CASES = (
         EXUDYN,
         part_truths.grazing_circles,
     ),
+    Case("slower_bounces", "one equation", PLAIN, (MINIMAL,), part_truths.slower_bounces),
     Case("dome", "one equation, then free fall", PLAIN, (MINIMAL,), part_truths.dome),
     Case("kinked_drive", "closed form", TOLD, EXUDYN, part_truths.kinked_drive),
     # Redundant coordinates cross the pulse in steps as long as its rows: right within 1e-8 m, but
