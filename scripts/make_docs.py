@@ -196,6 +196,7 @@ ITEMS = (
         {name: name for name in ("penalty_to_impulse.png", "rods_and_strike.png")},
         "tables/impact_models.md",
     ),
+    measured("restitution", "1 min"),
     measured("tolerance", "15 min", "--engine", "exudyn", "lagrangian"),
     Item(
         "loop_tolerance",
