@@ -19,29 +19,29 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_315,
-    "engines/exudyn/minimal": 4_830,
-    "engines/exudyn/redundant": 3_145,
-    "engines/lagrangian": 2_055,
-    "mechanism": 4_805,
-    "scene": 3_110,
+    "engines": 2_395,
+    "engines/exudyn/minimal": 4_845,
+    "engines/exudyn/redundant": 3_190,
+    "engines/lagrangian": 2_060,
+    "mechanism": 4_860,
+    "scene": 3_305,
     "expressions": 1_245,
     "curves": 1_435,
     "observables": 1_670,
-    "accuracy": 940,
+    "accuracy": 950,
     "stability": 870,
     "verification": 440,
     "storage": 1_915,
     "sweeps": 1_495,
     "plots": 2_950,
-    "report": 1_825,
+    "report": 1_860,
     "page": 335,
     "animation": 1_655,
     "cli": 2_445,
     "api": 1_190,
-    "": 3_560,
+    "": 3_760,
 }
-WHOLE = {PACKAGE: 45_850, "tests": 24_820, "scripts": 7_970}
+WHOLE = {PACKAGE: 46_505, "tests": 25_110, "scripts": 8_055}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
