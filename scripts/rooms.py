@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_190,
     "": 3_560,
 }
-WHOLE = {PACKAGE: 45_850, "tests": 24_790, "scripts": 7_970}
+WHOLE = {PACKAGE: 45_850, "tests": 24_850, "scripts": 8_150}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
