@@ -178,7 +178,8 @@ def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
     }
     for name, marker in (("S", "o"), ("O", "+")):
         if name in at:
-            place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9))
+            rim = {"mec": "white", "mew": place.points(1.0)} if name == "S" else {}
+            place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9), **rim)
     for first, names in together(at, NEAR * size).items():
         away = 0, place.points(7)
         place.write(", ".join(names), at[first], away, 12, va="bottom", ha="center")

@@ -24,6 +24,7 @@ from exudyn_flexlink.plots.panels import (
 )
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, RED, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
 LEAST_HEIGHT = 1.75  # inches of a panel
@@ -76,7 +77,8 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
         colour, faint = SERIES[i % len(SERIES)], 0.5 if width > thin else 1.0
         own = result.error.forces.get(name, ForceDeviation("", None, None))
         error = max((part.largest for part in (own.free, own.touching) if part), default=0.0)
-        label = force.name + (f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else "")
+        label = f"{force.name}{_place(result.scene, force)}"
+        label += f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else ""
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
         if own.free is not None:
             # While something touches, the largest error is that of a peak: none of an instant.
@@ -84,6 +86,18 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
             ends = (force.size - own.free.largest, force.size + own.free.largest)
             axes.fill_between(x, *ends, where=known, color=colour, alpha=0.25, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
+
+
+def _place(scene: Scene, force: Force) -> str:
+    """At which point a force acts, in words; nothing of a torque, and of what has no one point."""
+    found = {"joint": scene.joints, "slot": scene.joints, "spring": scene.springs,
+             "drive": scene.drives, "contact": scene.contacts}  # fmt: skip
+    own = found.get(force.quantity.split()[0], {}).get(force.name)
+    if force.unit != "N" or own is None:
+        return ""
+    points = [getattr(own, "point", None), *reversed(getattr(own, "points", ()))]
+    moving = [point for point in points if point not in (None, "ground")]
+    return f" at {moving[0]}" if moving else ""
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
@@ -117,7 +131,10 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     }
     for name, force in forces_of(result).items():
         if name not in momentary:
-            found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
+            vector = "size of the\n" if force.values.ndim > 1 else ""
+            line = " " if vector else "\n"
+            axis = f"{vector}{force.quantity}{line}({force.unit})"
+            found.setdefault(axis, {})[name] = force
     for axis, panel in found.items():
         acting = {name: force for name, force in panel.items() if _acts(result, force)}
         found[axis] = acting or panel

@@ -178,6 +178,10 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     scale.xaxis.set_major_locator(NullLocator())
     scale.set_ylabel(label)
     scale.grid(visible=False)
+    if start > 0:
+        told = f"the scale begins\nat {start:g}, not at zero"
+        axes.text(0.5, 0.5, told, transform=axes.transAxes, ha="center", va="center", color=GREY,
+                  fontsize=mpl.rcParams["legend.fontsize"])  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,14 @@ from exudyn_flexlink.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from exudyn_flexlink.scene import (
     FlexibleBody,
     ForceDrive,
+    PointOnLine,
     PrismaticJoint,
     RigidBody,
+    RodBody,
     Scene,
     SleeveJoint,
     TorsionalSpring,
+    split_point,
 )
 
 ROUND = 73  # points of a circle, the last on the first
@@ -243,12 +246,31 @@ def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
         yield Mark("point that may strike", face.point)
 
 
+def lettered(scene: Scene) -> dict[str, str]:
+    """Rods that the paper calls CD, the one guide, and BE, the one lever that is struck.
+
+    By the letters of start and end; none without a guide: other mechanisms have other names.
+    """
+    guides = {own.guide for own in scene.joints.values() if isinstance(own, SleeveJoint)}
+    lines = [own.line for own in scene.contacts.values() if isinstance(own, PointOnLine)]
+    levers = {split_point(end)[0] for line in lines for end in line} if guides else set()
+    return {
+        letters: name
+        for letters, names in (("CD", guides), ("BE", levers))
+        for name in names
+        if len(names) == 1 and isinstance(scene.bodies[name], RodBody)
+    }
+
+
 def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
-    """Points that the paper names: the origin O, P in the one slot, and S, the watched one."""
-    found = {"O": Anchor(GROUND, 0.0, 0.0)}
+    """Points that the paper names: S, the watched one, O, P in the one slot, ends of rods."""
+    found = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
     if len(model.slots) == 1:
         found["P"] = model.slots[0].anchor
-    return {**found, "S": point_anchor(scene, model, watched_point(scene))}
+    for (start, end), body in lettered(scene).items():
+        found[start] = point_anchor(scene, model, f"{body}.start")
+        found[end] = point_anchor(scene, model, f"{body}.end")
+    return found
 
 
 def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:
