@@ -71,6 +71,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from exudyn_flexlink.animation import FilmError
     from exudyn_flexlink.api.animations import Animation
     from exudyn_flexlink.api.comparisons import Comparison, compare
     from exudyn_flexlink.api.results import Result, load, simulate
@@ -83,9 +84,16 @@ if TYPE_CHECKING:
         stability_of,
     )
     from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
+    from exudyn_flexlink.continuing import CannotContinueError
     from exudyn_flexlink.engines import NotRepresentableError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.stability import (
+        ImpossibleLapsError,
+        NoRhythmError,
+        StoppedError,
+        TooShortError,
+    )
     from exudyn_flexlink.storage import StorageError
     from exudyn_flexlink.sweeps import CannotStartError, standard_row
 
@@ -94,16 +102,22 @@ if TYPE_CHECKING:
 __all__ = [
     "Animation",
     "Branches",
+    "CannotContinueError",
     "CannotStartError",
     "Comparison",
+    "FilmError",
+    "ImpossibleLapsError",
+    "NoRhythmError",
     "NotRepresentableError",
     "Result",
     "Scene",
     "SceneError",
     "Simulate",
     "Stability",
+    "StoppedError",
     "StorageError",
     "SweepTable",
+    "TooShortError",
     "__version__",
     "bifurcation",
     "compare",
@@ -120,15 +134,18 @@ __all__ = [
 ]
 
 _HOMES = {
+    "animation": ("FilmError",),
     "api.animations": ("Animation",),
     "api.comparisons": ("Comparison", "compare"),
     "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),
+    "continuing": ("CannotContinueError",),
     "engines": ("NotRepresentableError",),
     "shipped": ("model_names",),
     "source": ("SceneError",),
+    "stability": ("ImpossibleLapsError", "NoRhythmError", "StoppedError", "TooShortError"),
     "storage": ("StorageError",),
     "sweeps": ("CannotStartError", "standard_row"),
 }

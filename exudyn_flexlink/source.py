@@ -23,7 +23,8 @@ LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 class Document:
     """A model file as plain data, with the place of every value and key.
 
-    `settings` holds the texts 'path=value' that replaced values of the file, by their paths.
+    `settings` holds the texts 'path=value' that replaced values of the file, by their paths; empty
+    ones where no text gave them, but Python.
     """
 
     name: str
@@ -175,7 +176,7 @@ def _show(document: Document, lines: Sequence[str], mistake: Mistake) -> str:
     place = None if setting is not None else document.place_of(mistake)
     where = document.name
     if setting is not None:
-        where = f"--set {setting}"
+        where = f"--set {setting}" if setting else ""
     elif place:
         where = f"{document.name}:{place.line}:{place.column}"
     shown = [": ".join(part for part in (where, dotted(mistake.path), mistake.message) if part)]

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import page, style_of
+from exudyn_flexlink.api.figures import RESULT, page, style, style_of
+from exudyn_flexlink.arguments import takes, two_texts
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
 from exudyn_flexlink.observables import name_of
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 class Comparison(PlainComparison):
     """Two runs at common instants: how far points are apart, strikes in pairs."""
 
+    @takes(style=style)
     def plot(self, style: str = "screen") -> Figure:
         """Draw both runs over each other, and their difference.
 
@@ -51,6 +53,7 @@ class Comparison(PlainComparison):
         return page(title, self.summary(), self.plot() if len(self.time) > 1 else None)
 
 
+@takes(first=RESULT, second=RESULT, names=two_texts)
 def compare(first: Result, second: Result, *, names: tuple[str, str] | None = None) -> Comparison:
     """Compare two runs of one scene, or with `names` of two scenes: rigid and flexible, say.
 

@@ -8,6 +8,7 @@ from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from exudyn_flexlink.arguments import a, among, takes
 from exudyn_flexlink.result import Result
 
 if TYPE_CHECKING:
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
 # Those of `plots.FIGURES`: what is asked for names alone needs no matplotlib.
 NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
 SMALL = 70  # dots per inch: a figure beside text, some tens of kilobytes
-STYLE = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
+FORM = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
+
+RESULT = a(Result, "simulate(..) and load(..) give one")
+style = among(lambda _: ("screen", "print"), "style")  # those of `plots.STYLES`
 
 
 class Plots:
@@ -42,6 +46,7 @@ class Plots:
             raise AttributeError(f"no figure '{name}'; there are: {', '.join(NAMES)}")
         return partial(_drawn, self._result, name)
 
+    @takes(style=style)
     def all(self, style: str = "screen") -> dict[str, Figure]:
         """Draw every figure that makes sense for this run, by name."""
         from exudyn_flexlink import plots
@@ -49,6 +54,7 @@ class Plots:
         return plots.figures(self._result, style_of(style))
 
 
+@takes(style=style)
 def _drawn(result: Result, name: str, *arguments: Any, style: str = "screen") -> Figure:
     """Draw one figure."""
     from exudyn_flexlink import plots
@@ -61,16 +67,9 @@ def _drawn(result: Result, name: str, *arguments: Any, style: str = "screen") ->
 
 
 def style_of(name: str) -> Style:
-    """Return a style of figures by its name.
-
-    Raises:
-        ValueError: there is none of that name.
-
-    """
+    """Return a style of figures by its name."""
     from exudyn_flexlink import plots
 
-    if name not in plots.STYLES:
-        raise ValueError(f"no style '{name}'; there are: {', '.join(plots.STYLES)}")
     return plots.STYLES[name]
 
 
@@ -78,7 +77,7 @@ def page(title: str, text: str, figure: Figure | None) -> str:
     """Return HTML of a title, a text of fixed width and a small figure, if there is one."""
     picture = "" if figure is None else _image(figure)
     words = f"<pre>{escape(text)}</pre>"
-    return f"<b>{escape(title)}</b><div style='{STYLE}'>{words}{picture}</div>"
+    return f"<b>{escape(title)}</b><div style='{FORM}'>{words}{picture}</div>"
 
 
 def _image(figure: Figure) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -12,9 +12,20 @@ from typing import TYPE_CHECKING
 from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.animations import Animation
-from exudyn_flexlink.api.figures import Plots, page
-from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
+from exudyn_flexlink.api.figures import RESULT, Plots, page
+from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import data_frame, data_set
+from exudyn_flexlink.arguments import (
+    among,
+    flag,
+    function,
+    number,
+    place,
+    takes,
+    text,
+    two_texts,
+    whole,
+)
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables import LeverResponse, PointPath, Strike, Vibration
@@ -27,10 +38,15 @@ from exudyn_flexlink.stability import (
     rhythm_of,
     section_by_crank,
 )
+from exudyn_flexlink.units import Dimension
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
+
+POINT = among(lambda own: observables.point_names(own.scene), "point")
+TIME = number(Dimension.TIME, at_least=0.0)
+PERIOD = number(Dimension.TIME, above=0.0)
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,6 +56,7 @@ class Result(PlainResult):
     SI units throughout; shapes stand at the fields, N is the number of samples.
     """
 
+    @takes(point=POINT)
     def path(self, point: str) -> PointPath:
         """Return the motion of a point 'body.point': time, position and velocity.
 
@@ -49,6 +66,7 @@ class Result(PlainResult):
         """
         return observables.path(self, point)
 
+    @takes(contact=among(lambda own: own.scene.contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
         """Return the strikes of a contact in order, each a burst of touches.
 
@@ -58,6 +76,7 @@ class Result(PlainResult):
         """
         return observables.strikes(self, contact)
 
+    @takes(body=among(lambda own: observables.struck_bodies(own.scene), "struck body"))
     def lever(self, body: str) -> LeverResponse:
         """Return the motion of a struck body: angle or displacement, and that of its tip.
 
@@ -65,11 +84,9 @@ class Result(PlainResult):
             ValueError: no contact strikes such a body.
 
         """
-        struck = observables.struck_bodies(self.scene)
-        if body not in struck:
-            raise ValueError(f"no contact strikes '{body}'; struck are: {_names(struck)}")
-        return observables.lever_response(self, struck[body])
+        return observables.lever_response(self, observables.struck_bodies(self.scene)[body])
 
+    @takes(name=among(lambda own: own.intervals, "contact or joint with clearance"))
     def touches(self, name: str) -> Intervals:
         """Return every contact of a joint with clearance, or of one of the scene's, as columns.
 
@@ -80,11 +97,9 @@ class Result(PlainResult):
             ValueError: the scene has neither a joint with clearance nor a contact of that name.
 
         """
-        known = self.intervals
-        if name not in known:
-            raise ValueError(f"nothing touches in '{name}'; there are: {_names(known)}")
-        return known[name]
+        return self.intervals[name]
 
+    @takes(at=TIME)
     def continued(self, at: float | None = None) -> Scene:
         """Return the scene that goes on from this run's sample next to `at` (s), or from its end.
 
@@ -97,6 +112,7 @@ class Result(PlainResult):
         """
         return own_scene(continued(self, at))
 
+    @takes(angle=number(Dimension.ANGLE), point=POINT, after=TIME)
     def poincare(self, angle: float = 0.0, point: str | None = None, after: float = 0.0) -> Section:
         """Return where a point is, and how fast, whenever the crank passes an angle (rad).
 
@@ -108,6 +124,7 @@ class Result(PlainResult):
         """
         return section_by_crank(self, angle, point, after)
 
+    @takes(lap=PERIOD, point=POINT, after=TIME)
     def lap_distances(
         self, lap: float | None = None, point: str | None = None, after: float = 0.0
     ) -> LapDistances:
@@ -123,10 +140,12 @@ class Result(PlainResult):
         """
         return lap_distances(self, rhythm_of(self.scene, lap).lap, point, after)
 
+    @takes(after=TIME)
     def vibration(self, after: float = 0.0) -> Vibration:
         """Return how the watched point is off its ideal place, from `after` (s) on."""
         return observables.vibration(self, after)
 
+    @takes(name=text)
     def to_dataframe(self, name: str) -> DataFrame:
         """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.
 
@@ -153,6 +172,19 @@ class Result(PlainResult):
         """The figures, by name: ``result.plot.coordinates()``; ``dir(result.plot)`` lists them."""
         return Plots(self)
 
+    @takes(
+        path=place,
+        other=RESULT,
+        names=two_texts,
+        begin=TIME,
+        end=TIME,
+        slow=text,
+        speed=number(above=0.0),
+        fps=number(above=0.0),
+        width=whole(1),
+        force=flag,
+        progress=function,
+    )
     def animate(
         self,
         path: str | PathLike[str] | None = None,
@@ -178,8 +210,8 @@ class Result(PlainResult):
         `fps` frames in a second, and is `width` pixels wide.
 
         Raises:
+            FilmError: what is asked for can't be shown, or not in that format.
             StorageError: the file can't be written, or may not be replaced.
-            ValueError: what is asked for can't be shown, or not in that format.
 
         """
         from exudyn_flexlink.animation import FilmError, Filming, Slow, film_of
@@ -193,6 +225,7 @@ class Result(PlainResult):
             found.save(path, force=force, progress=progress)
         return found
 
+    @takes(folder=place, force=flag)
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run into a folder that `load` reads, whole or not at all; return the folder.
 
@@ -206,6 +239,7 @@ class Result(PlainResult):
             storage.save(self, staged)
         return Path(folder)
 
+    @takes(path=place, force=flag)
     def report(self, path: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run as one page of HTML, which loads nothing else; return its path.
 
@@ -242,6 +276,7 @@ class Result(PlainResult):
         return page(self.scene.title, self.summary(), plots.coordinates(self))
 
 
+@takes(scene=given_scene, engine=ENGINE, progress=function, measure=flag)
 def simulate(
     scene: Scene,
     engine: str = "exudyn",
@@ -254,19 +289,25 @@ def simulate(
     Its `outcome` says whether it ran to its end. `progress` is called with the part that is done, 0
     to 1. With a tolerance two runs are made, of which the second is finer: it is the result, whose
     `error` is what their distance tells. ``measure=False`` makes one, of which no error is known. A
-    run whose own numbers are doubtful warns. Ctrl-C raises KeyboardInterrupt: signals are left
-    alone.
+    run whose own numbers are doubtful warns.
+
+    Ctrl-C ends it after the step under way: what was computed is returned, and `outcome` says that
+    it was interrupted. After it the second run, if under way, is given up.
 
     Raises:
+        KeyboardInterrupt: the user had enough before the first step.
         NotRepresentableError: the engine can't represent a part of the scene.
         ValueError: there is no such engine.
 
     """
-    return own_result(
-        engines.simulate(given_scene(scene), engine, progress, measure=measure, at_once=True)
-    )
+    try:
+        found = engines.simulate(scene, engine, progress, measure=measure, at_once=True)
+    except engines.LateInterruptError as late:  # all that it has computed is there
+        found = late.result
+    return own_result(found)
 
 
+@takes(folder=place)
 def load(folder: str | PathLike[str]) -> Result:
     """Read a saved run.
 
@@ -280,7 +321,3 @@ def load(folder: str | PathLike[str]) -> Result:
 def own_result(found: PlainResult) -> Result:
     """Return a result with the methods of this room."""
     return with_methods(Result, found, scene=own_scene(found.scene))
-
-
-def _names(known: Iterable[str]) -> str:
-    return ", ".join(f"'{name}'" for name in known) or "none"

@@ -26,7 +26,7 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
     StepChooser,
 )
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
-from exudyn_flexlink.engines.interrupts import between_steps, interrupts
+from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.mechanism import (
@@ -122,7 +122,7 @@ def solve(prepared: Prepared) -> str:
     settings = _settings(prepared, first)
     complaint = ""
     try:
-        with interrupts(loop.interrupt), between_steps() as loop.listen:
+        with interrupts(loop.interrupt):
             system.mbs.SolveDynamic(settings, showHints=False)
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
