@@ -71,6 +71,8 @@ def told(value: object) -> str:
     """Write what was given as messages show it: short, and in Python's words."""
     if isinstance(value, type):
         return f"the class {value.__name__}"
+    if isinstance(value, int) and abs(value) > 10**LONGEST_TEXT:
+        return f"an int of {int(value.bit_length() * math.log10(2)) + 1} digits"
     if value is None or isinstance(value, bool | Real | complex | str | bytes):
         text = repr(value)
         return text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]}..."
@@ -105,9 +107,9 @@ def number(dimension: Dimension = Dimension.NUMBER, **bounds: float) -> Kind:
         wrong = f"expected {dimension.hint or dimension.words}, got {told(value)}"
         if isinstance(given, bool) or not isinstance(given, Real | str):
             raise TypeError(wrong)
-        if not isinstance(given, str) and not math.isfinite(given):
-            raise ValueError(wrong)
         try:
+            if not isinstance(given, str) and not math.isfinite(given):
+                raise ValueError(wrong)
             return float(quantity.read(given if isinstance(given, str) else float(given)))
         except OverflowError:
             raise ValueError(wrong) from None
