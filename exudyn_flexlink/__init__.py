@@ -73,7 +73,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from exudyn_flexlink.api.animations import Animation
     from exudyn_flexlink.api.comparisons import Comparison, compare
-    from exudyn_flexlink.api.results import Result, load, simulate
+    from exudyn_flexlink.api.results import Result, joined, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
         Branches,
@@ -83,9 +83,16 @@ if TYPE_CHECKING:
         stability_of,
     )
     from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
+    from exudyn_flexlink.continuing import CannotContinueError
     from exudyn_flexlink.engines import NotRepresentableError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.stability import (
+        ImpossibleLapsError,
+        NoRhythmError,
+        StoppedError,
+        TooShortError,
+    )
     from exudyn_flexlink.storage import StorageError
     from exudyn_flexlink.sweeps import CannotStartError, standard_row
 
@@ -94,20 +101,26 @@ if TYPE_CHECKING:
 __all__ = [
     "Animation",
     "Branches",
+    "CannotContinueError",
     "CannotStartError",
     "Comparison",
+    "ImpossibleLapsError",
+    "NoRhythmError",
     "NotRepresentableError",
     "Result",
     "Scene",
     "SceneError",
     "Simulate",
     "Stability",
+    "StoppedError",
     "StorageError",
     "SweepTable",
+    "TooShortError",
     "__version__",
     "bifurcation",
     "compare",
     "idealise",
+    "joined",
     "load",
     "load_scene",
     "load_sweep",
@@ -122,13 +135,15 @@ __all__ = [
 _HOMES = {
     "api.animations": ("Animation",),
     "api.comparisons": ("Comparison", "compare"),
-    "api.results": ("Result", "load", "simulate"),
+    "api.results": ("Result", "joined", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),
+    "continuing": ("CannotContinueError",),
     "engines": ("NotRepresentableError",),
     "shipped": ("model_names",),
     "source": ("SceneError",),
+    "stability": ("ImpossibleLapsError", "NoRhythmError", "StoppedError", "TooShortError"),
     "storage": ("StorageError",),
     "sweeps": ("CannotStartError", "standard_row"),
 }

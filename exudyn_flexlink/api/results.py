@@ -17,7 +17,15 @@ from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import data_frame, data_set
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.observables import LeverResponse, PointPath, Strike, Vibration
+from exudyn_flexlink.joining import joined as join
+from exudyn_flexlink.observables import (
+    BodyMotion,
+    JointForce,
+    LeverResponse,
+    PointPath,
+    Strike,
+    Vibration,
+)
 from exudyn_flexlink.report import failure_text, run_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.stability import (
@@ -31,6 +39,10 @@ from exudyn_flexlink.stability import (
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
+
+
+SHARED = ("events", "intervals", "sample_at")
+"""What results of the rooms below have beside their fields."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -48,6 +60,24 @@ class Result(PlainResult):
 
         """
         return observables.path(self, point)
+
+    def body(self, name: str) -> BodyMotion:
+        """Return the motion of a body: `angle` and `rate` (N,), `position` and `velocity` (N, 2).
+
+        Raises:
+            ValueError: the scene has no such body.
+
+        """
+        return observables.body_motion(self, name)
+
+    def joint(self, name: str) -> JointForce:
+        """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
+
+        Raises:
+            ValueError: the scene has no such joint, or no force of it is kept.
+
+        """
+        return observables.joint_force(self, name)
 
     def strikes(self, contact: str) -> list[Strike]:
         """Return the strikes of a contact in order, each a burst of touches.
@@ -85,17 +115,34 @@ class Result(PlainResult):
             raise ValueError(f"nothing touches in '{name}'; there are: {_names(known)}")
         return known[name]
 
-    def continued(self, at: float | None = None) -> Scene:
+    def continued(
+        self,
+        at: float | None = None,
+        *,
+        turns: float | None = None,
+        duration: float | str | None = None,
+    ) -> Scene:
         """Return the scene that goes on from this run's sample next to `at` (s), or from its end.
 
-        It runs as long as this one did, by its own clock: ``with_({"run.turns": 1})`` says
-        otherwise. A run can't go on from an instant at which something presses.
+        It runs for so many `turns` of the crank or a `duration`, by its own clock; left out, as
+        long as this one did. A run can't go on from an instant at which something presses. `joined`
+        makes one result of both runs.
 
         Raises:
             CannotContinueError: something presses then; the text says when nothing does.
+            SceneError: it can't run so long.
+            ValueError: turns and a duration; or turns, and the scene has no revolute joint.
 
         """
-        return own_scene(continued(self, at))
+        scene = own_scene(continued(self, at))
+        if turns is not None and duration is not None:
+            raise ValueError("'turns' and 'duration' exclude each other: give one of both")
+        if turns is not None:
+            crank = observables.crank_joint(scene)
+            if crank is None:
+                raise ValueError("the scene has no revolute joint whose turns count: give duration")
+            return scene.with_({"run.turns": turns, "run.of": crank})
+        return scene if duration is None else scene.with_({"run.duration": duration})
 
     def poincare(self, angle: float = 0.0, point: str | None = None, after: float = 0.0) -> Section:
         """Return where a point is, and how fast, whenever the crank passes an angle (rad).
@@ -127,8 +174,12 @@ class Result(PlainResult):
         """Return how the watched point is off its ideal place, from `after` (s) on."""
         return observables.vibration(self, after)
 
-    def to_dataframe(self, name: str) -> DataFrame:
+    def to_dataframe(self, name: str | None = None) -> DataFrame:
         """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.
+
+        Without a name all that is told at every sample: bodies and points, answers of struck
+        bodies, forces, energies; as ``lever.angle_rad``, ``link.end.x_m``, ``energy.kinetic_J``,
+        ``crank.joint_force_x_N``.
 
         Columns carry their units, as in the CSV files of a saved run. Needs pandas.
 
@@ -225,6 +276,10 @@ class Result(PlainResult):
         end = [] if self.outcome.completed else [failure_text(self)]
         return "\n\n".join([run_text(self), *end, *(f"warning: {told}" for told in self.warnings)])
 
+    def __dir__(self) -> list[str]:
+        own = [name for name in vars(Result) if not name.startswith("_")]
+        return sorted({*PlainResult.__dataclass_fields__, *SHARED, *own})
+
     def __repr__(self) -> str:
         """Return one line: who made it, how it ended, what to be warned of."""
         outcome = self.outcome
@@ -275,6 +330,23 @@ def load(folder: str | PathLike[str]) -> Result:
 
     """
     return own_result(storage.load(Path(folder)))
+
+
+def joined(first: PlainResult, second: PlainResult) -> Result:
+    """Return one result of a run and of one that goes on from it, see `Result.continued`.
+
+    It goes on from the end. Samples, forces, touches, extremes, laps and energies are those of
+    both, as of one run. The error is that of the first run, and is known up to where the second
+    begins: what the second makes of it nobody measured. The scene is the first one, which runs as
+    long as both; settings and versions are those of the first.
+
+    Raises:
+        CannotContinueError: something presses where the first run ends.
+        ValueError: the second run does not go on from there, or is by another engine; or a contact
+            strikes a body that no joint carries, whose displacement is told from each start anew.
+
+    """
+    return own_result(join(first, second))
 
 
 def own_result(found: PlainResult) -> Result:

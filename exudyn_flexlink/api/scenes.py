@@ -34,7 +34,21 @@ class Scene(PlainScene):
             SceneError: a path leads nowhere, or a value can't be; with a hint, as of `load_scene`.
 
         """
-        return own_scene(loading.scene_of(loading.document_of(self), _settings(changes), True))
+        return _changed(self, _settings(changes))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the sections as plain data in SI units, of which `load_scene` makes the scene."""
+        return self.to_data()
+
+    def to_yaml(self) -> str:
+        """Return the text of a model file of the scene, in SI units.
+
+        Points and tables that came from files are in it, comments of its own file are not.
+        """
+        return loading.yaml_of(self)
+
+    def __dir__(self) -> list[str]:
+        return [*PlainScene.model_fields, "to_dict", "to_yaml", "with_"]
 
     def __repr__(self) -> str:
         return f"<Scene '{self.title}': {'; '.join(_parts(self))}>"
@@ -48,13 +62,15 @@ class Scene(PlainScene):
 
 
 def load_scene(
-    model: str | PathLike[str] | Mapping[str, Any],
+    model: str | PathLike[str] | Mapping[str, Any] | PlainScene,
     changes: Mapping[str, Any] | Iterable[str] = (),
     *,
     allow_outside: bool = False,
     **settings: Any,
 ) -> Scene:
     """Load a scene: a model that comes with the program by name, a file, or a dict of sections.
+
+    A scene is given back, with the changes if there are any.
 
     `settings` are keys of the sections accuracy, initial, run and solver: ``tolerance=1e-7``,
     ``turns=2``, ``formulation="redundant"``. `changes` are by path, as those of `Scene.with_`, or
@@ -67,6 +83,8 @@ def load_scene(
     """
     texts: list[Setting] = _settings(changes) if isinstance(changes, Mapping) else list(changes)
     texts += _settings({_path_of(key): value for key, value in settings.items()})
+    if isinstance(model, PlainScene):
+        return _changed(model, texts) if texts else own_scene(model)
     return own_scene(loading.scene_of(_document(model), texts, allow_outside))
 
 
@@ -123,6 +141,10 @@ def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
             raise SceneError(Document(model), [mistake])
         path = shipped or path
     return load_document(path)
+
+
+def _changed(scene: PlainScene, settings: list[Setting]) -> Scene:
+    return own_scene(loading.scene_of(loading.document_of(scene), settings, True))
 
 
 def _settings(changes: Mapping[str, Any]) -> list[Setting]:

@@ -10,6 +10,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from exudyn_flexlink import engines, storage, sweeps
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
@@ -17,7 +20,7 @@ from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import needed
 from exudyn_flexlink.scene import Scene as PlainScene
-from exudyn_flexlink.source import Document, Mistake
+from exudyn_flexlink.source import Document, Mistake, unknown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,6 +40,20 @@ Observe = Callable[[Scene, Simulate], Mapping[str, sweeps.Scalar]]
 @dataclass(frozen=True, repr=False)
 class SweepTable(sweeps.SweepTable):
     """What a sweep has given: a row for every point, in SI units."""
+
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        """Return a column (rows,) by name: numbers, nan where there is none, or texts.
+
+        Raises:
+            KeyError: there is no such column; `columns` lists all.
+
+        """
+        columns = self.columns()
+        if column not in columns:
+            raise KeyError(unknown("column", column, columns))
+        values = columns[column]
+        texts = any(isinstance(value, str) for value in values)
+        return np.array(values, dtype=object if texts else float)
 
     def plot(self, *names: str, style: str = "screen") -> Figure:
         """Draw columns by `names`, or the first that differ: lines, maps, parallel coordinates.

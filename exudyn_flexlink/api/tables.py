@@ -10,6 +10,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import point_names, struck_bodies
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import (
+    all_columns,
     arrays_of,
     attributes_of,
     lever_columns,
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-def data_frame(result: Result, name: str) -> DataFrame:
-    """Return what is known of a point, a struck body, a contact or a joint as a table."""
-    columns = _columns(result, name)
+def data_frame(result: Result, name: str | None) -> DataFrame:
+    """Return what is known of a point, a struck body, a contact or a joint as a table; or all."""
+    columns = all_columns(result) if name is None else _columns(result, name)
     frame: DataFrame = needed("pandas").DataFrame(columns)
     return frame
 

@@ -18,11 +18,9 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
 )
 from exudyn_flexlink.observables.answers import Measure, Moved, Slid, Turned, answer_of, rest_of
-from exudyn_flexlink.observables.points import between_samples
+from exudyn_flexlink.observables.points import between_samples, require_inside
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
-
-NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
 
 
 @dataclass(frozen=True)
@@ -64,11 +62,7 @@ class LeverResponse:
             ValueError: one of them is not in the run.
 
         """
-        begin, end = float(self.time[0]), float(self.time[-1])
-        if not np.all((np.asarray(time) >= begin - NOTHING) & (np.asarray(time) <= end + NOTHING)):
-            raise ValueError(
-                f"the run goes from {begin:.9g} to {end:.9g} s: nothing is known beyond"
-            )
+        require_inside(self.time, np.asarray(time))
         return between_samples(self.time, self.value, self.rate, time)
 
     def between(self, begin: float, end: float) -> LeverResponse:

@@ -9,7 +9,14 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
-from exudyn_flexlink.observables import Force, Strike, forces_of, strikes, touching
+from exudyn_flexlink.observables import (
+    Force,
+    Strike,
+    forces_of,
+    momentary_forces,
+    strikes,
+    touching,
+)
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     along,
@@ -110,11 +117,7 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     """
     found: dict[str, dict[str, Force]] = {}
     # Between impacts without duration a line at zero looks as if nothing had been struck.
-    momentary = {
-        f"contact force of {name}"
-        for name, own in result.contacts.items()
-        if np.isinf(own.touches.peak_force).any() and not own.force.any()
-    }
+    momentary = momentary_forces(result)
     for name, force in forces_of(result).items():
         if name not in momentary:
             found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
