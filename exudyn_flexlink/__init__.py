@@ -72,8 +72,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exudyn_flexlink.api.animations import Animation
-    from exudyn_flexlink.api.comparisons import Comparison, compare
-    from exudyn_flexlink.api.results import Result, joined, load, simulate
+    from exudyn_flexlink.api.comparisons import Comparison, compare, joined
+    from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
         Branches,
@@ -134,8 +134,8 @@ __all__ = [
 
 _HOMES = {
     "api.animations": ("Animation",),
-    "api.comparisons": ("Comparison", "compare"),
-    "api.results": ("Result", "joined", "load", "simulate"),
+    "api.comparisons": ("Comparison", "compare", "joined"),
+    "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),

@@ -50,7 +50,7 @@ def joined(first: Result, second: Result) -> Result:
         **own,
         timings={key: x + second.timings.get(key, 0.0) for key, x in first.timings.items()},
         laps=(*first.laps, *second.laps),
-        checks=_checks(first, second, float(energy.residual[-1])),
+        checks=_checks(first, second),
         warnings=tuple(dict.fromkeys([*first.warnings, *second.warnings])),
         outcome=replace(second.outcome, time=second.outcome.time + end),
         # The second run inherits what the first is off, and nobody measured what becomes of it.
@@ -105,8 +105,14 @@ def _joined(first: Any, second: Any, own: Variable | None) -> Any:
     return np.concatenate([first, second[1:] if own.dimensions.startswith("time") else second])
 
 
-def _checks(first: Result, second: Result, end_residual: float) -> Checks:
-    """Of every step of both; what the balance misses in the first is missed from there on."""
+def _checks(first: Result, second: Result) -> Checks:
+    """Of every step of both; what the balance misses in the first is missed from there on.
+
+    So is what rounding in the joints, which close anew, adds where both meet.
+    """
+    before, after = first.energy, second.energy
+    jump = after.kinetic[0] + after.stored[0] - before.kinetic[-1] - before.stored[-1]
+    missed = float(abs(before.residual[-1]) + abs(jump))
     a, b = first.checks, second.checks
     kinetic, constraint, largest, deepest = (
         max(getattr(a, name), getattr(b, name))
@@ -114,7 +120,7 @@ def _checks(first: Result, second: Result, end_residual: float) -> Checks:
                      "largest_penetration")
     )  # fmt: skip
     return Checks(
-        max(a.energy_residual, abs(end_residual) + b.energy_residual),
+        max(a.energy_residual, missed + b.energy_residual),
         kinetic,
         constraint,
         a.steps + b.steps,

@@ -17,7 +17,6 @@ from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import data_frame, data_set
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.joining import joined as join
 from exudyn_flexlink.observables import (
     BodyMotion,
     JointForce,
@@ -39,10 +38,6 @@ from exudyn_flexlink.stability import (
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
-
-
-SHARED = ("events", "intervals", "sample_at")
-"""What results of the rooms below have beside their fields."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -277,8 +272,8 @@ class Result(PlainResult):
         return "\n\n".join([run_text(self), *end, *(f"warning: {told}" for told in self.warnings)])
 
     def __dir__(self) -> list[str]:
-        own = [name for name in vars(Result) if not name.startswith("_")]
-        return sorted({*PlainResult.__dataclass_fields__, *SHARED, *own})
+        own = (*self.__dataclass_fields__, *vars(PlainResult), *vars(Result))
+        return sorted({name for name in own if not name.startswith("_")})
 
     def __repr__(self) -> str:
         """Return one line: who made it, how it ended, what to be warned of."""
@@ -330,23 +325,6 @@ def load(folder: str | PathLike[str]) -> Result:
 
     """
     return own_result(storage.load(Path(folder)))
-
-
-def joined(first: PlainResult, second: PlainResult) -> Result:
-    """Return one result of a run and of one that goes on from it, see `Result.continued`.
-
-    It goes on from the end. Samples, forces, touches, extremes, laps and energies are those of
-    both, as of one run. The error is that of the first run, and is known up to where the second
-    begins: what the second makes of it nobody measured. The scene is the first one, which runs as
-    long as both; settings and versions are those of the first.
-
-    Raises:
-        CannotContinueError: something presses where the first run ends.
-        ValueError: the second run does not go on from there, or is by another engine; or a contact
-            strikes a body that no joint carries, whose displacement is told from each start anew.
-
-    """
-    return own_result(join(first, second))
 
 
 def own_result(found: PlainResult) -> Result:
