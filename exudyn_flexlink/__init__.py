@@ -73,7 +73,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError
     from exudyn_flexlink.api.animations import Animation
-    from exudyn_flexlink.api.comparisons import Comparison, compare
+    from exudyn_flexlink.api.comparisons import Comparison, compare, joined
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
@@ -122,6 +122,7 @@ __all__ = [
     "bifurcation",
     "compare",
     "idealise",
+    "joined",
     "load",
     "load_scene",
     "load_sweep",
@@ -136,7 +137,7 @@ __all__ = [
 _HOMES = {
     "animation": ("FilmError",),
     "api.animations": ("Animation",),
-    "api.comparisons": ("Comparison", "compare"),
+    "api.comparisons": ("Comparison", "compare", "joined"),
     "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),

@@ -15,10 +15,12 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+import numpy as np
 from pydantic_core import PydanticCustomError
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.quantities import LONGEST_TEXT, Quantity
-from exudyn_flexlink.source import did_you_mean
+from exudyn_flexlink.source import unknown
 from exudyn_flexlink.units import Dimension
 
 Given = ParamSpec("Given")
@@ -121,6 +123,27 @@ def number(dimension: Dimension = Dimension.NUMBER, **bounds: float) -> Kind:
     return read
 
 
+def instants(value: Any, _: Any = None) -> FloatArray:
+    """Take an instant in s, or an array (N,) of such."""
+    if isinstance(value, str):
+        return np.array(number(Dimension.TIME)(value, None))
+    wrong = f"expected instants in s, a number or an array (N,), got {told(value)}"
+    if hasattr(value, "to_base_units"):
+        base = value.to_base_units()
+        if f"{base.units:~C}" != "s":
+            raise ValueError(wrong)
+        value = base.magnitude
+    try:
+        found = np.asarray(value)
+    except ValueError:  # lists of several lengths
+        raise TypeError(wrong) from None
+    if found.dtype.kind not in "iuf" and len(found.shape or (1,)):
+        raise TypeError(wrong)
+    if found.ndim > 1 or not np.isfinite(found).all():
+        raise ValueError(wrong)
+    return found.astype(float)
+
+
 def whole(least: int, most: int = 10**9) -> Kind:
     """Take a whole number within bounds."""
 
@@ -149,9 +172,7 @@ def among(known: Callable[[Any], Iterable[str]], what: str = "name") -> Kind:
     def read(value: Any, owner: Any) -> str:
         name, names = text(value), list(known(owner))
         if name not in names:
-            there = ", ".join(f"'{one}'" for one in names) or "none"
-            near = did_you_mean(name, names)
-            raise ValueError(f"no {what} {told(name)}{near}; there are: {there}")
+            raise ValueError(unknown(what, name[:LONGEST_TEXT], names))
         return name
 
     return read

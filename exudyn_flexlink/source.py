@@ -163,6 +163,13 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """Say that there is nothing of a name, what was meant perhaps, and what there is."""
+    names = list(known)
+    there = ", ".join(names) or "none"
+    return f"there is no {what} '{name}'{did_you_mean(name, names)}; there are: {there}"
+
+
 def dotted(path: KeyPath) -> str:
     """Write a path as messages and settings do: 'joints.crank.points.1'."""
     return ".".join(str(step) for step in path)

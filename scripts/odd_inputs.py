@@ -200,7 +200,12 @@ def things_of() -> dict[str, Any]:
 
 def files() -> dict[str, bytes]:
     """Return what the user has."""
-    own = [Path("mine.txt"), *Path("mine").rglob("*"), *Path("a_sweep").rglob("*"), *Path("a_run").rglob("*")]
+    own = [
+        Path("mine.txt"),
+        *Path("mine").rglob("*"),
+        *Path("a_sweep").rglob("*"),
+        *Path("a_run").rglob("*"),
+    ]
     return {str(file): file.read_bytes() for file in own if file.is_file()}
 
 

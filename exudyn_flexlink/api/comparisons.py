@@ -1,4 +1,4 @@
-"""Two runs side by side, as a notebook shows them."""
+"""Two runs: side by side, as a notebook shows them, and one after the other."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import RESULT, page, style, style_of
+from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.arguments import takes, two_texts
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
+from exudyn_flexlink.joining import joined as join
 from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.report import comparison_text
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Result as PlainResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,7 +56,9 @@ class Comparison(PlainComparison):
 
 
 @takes(first=RESULT, second=RESULT, names=two_texts)
-def compare(first: Result, second: Result, *, names: tuple[str, str] | None = None) -> Comparison:
+def compare(
+    first: PlainResult, second: PlainResult, *, names: tuple[str, str] | None = None
+) -> Comparison:
     """Compare two runs of one scene, or with `names` of two scenes: rigid and flexible, say.
 
     Two scenes are compared in what both have, and instant by instant up to the earlier horizon.
@@ -64,3 +68,21 @@ def compare(first: Result, second: Result, *, names: tuple[str, str] | None = No
 
     """
     return with_methods(Comparison, compare_runs(first, second, names=names))
+
+
+@takes(first=RESULT, second=RESULT)
+def joined(first: PlainResult, second: PlainResult) -> Result:
+    """Return one result of a run and of one that goes on from it, see `Result.continued`.
+
+    It goes on from the end. Samples, forces, touches, extremes, laps and energies are those of
+    both, as of one run. The error is that of the first run, and is known up to where the second
+    begins: what the second makes of it nobody measured. The scene is the first one, which runs as
+    long as both; settings and versions are those of the first.
+
+    Raises:
+        CannotContinueError: something presses where the first run ends.
+        ValueError: the second run does not go on from there, or is by another engine; or a contact
+            strikes a body that no joint carries, whose displacement is told from each start anew.
+
+    """
+    return own_result(join(first, second))

@@ -14,7 +14,7 @@ from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.animations import Animation
 from exudyn_flexlink.api.figures import RESULT, Plots, page
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
-from exudyn_flexlink.api.tables import data_frame, data_set
+from exudyn_flexlink.api.tables import data_frame, data_set, told_names
 from exudyn_flexlink.arguments import (
     among,
     flag,
@@ -28,7 +28,14 @@ from exudyn_flexlink.arguments import (
 )
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.observables import LeverResponse, PointPath, Strike, Vibration
+from exudyn_flexlink.observables import (
+    BodyMotion,
+    JointForce,
+    LeverResponse,
+    PointPath,
+    Strike,
+    Vibration,
+)
 from exudyn_flexlink.report import failure_text, run_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.stability import (
@@ -66,6 +73,26 @@ class Result(PlainResult):
         """
         return observables.path(self, point)
 
+    @takes(name=among(lambda own: own.scene.bodies, "body"))
+    def body(self, name: str) -> BodyMotion:
+        """Return the motion of a body: `angle` and `rate` (N,), `position` and `velocity` (N, 2).
+
+        Raises:
+            ValueError: the scene has no such body.
+
+        """
+        return observables.body_motion(self, name)
+
+    @takes(name=among(lambda own: own.scene.joints, "joint"))
+    def joint(self, name: str) -> JointForce:
+        """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
+
+        Raises:
+            ValueError: the scene has no such joint, or no force of it is kept.
+
+        """
+        return observables.joint_force(self, name)
+
     @takes(contact=among(lambda own: own.scene.contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
         """Return the strikes of a contact in order, each a burst of touches.
@@ -99,18 +126,35 @@ class Result(PlainResult):
         """
         return self.intervals[name]
 
-    @takes(at=TIME)
-    def continued(self, at: float | None = None) -> Scene:
+    @takes(at=TIME, turns=number(above=0.0), duration=PERIOD)
+    def continued(
+        self,
+        at: float | None = None,
+        *,
+        turns: float | None = None,
+        duration: float | str | None = None,
+    ) -> Scene:
         """Return the scene that goes on from this run's sample next to `at` (s), or from its end.
 
-        It runs as long as this one did, by its own clock: ``with_({"run.turns": 1})`` says
-        otherwise. A run can't go on from an instant at which something presses.
+        It runs for so many `turns` of the crank or a `duration`, by its own clock; left out, as
+        long as this one did. A run can't go on from an instant at which something presses. `joined`
+        makes one result of both runs.
 
         Raises:
             CannotContinueError: something presses then; the text says when nothing does.
+            SceneError: it can't run so long.
+            ValueError: turns and a duration; or turns, and the scene has no revolute joint.
 
         """
-        return own_scene(continued(self, at))
+        scene = own_scene(continued(self, at))
+        if turns is not None and duration is not None:
+            raise ValueError("'turns' and 'duration' exclude each other: give one of both")
+        if turns is not None:
+            crank = observables.crank_joint(scene)
+            if crank is None:
+                raise ValueError("the scene has no revolute joint whose turns count: give duration")
+            return scene.with_({"run.turns": turns, "run.of": crank})
+        return scene if duration is None else scene.with_({"run.duration": duration})
 
     @takes(angle=number(Dimension.ANGLE), point=POINT, after=TIME)
     def poincare(self, angle: float = 0.0, point: str | None = None, after: float = 0.0) -> Section:
@@ -145,9 +189,13 @@ class Result(PlainResult):
         """Return how the watched point is off its ideal place, from `after` (s) on."""
         return observables.vibration(self, after)
 
-    @takes(name=text)
-    def to_dataframe(self, name: str) -> DataFrame:
+    @takes(name=among(told_names, "point, struck body, contact or joint"))
+    def to_dataframe(self, name: str | None = None) -> DataFrame:
         """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.
+
+        Without a name all that is told at every sample: bodies and points, answers of struck
+        bodies, forces, energies; as ``lever.angle_rad``, ``link.end.x_m``, ``energy.kinetic_J``,
+        ``crank.joint_force_x_N``.
 
         Columns carry their units, as in the CSV files of a saved run. Needs pandas.
 
@@ -258,6 +306,10 @@ class Result(PlainResult):
         """Return what the command line tells of the run."""
         end = [] if self.outcome.completed else [failure_text(self)]
         return "\n\n".join([run_text(self), *end, *(f"warning: {told}" for told in self.warnings)])
+
+    def __dir__(self) -> list[str]:
+        own = (*self.__dataclass_fields__, *vars(PlainResult), *vars(Result))
+        return sorted({name for name in own if not name.startswith("_")})
 
     def __repr__(self) -> str:
         """Return one line: who made it, how it ended, what to be warned of."""

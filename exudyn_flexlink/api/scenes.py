@@ -11,6 +11,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from exudyn_flexlink import effects, engines, loading
 from exudyn_flexlink.arguments import among, flag, place, plain, takes, told
 from exudyn_flexlink.once import hand_on
@@ -67,6 +69,23 @@ class Scene(PlainScene):
     Its sections are attributes: ``scene.bodies["link"].length``.
     """
 
+    def __init__(self, **sections: Any) -> None:
+        """Put checked parts together; `load_scene` makes a scene of plain data.
+
+        Raises:
+            TypeError: a part is none of a scene.
+
+        """
+        try:
+            super().__init__(**sections)
+        except ValidationError as error:
+            wrong = ", ".join(
+                dict.fromkeys(str(one["loc"][0]) for one in error.errors() if one["loc"])
+            )
+            raise TypeError(
+                f"{wrong}: no part of a scene; load_scene(..) makes one of a dict"
+            ) from None
+
     @takes(changes=_changes)
     def with_(self, changes: Mapping[str, Any]) -> Scene:
         """Return the scene with other values, by the paths of the model file.
@@ -79,6 +98,20 @@ class Scene(PlainScene):
 
         """
         return _changed(self, _settings(changes))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the sections as plain data in SI units, of which `load_scene` makes the scene."""
+        return self.to_data()
+
+    def to_yaml(self) -> str:
+        """Return the text of a model file of the scene, in SI units.
+
+        Points and tables that came from files are in it, comments of its own file are not.
+        """
+        return loading.yaml_of(self)
+
+    def __dir__(self) -> list[str]:
+        return [*PlainScene.model_fields, "to_dict", "to_yaml", "with_"]
 
     def __repr__(self) -> str:
         return f"<Scene '{self.title}': {'; '.join(_parts(self))}>"

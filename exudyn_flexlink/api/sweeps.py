@@ -10,6 +10,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from exudyn_flexlink import engines, storage, sweeps
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style, style_of
@@ -29,7 +32,7 @@ from exudyn_flexlink.arguments import (
     whole,
 )
 from exudyn_flexlink.scene import Scene as PlainScene
-from exudyn_flexlink.source import Document, Mistake
+from exudyn_flexlink.source import Document, Mistake, unknown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -70,6 +73,21 @@ def _values(own: Any) -> Any:
 @dataclass(frozen=True, repr=False)
 class SweepTable(sweeps.SweepTable):
     """What a sweep has given: a row for every point, in SI units."""
+
+    @takes(column=text)
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        """Return a column (rows,) by name: numbers, nan where there is none, or texts.
+
+        Raises:
+            KeyError: there is no such column; `columns` lists all.
+
+        """
+        columns = self.columns()
+        if column not in columns:
+            raise KeyError(unknown("column", column, columns))
+        values = columns[column]
+        texts = any(isinstance(value, str) for value in values)
+        return np.array(values, dtype=object if texts else float)
 
     @takes(names=among(lambda own: own.columns(), "column"), style=style)
     def plot(self, *names: str, style: str = "screen") -> Figure:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import ceil
 from typing import Any
 
@@ -27,6 +27,7 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.given import Given, is_given, placed
 from exudyn_flexlink.plots.outline import (
     Drawn,
     body_lines,
@@ -214,14 +215,17 @@ def _look(scene: Scene, own: Drawn) -> dict[str, Any]:
 
 @styled
 def mechanism(
-    result: Result, instants: Sequence[float] | None = None, *, style: Style = SCREEN
+    result: Result,
+    instants: Sequence[float] | None = None,
+    *,
+    style: Style = SCREEN,
+    ax: Given | None = None,
 ) -> Figure | None:
     """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point S.
 
     Without `instants`: the start, the first contact, the greatest angle of the struck body and the
     same crank angle one turn after the first contact, in order of time; without contacts four
-    instants of a turn.
-    What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
+    instants of a turn. The first strike, if it lasts, is drawn larger in a panel of its own.
     """
     found = [one for name in result.scene.contacts for one in strikes(result, name)]
     first = min(found, key=lambda strike: strike.begin, default=None) if instants is None else None
@@ -230,15 +234,15 @@ def mechanism(
         return None
     sketch = Sketch(result.scene, result.poses, result)
     strike = first if first is not None and first.end > first.begin else None
-    count = len(shown) + (strike is not None)
-    handles = sketch.legend()
-    heights = [_panel_height(sketch, style)] * ceil(count / COLUMNS)
-    height = sum(heights) + 0.2
+    names = [what or f"t = {time:g} s" for time, what in shown] + ["strike"] * bool(strike)
+    count, handles = len(names), sketch.legend()
+    height = ceil(count / COLUMNS) * _panel_height(sketch, style) + 0.2
     if style.narrow and count % COLUMNS == 0:
         height += LEGEND_ROW * ceil(len(handles) / COLUMNS)
-    figure = new_figure(result, "The mechanism at some instants", height, style)
-    grid = figure.subplots(len(heights), COLUMNS, squeeze=False)
-    panels = list(grid.flat[:count])
+    new = partial(new_figure, result, "The mechanism at some instants", height, style)
+    figure, every = placed(ax, names, new, COLUMNS)
+    panels = every[:count]
+    strike = strike if len(panels) == count else None
     for axes, (time, what) in zip(panels, shown, strict=False):
         index = result.sample_at(time)
         sketch.draw(axes, index)
@@ -252,13 +256,13 @@ def mechanism(
         corner, size = sketch.unit[0] * low, sketch.unit[0] * (high - low)
         panels[at].indicate_inset((*corner, *size), edgecolor=BLACK, alpha=0.8)
     _label(panels, sketch.unit[1], zoomed=strike is not None)
-    for axes in grid.flat[count:]:
+    for axes in every[count:]:
         axes.set_axis_off()
     letter(panels)
-    if style.narrow and count % COLUMNS:  # there is room in the cell that is left over
-        grid[-1, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(0.0, 0.5))
+    if style.narrow and len(every) > count:  # there is room in the cell that is left over
+        every[-1].legend(handles=handles, loc="center left", bbox_to_anchor=(0.0, 0.5))
     else:
-        legend_outside(grid[0, -1], below=True, handles=handles)
+        legend_outside(every[:COLUMNS][-1], below=True, handles=handles)
     return figure
 
 
@@ -272,14 +276,13 @@ def _panel_height(sketch: Sketch, style: Style) -> float:
 def _label(panels: Sequence[Axes], unit: str, *, zoomed: bool) -> None:
     """Label the axes at the edges; a zoom, the last panel, has numbers of its own."""
     for i, axes in enumerate(panels):
-        zoom = zoomed and i == len(panels) - 1
-        alike = len(panels) - zoomed
-        lowest = zoom or i + COLUMNS >= alike
+        zoom = is_given(axes) or (zoomed and i == len(panels) - 1)
+        lowest = zoom or i + COLUMNS >= len(panels) - zoomed
         axes.xaxis.set_major_locator(MaxNLocator(5))
         axes.yaxis.set_major_locator(MaxNLocator(5))
         axes.tick_params(labelbottom=lowest, labelleft=zoom or i % COLUMNS == 0)
         axes.set_xlabel(f"x ({unit})" if lowest else "")
-        axes.set_ylabel(f"y ({unit})" if i % COLUMNS == 0 else "")
+        axes.set_ylabel(f"y ({unit})" if is_given(axes) or i % COLUMNS == 0 else "")
 
 
 def _zoom(

@@ -25,6 +25,7 @@ from exudyn_flexlink.storage.sweep import (
     save_table,
 )
 from exudyn_flexlink.storage.tables import (
+    all_columns,
     lever_columns,
     touch_columns,
     trajectory_columns,
