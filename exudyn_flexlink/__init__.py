@@ -73,6 +73,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from exudyn_flexlink.api.animations import Animation
     from exudyn_flexlink.api.comparisons import Comparison, compare
+    from exudyn_flexlink.api.exudyn_systems import exudyn_system
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
@@ -84,6 +85,7 @@ if TYPE_CHECKING:
     )
     from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
     from exudyn_flexlink.engines import NotRepresentableError
+    from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.storage import StorageError
@@ -96,6 +98,7 @@ __all__ = [
     "Branches",
     "CannotStartError",
     "Comparison",
+    "ExudynSystem",
     "NotRepresentableError",
     "Result",
     "Scene",
@@ -107,6 +110,7 @@ __all__ = [
     "__version__",
     "bifurcation",
     "compare",
+    "exudyn_system",
     "idealise",
     "load",
     "load_scene",
@@ -122,6 +126,7 @@ __all__ = [
 _HOMES = {
     "api.animations": ("Animation",),
     "api.comparisons": ("Comparison", "compare"),
+    "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
