@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError
     from exudyn_flexlink.api.animations import Animation
     from exudyn_flexlink.api.comparisons import Comparison, compare, joined
+    from exudyn_flexlink.api.exudyn_systems import exudyn_system
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
     from exudyn_flexlink.continuing import CannotContinueError
     from exudyn_flexlink.engines import NotRepresentableError
+    from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.stability import (
@@ -105,6 +107,7 @@ __all__ = [
     "CannotContinueError",
     "CannotStartError",
     "Comparison",
+    "ExudynSystem",
     "FilmError",
     "ImpossibleLapsError",
     "NoRhythmError",
@@ -121,6 +124,7 @@ __all__ = [
     "__version__",
     "bifurcation",
     "compare",
+    "exudyn_system",
     "idealise",
     "joined",
     "load",
@@ -138,6 +142,7 @@ _HOMES = {
     "animation": ("FilmError",),
     "api.animations": ("Animation",),
     "api.comparisons": ("Comparison", "compare", "joined"),
+    "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),

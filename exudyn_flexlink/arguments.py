@@ -100,8 +100,13 @@ def plain(value: Any) -> Any:
     return value
 
 
-def number(dimension: Dimension = Dimension.NUMBER, **bounds: float) -> Kind:
-    """Take a finite number in SI, or a text such as '5 mm', or Pint's; see `Quantity`."""
+def number(
+    dimension: Dimension = Dimension.NUMBER, *, endless: bool = False, **bounds: float
+) -> Kind:
+    """Take a number in SI, or a text such as '5 mm', or Pint's; see `Quantity`.
+
+    It is finite, unless it may be `endless`.
+    """
     quantity = Quantity(dimension, **bounds)
 
     def read(value: Any, _: Any = None) -> float:
@@ -110,6 +115,8 @@ def number(dimension: Dimension = Dimension.NUMBER, **bounds: float) -> Kind:
         if isinstance(given, bool) or not isinstance(given, Real | str):
             raise TypeError(wrong)
         try:
+            if endless and not isinstance(given, str) and math.isinf(given):
+                return float(given)
             if not isinstance(given, str) and not math.isfinite(given):
                 raise ValueError(wrong)
             return float(quantity.read(given if isinstance(given, str) else float(given)))

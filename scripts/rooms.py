@@ -21,7 +21,7 @@ CEILINGS = {
     "integrate": 1_680,
     "engines": 2_315,
     "engines/exudyn/minimal": 4_830,
-    "engines/exudyn/redundant": 3_145,
+    "engines/exudyn/redundant": 3_365,
     "engines/lagrangian": 2_055,
     "mechanism": 4_805,
     "scene": 3_110,
@@ -38,10 +38,10 @@ CEILINGS = {
     "page": 335,
     "animation": 1_655,
     "cli": 2_445,
-    "api": 1_190,
-    "": 3_560,
+    "api": 1_215,
+    "": 3_565,
 }
-WHOLE = {PACKAGE: 45_850, "tests": 24_790, "scripts": 7_970}
+WHOLE = {PACKAGE: 46_095, "tests": 24_915, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

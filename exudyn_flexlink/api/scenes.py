@@ -79,12 +79,8 @@ class Scene(PlainScene):
         try:
             super().__init__(**sections)
         except ValidationError as error:
-            wrong = ", ".join(
-                dict.fromkeys(str(one["loc"][0]) for one in error.errors() if one["loc"])
-            )
-            raise TypeError(
-                f"{wrong}: no part of a scene; load_scene(..) makes one of a dict"
-            ) from None
+            wrong = ", ".join(dict.fromkeys(str(one["loc"][0]) for one in error.errors()))
+            raise TypeError(f"{wrong}: no part of a scene; load_scene(..) makes scenes") from None
 
     @takes(changes=_changes)
     def with_(self, changes: Mapping[str, Any]) -> Scene:

@@ -68,7 +68,7 @@ class LeverResponse:
         require_inside(self.time, time)
         return between_samples(self.time, self.value, self.rate, time)
 
-    @takes(begin=number(Dimension.TIME), end=number(Dimension.TIME))
+    @takes(begin=number(Dimension.TIME, endless=True), end=number(Dimension.TIME, endless=True))
     def between(self, begin: float, end: float) -> LeverResponse:
         """The part from `begin` to before `end` (s) alone; may be nothing."""
         inside = (self.time >= begin) & (self.time < end)

@@ -189,9 +189,7 @@ def require_inside(time: FloatArray, at: FloatArray) -> None:
     """
     begin, end = float(time[0]), float(time[-1])
     if not np.all((at >= begin - NOTHING) & (at <= end + NOTHING)):
-        raise ValueError(
-            f"time: the run goes from {begin:.9g} to {end:.9g} s: nothing is known beyond"
-        )
+        raise ValueError(f"time: the run goes from {begin:.9g} to {end:.9g} s, no further")
 
 
 def between_samples(
