@@ -233,7 +233,9 @@ def two_texts(value: Any, _: Any = None) -> tuple[str, str]:
 
 def values(value: Any, _: Any = None) -> list[Any]:
     """Take some values: a sequence, an array, or what gives one after the other."""
-    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+    if isinstance(value, str | bytes | bytearray | memoryview | Mapping) or not isinstance(
+        value, Iterable
+    ):
         raise TypeError(f"expected values, such as a list, got {told(value)}")
     try:
         return list(value)

@@ -1,7 +1,7 @@
 """Odd inputs to all public functions and methods, drawn with a seed: how each call ends.
 
 Usage:
-  .venv/bin/python scripts/odd_inputs.py [--seed 1] [--count 600] [--all]
+  .venv/bin/python scripts/odd_inputs.py [--seed 1] [--count 600] [--only Result.] [--all]
 
 Each call gets one argument that is odd, all others are sound. It is
   answered    the value can be meant, as a number of numpy, or None where that is the default;
@@ -16,19 +16,21 @@ every odd value goes to every argument, once.
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from io import StringIO
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
+from types import SimpleNamespace
 from typing import Any
 
 import matplotlib as mpl
@@ -40,208 +42,174 @@ import exudyn_flexlink as fl
 
 mpl.use("Agg")
 CLASSES = ("answered", "refused", "FOREIGN", "SILENT", "LOST")
-NUMBERS = "angle time period length number speed"
+Arguments = dict[str, tuple[str, Any]]
+"""Kinds and sound values of arguments. A kind that ends in '?' may be None."""
+Door = tuple[str, Callable[..., Any], Arguments]
 
 
-@dataclass(frozen=True)
-class Odd:
-    """A value, and the kinds of arguments that may take it."""
-
-    value: Any
-    kinds: str = ""
-
-
-@dataclass(frozen=True)
-class Door:
-    """A function, its sound arguments, and the kinds of those that may be odd.
-
-    A kind that ends in '?' may be None. `blind` is an object that knows nothing: only what must be
-    refused is tried.
-    """
-
-    name: str
-    call: Callable[..., Any]
-    kinds: Mapping[str, str]
-    sound: Mapping[str, Any]
-    blind: bool = False
-
-    def accepts(self, odd: Odd, argument: str) -> bool:
-        """Whether an argument can be meant so."""
-        kind = self.kinds[argument]
-        optional = odd.value is None and kind.endswith("?")
-        return optional or kind.rstrip("?") in odd.kinds.split()
-
-
-def odd_values(things: Mapping[str, Any]) -> list[Odd]:
-    """Return all that is put in."""
-    units = pint.UnitRegistry()
-    figure = plt.figure()
-    plt.close(figure)
-    nothing: Sequence[Any] = (
-        float("nan"), float("inf"), -np.inf, np.float64("nan"), 1e300, -1e300, 10**400, 10**5000,
-        1j, Decimal(1), b"bytes", "", " ", "\0", "x" * 5000, [], [[1, 2], [3]], {}, {"nix": 1},
-        {1: 2}, {"run.turns": float("nan")}, {"run.turns": 0.02, "a": [object()]}, (1, 2, 3), (), set(),
-        np.zeros((2, 2)), np.array([]), np.array(["a"]), np.array([None]), object(), object, fl,
-        figure, Ellipsis, NotImplemented, range(0), iter(()), np.datetime64("2020-01-01"),
-        [float("nan")], [None], ["a", 1], [True], Exception("x"), units("5 kg"), units("3 A"),
-        fl.Result, things["film"], things["result"].energy, {"bodies": {"a": None}}, bytearray(3),
-        memoryview(b"a"), np.array([[1.0, 2.0]]), [1e400], {"title": 1}, ("a", "b", "c"), None,
-    )  # fmt: skip
-    names = ("12", "5 parsec", "5 kg", "--force", "null", "nix", ".", "..")
-    return [
-        *map(Odd, nothing),
-        *(Odd(name, "save") for name in names[:-2]),
-        *map(Odd, names[-2:]),
-        Odd("\udc80", "save"), Odd(Path("mine.txt")), Odd("mine"), Odd("mine.txt/below"),
-        Odd("a_sweep", "load_sweep"), Odd("a_run", "load"), Odd(True, "flag"), Odd(np.bool_(0), "flag"),
-        Odd(-1, "angle speed"), Odd(-0.5, "angle speed"), Odd(1e-320, "angle time number speed"),
-        Odd(0, "angle time number speed whole"), Odd(2.5, NUMBERS), Odd(np.float32(0.25), NUMBERS),
-        Odd(np.array([3.0]), f"{NUMBERS} count whole"), Odd(np.array(2), f"{NUMBERS} count whole"),
-        Odd("2 ms", "time period"), Odd("20 deg", "angle"), Odd(units("2 ms"), "time period"),
-        Odd(units("95 rpm"), "speed"), Odd("1e-3 mm", "length"), Odd(print, "function"),
-        Odd(things["scene"], "scene model"), Odd(things["scene"].to_data(), "model"),
-        Odd(things["result"], "result"), Odd(things["table"]),
-    ]  # fmt: skip
+def odd_values(of: SimpleNamespace) -> Iterator[tuple[Any, str]]:
+    """Yield what is put in, and kinds of arguments that may take it."""
+    units, closed = pint.UnitRegistry(), plt.figure()
+    plt.close(closed)
+    # fmt: off
+    for nothing in (
+        None, math.nan, np.float32("nan"), 1e300, -1e300, 10**400, 10**5000, 1j, Decimal(1), b"ab",
+        "", " ", "\0", "x" * 5000, ".", "..", [[1, 2], [3]], {}, {"nix": 1}, {1: 2}, {"title": 1},
+        {"run.turns": math.nan}, {"run.turns": [object()]}, {"bodies": {"a": None}}, (1, 2, 3), (),
+        set(), np.zeros((2, 2)), np.array(["a"]), np.array([None]), [1e400], [None],
+        np.array([[1.0, 2.0]]), np.datetime64("2020-01-01"), object(), object, fl, closed, ...,
+        range(0), iter(()), [math.nan], ["a", 1], [True], Exception("x"), units("5 kg"),
+        units("3 A"), fl.Result, of.film, of.result.energy, of.table, memoryview(b"a"),
+        Path("mine.txt"), "mine", "mine.txt/below", ("a", "b", "c"), NotImplemented,
+    ):
+        yield nothing, ""
+    number = "angle time period length number speed span"
+    yield from dict.fromkeys(("12", "5 parsec", "5 kg", "--force", "null", "nix"), "save").items()
+    yield from (
+        ("\udc80", "save"), ("a_sweep", "load_sweep"), ("a_run", "load"), (True, "flag"),
+        (np.bool_(0), "flag"), (-1, "angle speed span"), (-0.5, "angle speed span"),
+        (1e-320, "angle time number speed span times within"), (math.inf, "span"), (np.array([]), "times"),
+        ([], "names times"),
+        (0, "angle time number speed whole span times within"), (2.5, number), (np.float32(0.25), number),
+        (np.array([3.0]), f"{number} count whole"), (np.array(2), f"{number} count whole"),
+        ([0.001, 0.002], "times within speed"), ("2 ms", "time period span times within save"),
+        ("20 deg", "angle save"), (units("2 ms"), "time period span times within"),
+        (units("1 ms") * np.ones(2), "times within"), (units("95 rpm"), "speed"),
+        ("1e-3 mm", "length save"), (print, "function"), (of.scene, "scene model"),
+        (of.scene.to_data(), "model"), (of.result, "result"), (of.axes, "ax"),
+    )
 
 
-def doors(things: Mapping[str, Any]) -> Iterator[Door]:
-    """Yield all public functions and methods, with sound arguments."""
-    scene, result, table, film = (things[name] for name in ("scene", "result", "table", "film"))
-
-    def door(name: str, call: Any, /, *, blind: bool = False, **given: tuple[str, Any]) -> Door:
-        kinds = {argument: kind for argument, (kind, _) in given.items() if kind}
-        sound = {argument: value for argument, (_, value) in given.items()}
-        return Door(name, call, kinds, sound, blind)
-
-    run = {"engine": ("name", "exudyn"), "progress": ("function?", None)}
-    style, force = {"style": ("name", "screen")}, {"force": ("flag", False)}
-    kept = {"folder": ("save?", None), "resume": ("flag", False), **force}
-    laps = {"laps": ("count", 1), "after": ("number", 0), "lap": ("period?", None),
-            "angle": ("angle", 0.0)}  # fmt: skip
-    work = {"workers": ("count?", 1), "scheduler": ("text?", None)}
-    yield door("load_scene", fl.load_scene, model=("model", "no_clearance"), changes=("any", ()),
-               allow_outside=("flag", False), turns=("period", 0.02), tolerance=("length", 1e-4),
-               formulation=("name", "minimal"))  # fmt: skip
-    yield door("Scene", fl.Scene, title=("text", "a"))
-    yield door("Scene.with_", scene.with_, changes=("any", {}))
-    for path, kind in (("drives.motor.value", "speed"), ("bodies.link.length", "none"),
-                       ("run.turns", "none"), ("joints.sleeve", "none")):  # fmt: skip
-        key = path.split(".")[-1]
-        yield door(f"Scene.with_ {path}", lambda path=path, **given: scene.with_({path: next(
-            iter(given.values()))}), **{key: (kind, 1)})  # fmt: skip
-    yield door("idealise", fl.idealise, scene=("scene", scene), without=("names", "impact"))
-    yield door("simulate", fl.simulate, scene=("scene", scene), measure=("flag", False), **run)
-    yield door("load", fl.load, folder=("load", "a_run"))
-    yield door("compare", fl.compare, first=("result", result), second=("result", result),
-               names=("names?", ("a", "b")))  # fmt: skip
-    yield door("standard_row", fl.standard_row, result=("result", result))
-    sweep = {**run, "row": ("function?", None), "observe": ("function?", None),
-             "latin_hypercube": ("count?", None), "random": ("count?", None), "seed": ("whole", 0),
-             "series": ("flag", False), **kept, **work, "measure": ("flag", False)}  # fmt: skip
-    yield door("sweep", fl.sweep, scene=("scene", scene),
-               varied=("any", {"drives.motor.value": [9.0, 10.0]}), **sweep)  # fmt: skip
-    yield door("sweep value", lambda value, **more: fl.sweep(scene, {"drives.motor.value": value},
-               workers=1, **more), value=("speed", [9.0]), measure=("", False))  # fmt: skip
-    yield door("load_sweep", fl.load_sweep, folder=("load_sweep", "a_sweep"))
-    yield door("SweepTable.plot", lambda names, **more: table.plot(names, **more),
-               names=("name", "wall_s"), **style)  # fmt: skip
-    yield door("stability_of", fl.stability_of, scene=("scene", scene), **run, **laps,
-               tolerance=("length?", None), twice=("flag", False))  # fmt: skip
-    yield door("lyapunov", fl.lyapunov, scene=("scene", scene), laps=("count", 1))
-    yield door("bifurcation", fl.bifurcation, scene=("scene", scene), values=("none", [9.0, 10.0]),
-               path=("name", "drives.motor.value"), **run, **laps, **kept, **work)  # fmt: skip
-    yield door("Comparison.plot", things["compared"].plot, **style)
-    yield door("Comparison.exceeds", things["compared"].exceeds, tolerance=("length", 1e-3))
+def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
+    """Yield all public functions and methods with their arguments."""
+    # fmt: off
+    scene, result, table = of.scene, of.result, of.table
+    force: Arguments = {"force": ("flag", False)}
+    style: Arguments = {"style": ("name", "screen")}
+    progress: Arguments = {"progress": ("function?", None)}
+    run: Arguments = {"engine": ("name", "exudyn"), **progress}
+    kept: Arguments = {"folder": ("save?", None), "resume": ("flag", False), **force}
+    laps: Arguments = {"laps": ("count", 1), "after": ("number", 0), "lap": ("period?", None),
+                       "angle": ("angle", 0.0)}
+    work: Arguments = {"workers": ("count?", 1), "scheduler": ("text?", None)}
+    both: Arguments = {"first": ("result", result), "second": ("result", result)}
+    own: Arguments = {"scene": ("scene", scene)}
+    point: Arguments = {"point": ("name?", "link.end"), "after": ("time", 0.0)}
+    # Methods of these look at their arguments first: they need not know anything.
     study, branches = object.__new__(fl.Stability), object.__new__(fl.Branches)
-    yield door("Stability.plot", study.plot, blind=True, **style)
-    yield door("Stability.save", study.save, blind=True, folder=("save", "out"), **force)
-    yield door("Branches.plot", branches.plot, blind=True, axis=("name", "x"), **style)
-    yield door("Animation.save", film.save, path=("none", "a.html"), progress=("function?", None),
-               **force)  # fmt: skip
-    yield door("Result.save", result.save, folder=("save", "out"), **force)
-    yield door("Result.report", result.report, path=("save", "out.html"), **force)
-    yield door("Result.path", result.path, point=("name", "link.end"))
-    yield door("Result.strikes", result.strikes, contact=("name", "strike"))
-    yield door("Result.lever", result.lever, body=("name", "lever"))
-    yield door("Result.touches", result.touches, name=("name", "strike"))
-    yield door("Result.continued", result.continued, at=("time?", 0.001))
-    yield door("Result.poincare", result.poincare, angle=("angle", 0.0),
-               point=("name?", "link.end"), after=("time", 0.0))  # fmt: skip
-    yield door("Result.lap_distances", result.lap_distances, lap=("period?", 1e-3),
-               point=("name?", "link.end"), after=("time", 0.0))  # fmt: skip
-    yield door("Result.vibration", result.vibration, after=("time", 0.0))
-    yield door("Result.to_dataframe", result.to_dataframe, name=("name?", "link.end"))
-    yield door("Result.sample_at", result.sample_at, time=("time", 0.001))
-    yield door("Result.animate", result.animate, path=("none?", "b.html"), other=("result?", None),
-               names=("names?", None), begin=("time?", 0.0), end=("time?", None),
-               slow=("name?", None), speed=("number?", None), fps=("number?", None),
-               width=("count?", None), progress=("function?", None), **force)  # fmt: skip
+    yield "load_scene", fl.load_scene, {
+        "model": ("model", "no_clearance"), "changes": ("any", ()),
+        "allow_outside": ("flag", False), "turns": ("number", 0.02), "tolerance": ("length", 1e-4)}
+    yield "Scene", fl.Scene, {"title": ("any", "a")}
+    yield "Scene.with_", scene.with_, {"changes": ("any", {})}
+    for path, kind in (("drives.motor.value", "speed"), ("run.turns", "any"),
+                       ("bodies.link.length", "any"), ("joints.sleeve", "any")):
+        yield (f"Scene.with_ {path}", lambda p=path, **value: scene.with_({p: value.popitem()[1]}),
+               {path.rsplit(".", maxsplit=1)[-1]: (kind, 1)})
+    yield "idealise", fl.idealise, {**own, "without": ("names", "impact")}
+    yield "simulate", fl.simulate, {**own, "measure": ("flag", False), **run}
+    yield "load", fl.load, {"folder": ("load", "a_run")}
+    yield "compare", fl.compare, {**both, "names": ("any?", ("a", "b"))}
+    yield "joined", fl.joined, both
+    yield "exudyn_system", fl.exudyn_system, {"scene": ("scene", of.redundant)}
+    yield "standard_row", fl.standard_row, {"result": ("result", result)}
+    yield "sweep", fl.sweep, {
+        **own, "varied": ("any", {"drives.motor.value": [9.0]}), **run, **kept, **work,
+        "row": ("function?", None), "observe": ("function?", None), "seed": ("whole", 0),
+        "latin_hypercube": ("count?", None), "random": ("count?", None),
+        "series": ("flag", False), "measure": ("flag", False)}
+    yield ("sweep value", lambda value: fl.sweep(scene, {"drives.motor.value": value}, workers=1,
+           measure=False), {"value": ("speed", [9.0])})
+    yield "load_sweep", fl.load_sweep, {"folder": ("load_sweep", "a_sweep")}
+    yield ("SweepTable.plot", lambda **given: table.plot(given.pop("names"), **given),
+           {"names": ("name", "wall_s"), **style})
+    yield "SweepTable[]", lambda column: table[column], {"column": ("name", "wall_s")}
+    yield "stability_of", fl.stability_of, {
+        **own, **run, **laps, "tolerance": ("length?", None), "twice": ("flag", False)}
+    yield "lyapunov", fl.lyapunov, {**own, "laps": ("count", 1)}
+    yield "bifurcation", fl.bifurcation, {
+        **own, "values": ("any", [9.0]), "path": ("name", "drives.motor.value"), **run,
+        **laps, **kept, **work}
+    yield "Stability.plot", study.plot, {"style": ("blind", "screen")}
+    yield "Stability.save", study.save, {"folder": ("blind", "out"), "force": ("blind", False)}
+    yield "Branches.plot", branches.plot, {"axis": ("blind", "x"), "style": ("blind", "screen")}
+    yield "Comparison.plot", of.compared.plot, style
+    yield "Comparison.exceeds", of.compared.exceeds, {"tolerance": ("length", 1e-3)}
+    yield "Animation.save", of.film.save, {"path": ("any", "a.html"), **progress, **force}
+    yield "Result.save", result.save, {"folder": ("save", "out"), **force}
+    yield "Result.report", result.report, {"path": ("save", "out.html"), **force}
+    yield "Result.path", result.path, {"point": ("name", "link.end")}
+    yield "Result.body", result.body, {"name": ("name", "lever")}
+    yield "Result.joint", result.joint, {"name": ("name", "crank")}
+    yield "Result.strikes", result.strikes, {"contact": ("name", "strike")}
+    yield "Result.lever", result.lever, {"body": ("name", "lever")}
+    yield "Result.touches", result.touches, {"name": ("name", "strike")}
+    yield "Result.continued", result.continued, {
+        "at": ("time?", 0.001), "turns": ("number?", None), "duration": ("period?", None)}
+    yield "Result.poincare", result.poincare, {"angle": ("angle", 0.0), **point}
+    yield "Result.lap_distances", result.lap_distances, {"lap": ("period?", 1e-3), **point}
+    yield "Result.vibration", result.vibration, {"after": ("time", 0.0)}
+    yield "Result.to_dataframe", result.to_dataframe, {"name": ("name?", "link.end")}
+    yield "Result.sample_at", result.sample_at, {"time": ("time", 0.001)}
+    yield "Result.animate", result.animate, {
+        "path": ("any?", "b.html"), "other": ("result?", None), "names": ("any?", None),
+        "begin": ("time?", 0.0), "end": ("time?", None), "slow": ("name?", None),
+        "speed": ("number?", None), "fps": ("number?", None), "width": ("count?", None),
+        **progress, **force}
+    more: dict[str, Arguments] = {
+        "coordinates": {"point": ("name?", None)}, "mechanism": {"instants": ("within?", None)},
+        "lever": {"label": ("text?", None)}, "all": style}
     for name in dir(result.plot):
-        yield door(f"Result.plot.{name}", getattr(result.plot, name), **style)
-    path, lever = result.path("link.end"), result.lever("lever")
-    yield door("PointPath.at", path.at, time=("time", 0.001))
-    yield door("LeverResponse.value_at", lever.value_at, time=("time", 0.001))
-    yield door("LeverResponse.between", lever.between, begin=("time", 0.0), end=("time", 0.01))
+        axes: Arguments = {} if name == "all" else {"ax": ("ax?", None)}
+        yield (f"Result.plot.{name}", getattr(result.plot, name),
+               {**axes, **style, **more.get(name, {})})
+    lever = result.lever("lever")
+    yield "PointPath.at", result.path("link.end").at, {"time": ("times", 0.001)}
+    yield "LeverResponse.value_at", lever.value_at, {"time": ("times", 0.001)}
+    yield "LeverResponse.between", lever.between, {"begin": ("span", 0.0), "end": ("span", 0.01)}
 
 
-def things_of() -> dict[str, Any]:
+def things() -> SimpleNamespace:
     """Make what functions take, and files of the user that no call may change."""
     scene = fl.load_scene("rigid", ["accuracy.tolerance=1e-4", "run.turns=0.02"])
     result = fl.simulate(scene, measure=False)
     table = fl.sweep(scene, {"drives.motor.value": [9.0]}, workers=1, folder="a_sweep")
     result.save("a_run")
     Path("mine").mkdir()
-    for own in ("mine.txt", "mine/result.nc", "mine/summary.json", "a.html", "b.html", "out.html"):
-        if own.endswith(("txt", "nc", "json")):
-            Path(own).write_text(f"of the user: {own}", encoding="utf-8")
-    return {"scene": scene, "result": result, "table": table, "film": result.animate(),
-            "compared": fl.compare(result, result, names=("a", "b"))}  # fmt: skip
+    for own in ("mine.txt", "mine/result.nc", "mine/summary.json"):
+        Path(own).write_text("of the user", encoding="utf-8")
+    compared = fl.compare(result, result, names=("a", "b"))
+    redundant = scene.with_({"solver.formulation": "redundant"})
+    axes = plt.figure().add_subplot()
+    return SimpleNamespace(
+        scene=scene, result=result, table=table, compared=compared, redundant=redundant,
+        film=result.animate(), axes=axes,
+    )  # fmt: skip
 
 
 def files() -> dict[str, bytes]:
     """Return what the user has."""
-    own = [
-        Path("mine.txt"),
-        *Path("mine").rglob("*"),
-        *Path("a_sweep").rglob("*"),
-        *Path("a_run").rglob("*"),
-    ]
-    return {str(file): file.read_bytes() for file in own if file.is_file()}
+    own = [file for name in ("mine", "a_sweep", "a_run") for file in Path(name).rglob("*")]
+    return {str(file): file.read_bytes() for file in (Path("mine.txt"), *own) if file.is_file()}
 
 
-def outcome(door: Door, argument: str, odd: Odd) -> tuple[str, str]:
+def outcome(call: Callable[..., Any], argument: str, odd: Any, *, meant: bool) -> tuple[str, str]:
     """Make a call; return its class and what it said."""
     before = files()
     try:
         with warnings.catch_warnings(), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
             warnings.simplefilter("error")
-            found = door.call(**{**door.sound, argument: odd.value})
-        end, text = ("answered" if door.accepts(odd, argument) else "SILENT"), repr(found)[:120]
+            found = call(**{argument: odd})
+        end, text = "answered" if meant else "SILENT", repr(found)[:120]
     except BaseException as error:
         text = f"{type(error).__name__}: {str(error)[:300]}"
-        end = "refused" if is_own(error, argument, odd) else "FOREIGN"
-    if files() != before:
-        return "LOST", text
+        house = type(error).__module__.startswith("exudyn_flexlink")
+        known = house or type(error) in (KeyError, TypeError, ValueError)
+        option = re.search(r"(?<![\w-])--[a-z]", text) and odd != "--force"
+        named = house or re.search(rf"\b{argument}\b", text)
+        end = "refused" if known and named and not option else "FOREIGN"
     plt.close("all")
-    return end, text
-
-
-def shown(value: object) -> str:
-    """Write a value short."""
-    try:
-        return repr(value)[:60]
-    except ValueError:  # of an int that has too many digits
-        return "a long int"
-
-
-def is_own(error: BaseException, argument: str, odd: Odd) -> bool:
-    """Whether an error is this program's, and speaks of Python's arguments."""
-    text = str(error)
-    if re.search(r"(?<![\w'-])'?--[a-z]", text) and odd.value != "--force":
-        return False
-    house = type(error).__module__.startswith("exudyn_flexlink") and bool(text)
-    named = type(error) in (TypeError, ValueError) and re.search(rf"\b{argument}\b", text)
-    return house or bool(named)
+    return ("LOST" if files() != before else end), text
 
 
 def main() -> int:
@@ -249,26 +217,31 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=600)
-    parser.add_argument("--all", action="store_true")
     parser.add_argument("--only", default="", help="functions whose name begins so")
-    asked = parser.parse_args()
-    count: Counter[str] = Counter()
+    parser.add_argument("--all", action="store_true")
+    asked, count = parser.parse_args(), Counter[str]()
+    sys.set_int_max_str_digits(10_000)
     with TemporaryDirectory() as folder:
         os.chdir(folder)
-        things = things_of()
-        odd = odd_values(things)
-        places = [
-            (door, argument, one)
-            for door in doors(things) if door.name.startswith(asked.only)
-            for argument in door.kinds
-            for one in odd if not (door.blind and door.accepts(one, argument))
+        of = things()
+        odd = list(odd_values(of))
+        calls = [
+            (name, call, argument, arguments, value, kinds)
+            for name, call, arguments in doors(of) if name.startswith(asked.only)
+            for argument, (kind, _) in arguments.items()
+            for value, kinds in odd if kind != "blind" or not kinds
         ]  # fmt: skip
-        drawn = places if asked.all else Random(asked.seed).sample(places, asked.count)
-        for door, argument, one in drawn:
-            end, text = outcome(door, argument, one)
+        few = min(asked.count, len(calls))
+        for name, call, argument, arguments, value, kinds in (
+            calls if asked.all else Random(asked.seed).sample(calls, few)
+        ):
+            kind = arguments[argument][0]
+            meant = kind.rstrip("?") in kinds.split() or (value is None and kind.endswith("?"))
+            sound = {key: own for key, (_, own) in arguments.items() if key != argument}
+            end, text = outcome(partial(call, **sound), argument, value, meant=meant)
             count[end] += 1
             if end not in CLASSES[:2]:
-                print(f"{end} {door.name}({argument}={shown(one.value)}): {text}", flush=True)
+                print(f"{end} {name}({argument}={repr(value)[:60]}): {text}", flush=True)
         os.chdir("/")
     print(f"\n| {' | '.join(CLASSES)} |\n|{'---:|' * len(CLASSES)}")
     print(f"| {' | '.join(str(count[name]) for name in CLASSES)} |")

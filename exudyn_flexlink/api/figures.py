@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from exudyn_flexlink.arguments import a, among, instants, takes, text
+import numpy as np
+
+from exudyn_flexlink.arguments import a, among, instants, takes, text, told
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import point_names
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import unknown
@@ -32,7 +35,18 @@ def _axes(value: Any, _: Any = None) -> Any:
     """Take axes of matplotlib, or an array of them."""
     from exudyn_flexlink.plots import listed
 
-    return listed(value) and value
+    if not listed(value):
+        raise ValueError(f"expected axes of matplotlib, got {told(value)}")
+    return value
+
+
+def _instants(value: Any, plots: Any) -> FloatArray:
+    """Take instants of the run."""
+    found = np.atleast_1d(instants(value))
+    end = float(plots._result.time[-1])
+    if not len(found) or not np.all((found >= 0) & (found <= end)):
+        raise ValueError(f"expected instants from 0 to {end:.9g} s, got {told(value)}")
+    return found
 
 
 class Plots:
@@ -95,7 +109,7 @@ class Plots:
         """
         return self._drawn("lever", style=style, ax=ax, label=label)
 
-    @takes(instants=instants)
+    @takes(instants=_instants)
     def mechanism(
         self,
         instants: Sequence[float] | None = None,
@@ -107,11 +121,11 @@ class Plots:
 
         Left out, the last panel is the first strike, larger, if it lasts.
         """
-        return self._drawn("mechanism", instants, style=style, ax=ax, label=None)
+        return self._drawn("mechanism", instants, style=style, ax=ax)
 
     def guide_contact(self, *, style: str = "screen", ax: Given | None = None) -> Figure:
         """Draw the link in its guide, a panel for each way in which it touches the walls."""
-        return self._drawn("guide_contact", style=style, ax=ax, label=None)
+        return self._drawn("guide_contact", style=style, ax=ax)
 
     def energy(
         self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
@@ -137,7 +151,12 @@ class Plots:
 
     @takes(style=style, ax=_axes, label=text)
     def _drawn(
-        self, name: str, *arguments: Any, style: str, ax: Given | None, label: str | None
+        self,
+        name: str,
+        *arguments: Any,
+        style: str,
+        ax: Given | None = None,
+        label: str | None = None,
     ) -> Figure:
         from exudyn_flexlink import plots
 

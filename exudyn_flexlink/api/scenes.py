@@ -78,9 +78,9 @@ class Scene(PlainScene):
         """
         try:
             super().__init__(**sections)
-        except ValidationError as error:
-            wrong = ", ".join(dict.fromkeys(str(one["loc"][0]) for one in error.errors()))
-            raise TypeError(f"{wrong}: no part of a scene; load_scene(..) makes scenes") from None
+        except ValidationError:
+            told_of = f"expected parts of a scene, got {', '.join(sections) or 'nothing'}"
+            raise TypeError(f"{told_of}; load_scene(..) makes scenes of plain data") from None
 
     @takes(changes=_changes)
     def with_(self, changes: Mapping[str, Any]) -> Scene:

@@ -30,7 +30,8 @@ def listed(ax: Given) -> list[Axes]:
         TypeError: something is no axes of matplotlib.
 
     """
-    every = list(np.ravel(np.array(ax, dtype=object)))
+    many = isinstance(ax, Sequence | np.ndarray)
+    every = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
     for one in every:
         if not isinstance(one, Axes):
             raise TypeError(f"expected axes of matplotlib, or an array of them; got {told(one)}")
