@@ -23,6 +23,7 @@ from exudyn_flexlink.quantities import LONGEST_TEXT, Quantity
 from exudyn_flexlink.source import unknown
 from exudyn_flexlink.units import Dimension
 
+LONGEST_NAME = 255  # letters of a file's name that a file system takes
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
 Kind = Callable[[Any, Any], Any]
@@ -191,7 +192,8 @@ def place(value: Any, _: Any = None) -> Path:
     wrong = f"expected a path, got {told(value)}"
     if not isinstance(given, str):
         raise TypeError(wrong)
-    if not given.strip() or "\0" in given:
+    too_long = any(len(part) > LONGEST_NAME for part in Path(given).parts)
+    if not given.strip() or "\0" in given or too_long:
         raise ValueError(wrong)
     return Path(given)
 

@@ -19,6 +19,7 @@ import argparse
 import math
 import os
 import re
+import shutil
 import sys
 import warnings
 from collections import Counter
@@ -42,6 +43,7 @@ import exudyn_flexlink as fl
 
 mpl.use("Agg")
 CLASSES = ("answered", "refused", "FOREIGN", "SILENT", "LOST")
+MINE = ("mine.txt", "mine", "a_sweep", "a_run")  # what the user has
 Arguments = dict[str, tuple[str, Any]]
 """Kinds and sound values of arguments. A kind that ends in '?' may be None."""
 Door = tuple[str, Callable[..., Any], Arguments]
@@ -55,7 +57,7 @@ def odd_values(of: SimpleNamespace) -> Iterator[tuple[Any, str]]:
     for nothing in (
         None, math.nan, np.float32("nan"), 1e300, -1e300, 10**400, 10**5000, 1j, Decimal(1), b"ab",
         "", " ", "\0", "x" * 5000, ".", "..", [[1, 2], [3]], {}, {"nix": 1}, {1: 2}, {"title": 1},
-        {"run.turns": math.nan}, {"run.turns": [object()]}, {"bodies": {"a": None}}, (1, 2, 3), (),
+        {"run.turns": math.nan}, {"run.turns": [object()]}, {"bodies": {"a": None}},
         set(), np.zeros((2, 2)), np.array(["a"]), np.array([None]), [1e400], [None],
         np.array([[1.0, 2.0]]), np.datetime64("2020-01-01"), object(), object, fl, closed, ...,
         range(0), iter(()), [math.nan], ["a", 1], [True], Exception("x"), units("5 kg"),
@@ -68,15 +70,16 @@ def odd_values(of: SimpleNamespace) -> Iterator[tuple[Any, str]]:
     yield from (
         ("\udc80", "save"), ("a_sweep", "load_sweep"), ("a_run", "load"), (True, "flag"),
         (np.bool_(0), "flag"), (-1, "angle speed span"), (-0.5, "angle speed span"),
-        (1e-320, "angle time number speed span times within"), (math.inf, "span"), (np.array([]), "times"),
-        ([], "names times"),
-        (0, "angle time number speed whole span times within"), (2.5, number), (np.float32(0.25), number),
-        (np.array([3.0]), f"{number} count whole"), (np.array(2), f"{number} count whole"),
-        ([0.001, 0.002], "times within speed"), ("2 ms", "time period span times within save"),
-        ("20 deg", "angle save"), (units("2 ms"), "time period span times within"),
+        (1e-320, "angle time length number speed span times within"), (math.inf, "span"),
+        (0, "angle time number speed whole span times within"), (2.5, number), ([], "names times"),
+        (np.float32(0.25), number), (np.array([3.0]), f"{number} count whole values"),
+        (np.array(2), f"{number} count whole values"), ((1, 2, 3), "values"),
+        ([0.001, 0.002], "times within speed values"), (np.array([]), "times"),
+        ("2 ms", "time period span times within save"), ("20 deg", "angle save"),
+        (units("2 ms"), "time period span times within"), ((), "times changes"),
         (units("1 ms") * np.ones(2), "times within"), (units("95 rpm"), "speed"),
         ("1e-3 mm", "length save"), (print, "function"), (of.scene, "scene model"),
-        (of.scene.to_data(), "model"), (of.result, "result"), (of.axes, "ax"),
+        (of.scene.to_data(), "model changes"), (of.result, "result"), (of.axes, "ax"),
     )
 
 
@@ -98,12 +101,12 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
     # Methods of these look at their arguments first: they need not know anything.
     study, branches = object.__new__(fl.Stability), object.__new__(fl.Branches)
     yield "load_scene", fl.load_scene, {
-        "model": ("model", "no_clearance"), "changes": ("any", ()),
+        "model": ("model", "no_clearance"), "changes": ("changes", ()),
         "allow_outside": ("flag", False), "turns": ("number", 0.02), "tolerance": ("length", 1e-4)}
     yield "Scene", fl.Scene, {"title": ("any", "a")}
-    yield "Scene.with_", scene.with_, {"changes": ("any", {})}
-    for path, kind in (("drives.motor.value", "speed"), ("run.turns", "any"),
-                       ("bodies.link.length", "any"), ("joints.sleeve", "any")):
+    yield "Scene.with_", scene.with_, {"changes": ("changes", {})}
+    for path, kind in (("drives.motor.value", "speed"), ("run.turns", "number"),
+                       ("bodies.link.length", "length"), ("joints.sleeve", "any")):
         yield (f"Scene.with_ {path}", lambda p=path, **value: scene.with_({p: value.popitem()[1]}),
                {path.rsplit(".", maxsplit=1)[-1]: (kind, 1)})
     yield "idealise", fl.idealise, {**own, "without": ("names", "impact")}
@@ -128,7 +131,7 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
         **own, **run, **laps, "tolerance": ("length?", None), "twice": ("flag", False)}
     yield "lyapunov", fl.lyapunov, {**own, "laps": ("count", 1)}
     yield "bifurcation", fl.bifurcation, {
-        **own, "values": ("any", [9.0]), "path": ("name", "drives.motor.value"), **run,
+        **own, "values": ("values", [9.0]), "path": ("name", "drives.motor.value"), **run,
         **laps, **kept, **work}
     yield "Stability.plot", study.plot, {"style": ("blind", "screen")}
     yield "Stability.save", study.save, {"folder": ("blind", "out"), "force": ("blind", False)}
@@ -189,8 +192,8 @@ def things() -> SimpleNamespace:
 
 def files() -> dict[str, bytes]:
     """Return what the user has."""
-    own = [file for name in ("mine", "a_sweep", "a_run") for file in Path(name).rglob("*")]
-    return {str(file): file.read_bytes() for file in (Path("mine.txt"), *own) if file.is_file()}
+    every = [file for name in MINE for file in (Path(name), *Path(name).rglob("*"))]
+    return {str(file): file.read_bytes() for file in every if file.is_file()}
 
 
 def outcome(call: Callable[..., Any], argument: str, odd: Any, *, meant: bool) -> tuple[str, str]:
@@ -209,7 +212,11 @@ def outcome(call: Callable[..., Any], argument: str, odd: Any, *, meant: bool) -
         named = house or re.search(rf"\b{argument}\b", text)
         end = "refused" if known and named and not option else "FOREIGN"
     plt.close("all")
-    return ("LOST" if files() != before else end), text
+    if files() != before:
+        end = "LOST"
+    for made in {*Path().iterdir()} - {*map(Path, MINE)}:
+        shutil.rmtree(made) if made.is_dir() else made.unlink()
+    return end, text
 
 
 def main() -> int:

@@ -79,7 +79,7 @@ def values_of(given: Any) -> tuple[Value, ...]:
         given = given.tolist()
     if isinstance(given, bool | int | float):
         given = (given,)
-    if not isinstance(given, Sequence):
+    if not isinstance(given, Sequence) or isinstance(given, bytes | bytearray | memoryview):
         raise ValuesError(f"expected values, got {in_words(given)}")
     return _listed([value_of(one, i) for i, one in enumerate(given)])
 
@@ -134,7 +134,7 @@ def _of_text(text: str) -> tuple[Value, ...]:
 
 def _with_last_unit(values: list[Value]) -> Sequence[Value]:
     """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
-    last = _NUMBER.fullmatch(values[-1]) if isinstance(values[-1], str) else None
+    last = _NUMBER.fullmatch(values[-1]) if values and isinstance(values[-1], str) else None
     unit = last[2] if last else None
     if unit is None or not all(isinstance(one, float) for one in values[:-1]):
         return values
