@@ -55,30 +55,32 @@ def odd_values(of: SimpleNamespace) -> Iterator[tuple[Any, str]]:
     plt.close(closed)
     # fmt: off
     for nothing in (
-        None, math.nan, np.float32("nan"), 1e300, -1e300, 10**400, 10**5000, 1j, Decimal(1), b"ab",
-        "", " ", "\0", "x" * 5000, ".", "..", [[1, 2], [3]], {}, {"nix": 1}, {1: 2}, {"title": 1},
+        math.nan, np.float32("nan"), 1e300, -1e300, 10**400, 10**5000, 1j, Decimal(1), b"ab",
+        "", " ", "\0", "x" * 5000, ".", "..", [[1, 2], [3]], {"nix": 1}, {1: 2}, {"title": 1},
         {"run.turns": math.nan}, {"run.turns": [object()]}, {"bodies": {"a": None}},
         set(), np.zeros((2, 2)), np.array(["a"]), np.array([None]), [1e400], [None],
         np.array([[1.0, 2.0]]), np.datetime64("2020-01-01"), object(), object, fl, closed, ...,
-        range(0), iter(()), [math.nan], ["a", 1], [True], Exception("x"), units("5 kg"),
+        [math.nan], ["a", 1], [True], Exception("x"), units("5 kg"),
         units("3 A"), fl.Result, of.film, of.result.energy, of.table, memoryview(b"a"),
         Path("mine.txt"), "mine", "mine.txt/below", ("a", "b", "c"), NotImplemented,
     ):
         yield nothing, ""
-    number = "angle time period length number speed span"
-    yield from dict.fromkeys(("12", "5 parsec", "5 kg", "--force", "null", "nix"), "save").items()
+    number = "angle time period length number speed span size"
+    yield from ((None, ""), ("12", "save speed"), ({}, "changes"), (range(0), "times names"))
+    yield from ((iter(()), "names"), ([], "names times changes"), ((), "names times changes"))
+    yield from dict.fromkeys(("5 parsec", "5 kg", "--force", "null", "nix"), "save").items()
     yield from (
-        ("\udc80", "save"), ("a_sweep", "load_sweep"), ("a_run", "load"), (True, "flag"),
+        ("\udc80", "save"), ("a_sweep", "load_sweep"), ("a_run", "load save"), (True, "flag"),
         (np.bool_(0), "flag"), (-1, "angle speed span"), (-0.5, "angle speed span"),
-        (1e-320, "angle time length number speed span times within"), (math.inf, "span"),
-        (0, "angle time number speed whole span times within"), (2.5, number), ([], "names times"),
+        (1e-320, "angle time length number speed span times within size"), (math.inf, "span"),
+        (0, "angle time number speed whole span times within size"), (2.5, number),
         (np.float32(0.25), number), (np.array([3.0]), f"{number} count whole values"),
         (np.array(2), f"{number} count whole values"), ((1, 2, 3), "values"),
-        ([0.001, 0.002], "times within speed values"), (np.array([]), "times"),
+        ([0.001, 0.002], "times within speed values"), (np.array([]), "times names"),
         ("2 ms", "time period span times within save"), ("20 deg", "angle save"),
-        (units("2 ms"), "time period span times within"), ((), "times changes"),
+        (units("2 ms"), "time period span times within"),
         (units("1 ms") * np.ones(2), "times within"), (units("95 rpm"), "speed"),
-        ("1e-3 mm", "length save"), (print, "function"), (of.scene, "scene model"),
+        ("1e-3 mm", "length save size"), (print, "function"), (of.scene, "scene model"),
         (of.scene.to_data(), "model changes"), (of.result, "result"), (of.axes, "ax"),
     )
 
@@ -102,7 +104,9 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
     study, branches = object.__new__(fl.Stability), object.__new__(fl.Branches)
     yield "load_scene", fl.load_scene, {
         "model": ("model", "no_clearance"), "changes": ("changes", ()),
-        "allow_outside": ("flag", False), "turns": ("number", 0.02), "tolerance": ("length", 1e-4)}
+        "allow_outside": ("flag", False)}
+    yield "load_scene keywords", partial(fl.load_scene, "rigid"), {
+        "turns": ("number", 0.02), "tolerance": ("length", 1e-4)}
     yield "Scene", fl.Scene, {"title": ("any", "a")}
     yield "Scene.with_", scene.with_, {"changes": ("changes", {})}
     for path, kind in (("drives.motor.value", "speed"), ("run.turns", "number"),
@@ -137,7 +141,7 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
     yield "Stability.save", study.save, {"folder": ("blind", "out"), "force": ("blind", False)}
     yield "Branches.plot", branches.plot, {"axis": ("blind", "x"), "style": ("blind", "screen")}
     yield "Comparison.plot", of.compared.plot, style
-    yield "Comparison.exceeds", of.compared.exceeds, {"tolerance": ("length", 1e-3)}
+    yield "Comparison.exceeds", of.compared.exceeds, {"tolerance": ("size", 1e-3)}
     yield "Animation.save", of.film.save, {"path": ("any", "a.html"), **progress, **force}
     yield "Result.save", result.save, {"folder": ("save", "out"), **force}
     yield "Result.report", result.report, {"path": ("save", "out.html"), **force}

@@ -148,7 +148,9 @@ def polar(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> 
         subplot_kw={"projection": "polar"},
     )
     if not isinstance(axes, PolarAxes):
-        raise ValueError("polar needs polar axes: plt.subplots(subplot_kw={'projection': 'polar'})")
+        raise ValueError(
+            "ax: polar needs polar axes: plt.subplots(subplot_kw={'projection': 'polar'})"
+        )
     radius = np.linalg.norm(path(result, point).position, axis=1)
     factor, unit = length_unit(radius)
     draw_radius(axes, result, factor * radius)

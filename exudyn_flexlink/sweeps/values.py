@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from sys import float_info
 from typing import Any
 
 import numpy as np
@@ -167,7 +168,7 @@ def value_of(given: Any, entry: int | None = None) -> Value:
     if hasattr(given, "item") and not isinstance(given, np.ndarray):  # a number of numpy's
         given = given.item()
     if isinstance(given, int | float) and not isinstance(given, bool):
-        if not isfinite(given):
+        if not abs(given) <= float_info.max:  # nor a whole number beyond
             raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
         return float(given)
     if isinstance(given, str) and given.strip():
