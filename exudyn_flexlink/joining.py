@@ -106,30 +106,15 @@ def _joined(first: Any, second: Any, own: Variable | None) -> Any:
 
 
 def _checks(first: Result, second: Result) -> Checks:
-    """Of every step of both; what the balance misses in the first is missed from there on.
-
-    So is what rounding in the joints, which close anew, adds where both meet.
-    """
-    before, after = first.energy, second.energy
-    jump = after.kinetic[0] + after.stored[0] - before.kinetic[-1] - before.stored[-1]
-    missed = float(abs(before.residual[-1]) + abs(jump))
-    a, b = first.checks, second.checks
-    kinetic, constraint, largest, deepest = (
-        max(getattr(a, name), getattr(b, name))
-        for name in ("largest_kinetic_energy", "constraint_error", "largest_step",
-                     "largest_penetration")
-    )  # fmt: skip
-    return Checks(
-        max(a.energy_residual, missed + b.energy_residual),
-        kinetic,
-        constraint,
-        a.steps + b.steps,
-        a.newton_iterations + b.newton_iterations,
-        min(a.smallest_step, b.smallest_step),
-        largest,
-        min(a.steps_per_contact, b.steps_per_contact),
-        deepest,
-    )
+    """Of every step of both; what the balance misses in the first is missed from there on."""
+    missed = abs(float(first.energy.residual[-1])) + second.checks.energy_residual
+    found = {}
+    for name, value in vars(first.checks).items():
+        pick = {"steps": sum, "newton_iterations": sum, "smallest_step": min,
+                "steps_per_contact": min}.get(name, max)  # fmt: skip
+        found[name] = pick((value, getattr(second.checks, name)))
+    found["energy_residual"] = max(first.checks.energy_residual, missed)
+    return Checks(**found)
 
 
 def _run(whole: Result) -> Run:
