@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.continuing import continued
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import Checks, Result, later
@@ -53,8 +54,7 @@ def joined(first: Result, second: Result) -> Result:
         checks=_checks(first, second),
         warnings=tuple(dict.fromkeys([*first.warnings, *second.warnings])),
         outcome=replace(second.outcome, time=second.outcome.time + end),
-        # The second run inherits what the first is off, and nobody measured what becomes of it.
-        error=first.error if first.error.missing else replace(first.error, stopped=end),
+        error=_error(first.error, end),
     )
     return replace(whole, scene=first.scene.changed(run=_run(whole)))
 
@@ -105,16 +105,21 @@ def _joined(first: Any, second: Any, own: Variable | None) -> Any:
     return np.concatenate([first, second[1:] if own.dimensions.startswith("time") else second])
 
 
+def _error(first: MeasuredError, end: float) -> MeasuredError:
+    """Known up to the end of the first run: what the second makes of it nobody measured."""
+    if first.missing or first.stopped is not None:
+        return first
+    return replace(first, stopped=end)
+
+
 def _checks(first: Result, second: Result) -> Checks:
     """Of every step of both; what the balance misses in the first is missed from there on."""
     missed = abs(float(first.energy.residual[-1])) + second.checks.energy_residual
-    found = {}
-    for name, value in vars(first.checks).items():
-        pick = {"steps": sum, "newton_iterations": sum, "smallest_step": min,
-                "steps_per_contact": min}.get(name, max)  # fmt: skip
-        found[name] = pick((value, getattr(second.checks, name)))
-    found["energy_residual"] = max(first.checks.energy_residual, missed)
-    return Checks(**found)
+    both = {name: (own, getattr(second.checks, name)) for name, own in vars(first.checks).items()}
+    found = {name: max(pair) for name, pair in both.items()}
+    found |= {name: sum(both[name]) for name in ("steps", "newton_iterations")}
+    found |= {name: min(both[name]) for name in ("smallest_step", "steps_per_contact")}
+    return Checks(**(found | {"energy_residual": max(first.checks.energy_residual, missed)}))
 
 
 def _run(whole: Result) -> Run:
