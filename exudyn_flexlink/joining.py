@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.continuing import continued
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import Checks, Result, later
@@ -53,8 +54,7 @@ def joined(first: Result, second: Result) -> Result:
         checks=_checks(first, second),
         warnings=tuple(dict.fromkeys([*first.warnings, *second.warnings])),
         outcome=replace(second.outcome, time=second.outcome.time + end),
-        # The second run inherits what the first is off, and nobody measured what becomes of it.
-        error=first.error if first.error.missing else replace(first.error, stopped=end),
+        error=_error(first.error, end),
     )
     return replace(whole, scene=first.scene.changed(run=_run(whole)))
 
@@ -105,31 +105,21 @@ def _joined(first: Any, second: Any, own: Variable | None) -> Any:
     return np.concatenate([first, second[1:] if own.dimensions.startswith("time") else second])
 
 
-def _checks(first: Result, second: Result) -> Checks:
-    """Of every step of both; what the balance misses in the first is missed from there on.
+def _error(first: MeasuredError, end: float) -> MeasuredError:
+    """Known up to the end of the first run: what the second makes of it nobody measured."""
+    if first.missing or first.stopped is not None:
+        return first
+    return replace(first, stopped=end)
 
-    So is what rounding in the joints, which close anew, adds where both meet.
-    """
-    before, after = first.energy, second.energy
-    jump = after.kinetic[0] + after.stored[0] - before.kinetic[-1] - before.stored[-1]
-    missed = float(abs(before.residual[-1]) + abs(jump))
-    a, b = first.checks, second.checks
-    kinetic, constraint, largest, deepest = (
-        max(getattr(a, name), getattr(b, name))
-        for name in ("largest_kinetic_energy", "constraint_error", "largest_step",
-                     "largest_penetration")
-    )  # fmt: skip
-    return Checks(
-        max(a.energy_residual, missed + b.energy_residual),
-        kinetic,
-        constraint,
-        a.steps + b.steps,
-        a.newton_iterations + b.newton_iterations,
-        min(a.smallest_step, b.smallest_step),
-        largest,
-        min(a.steps_per_contact, b.steps_per_contact),
-        deepest,
-    )
+
+def _checks(first: Result, second: Result) -> Checks:
+    """Of every step of both; what the balance misses in the first is missed from there on."""
+    missed = abs(float(first.energy.residual[-1])) + second.checks.energy_residual
+    both = {name: (own, getattr(second.checks, name)) for name, own in vars(first.checks).items()}
+    found = {name: max(pair) for name, pair in both.items()}
+    found |= {name: sum(both[name]) for name in ("steps", "newton_iterations")}
+    found |= {name: min(both[name]) for name in ("smallest_step", "steps_per_contact")}
+    return Checks(**(found | {"energy_residual": max(first.checks.energy_residual, missed)}))
 
 
 def _run(whole: Result) -> Run:

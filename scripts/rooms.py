@@ -27,21 +27,21 @@ CEILINGS = {
     "scene": 3_110,
     "expressions": 1_245,
     "curves": 1_435,
-    "observables": 1_670,
+    "observables": 1_835,
     "accuracy": 940,
     "stability": 870,
     "verification": 440,
-    "storage": 1_915,
+    "storage": 1_960,
     "sweeps": 1_495,
-    "plots": 2_950,
+    "plots": 3_120,
     "report": 1_825,
     "page": 335,
     "animation": 1_655,
     "cli": 2_445,
-    "api": 1_215,
-    "": 3_565,
+    "api": 1_370,
+    "": 3_725,
 }
-WHOLE = {PACKAGE: 46_095, "tests": 24_915, "scripts": 7_970}
+WHOLE = {PACKAGE: 46_570, "tests": 25_095, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

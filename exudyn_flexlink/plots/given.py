@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain
 from math import ceil
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ from exudyn_flexlink.result import Result
 
 Given = Axes | Sequence[Axes] | NDArray[np.object_]
 """Axes that a figure is drawn into: those of its first panel, or of all its panels."""
-DASHES = ("-", "--", "-.", ":")
+DASHES: tuple[Literal["-", "--", "-.", ":"], ...] = ("-", "--", "-.", ":")
 
 
 def listed(ax: Given) -> list[Axes]:
@@ -81,7 +81,7 @@ def is_given(axes: Axes) -> bool:
 def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iterator[None]:
     """Name what is drawn within by `label`; dash it where a run is in the axes already.
 
-    The axes show both runs whole, and tell if this one stopped.
+    Then these show both runs whole; they tell if this run stopped.
     """
     before = [(len(axes.lines), axes.get_xlim(), axes.get_ylim()) for axes in every]
     yield
