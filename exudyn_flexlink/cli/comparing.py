@@ -6,6 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
+from exudyn_flexlink.cli.benching import compare_saved
 from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
@@ -32,6 +33,10 @@ UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
+    if options.other is not None:
+        return compare_saved(options)
+    if options.column or options.shift != 0:
+        return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
     place = Place(options, "-compare", "comparison")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)

@@ -10,11 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic_core import PydanticCustomError
 from scipy.optimize import minimize_scalar
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.fitting.series import Series
+from exudyn_flexlink.quantities import Quantity
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.units import Dimension
 
 OVERLAP = 0.5  # of the rows: a shift that leaves fewer within the run is not looked for
 MOST_SHIFTS = 4000  # that are tried before the best one is refined
@@ -76,6 +79,20 @@ class Against:
             at, span = float(self.time[judged][worst]), float(np.ptp(self.measured[name]))
             found.append(Distance(name, unit, float(size[worst]), at, rms, span))
         return found
+
+
+def shift_of(given: float | str) -> float | None:
+    """Read a shift: a number of s, a text with a unit, or 'find', which is None.
+
+    Raises:
+        ValueError: it is none of these.
+
+    """
+    try:
+        number = Quantity(Dimension.TIME, words=("find",)).read(given)
+    except PydanticCustomError as error:
+        raise ValueError(f"shift: {error.message()}") from None
+    return None if isinstance(number, str) else number
 
 
 def against(result: Result, series: Series, shift: float | None = 0.0) -> Against:
