@@ -50,6 +50,12 @@ The second opinion is the hand-written Lagrangian:
 >>> fl.compare(fl.simulate(rigid), result, names=("rigid", "flexible"))
 <Comparison of rigid and flexible: ...>
 
+So are measurements, in a CSV file or a table; `fl.fit` finds the values that fit them best:
+
+>>> measured = {"t": s.time[::20], "x": s.position[::20, 0]}
+>>> fl.compare(result, measured, columns={"x": "link.end.x"})
+<Comparison of exudyn and the table: apart by rms link.end.x ... m>
+
 Many runs, each a row of one table, on all cores (here on one):
 
 >>> table = fl.sweep(rigid, {"drives.motor.value": "10, 12 rad/s"}, workers=1)
@@ -72,7 +78,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exudyn_flexlink.api.animations import Animation
-    from exudyn_flexlink.api.comparisons import Comparison, compare
+    from exudyn_flexlink.api.comparisons import Comparison, MeasuredComparison, compare
+    from exudyn_flexlink.api.fits import Fit, fit
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
@@ -84,6 +91,7 @@ if TYPE_CHECKING:
     )
     from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
     from exudyn_flexlink.engines import NotRepresentableError
+    from exudyn_flexlink.fitting import NoFitError, NoOverlapError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.storage import StorageError
@@ -96,6 +104,10 @@ __all__ = [
     "Branches",
     "CannotStartError",
     "Comparison",
+    "Fit",
+    "MeasuredComparison",
+    "NoFitError",
+    "NoOverlapError",
     "NotRepresentableError",
     "Result",
     "Scene",
@@ -107,6 +119,7 @@ __all__ = [
     "__version__",
     "bifurcation",
     "compare",
+    "fit",
     "idealise",
     "load",
     "load_scene",
@@ -121,12 +134,14 @@ __all__ = [
 
 _HOMES = {
     "api.animations": ("Animation",),
-    "api.comparisons": ("Comparison", "compare"),
+    "api.comparisons": ("Comparison", "MeasuredComparison", "compare"),
+    "api.fits": ("Fit", "fit"),
     "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),
     "engines": ("NotRepresentableError",),
+    "fitting": ("NoFitError", "NoOverlapError"),
     "shipped": ("model_names",),
     "source": ("SceneError",),
     "storage": ("StorageError",),

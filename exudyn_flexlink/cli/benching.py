@@ -48,7 +48,7 @@ def compare_saved(options: argparse.Namespace) -> int:
     of_series = options.column or options.shift != 0
     for is_so, why in (
         (idle, f"'{', '.join(idle)}' is for models: runs are compared as they were made"),
-        (not first.is_dir(), f"'{first}' is no folder of a run, which '{second}' can be beside"),
+        (not first.is_dir(), f"with '{second}' goes the folder of a saved run, not '{first}'"),
         (measured and options.tolerance is not None, "'--tolerance' is for two runs"),
         (not measured and of_series, "'--column' and '--shift' are for a CSV file"),
     ):

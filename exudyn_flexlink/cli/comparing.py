@@ -37,6 +37,9 @@ def compare_command(options: argparse.Namespace) -> int:
         return compare_saved(options)
     if options.column or options.shift != 0:
         return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
+    if options.model.is_dir():
+        told = f"'{options.model}' is a folder: give what to compare it with, too"
+        return complain(f"{told}, another folder of a run or a CSV file", BAD_INPUT)
     place = Place(options, "-compare", "comparison")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)

@@ -32,6 +32,7 @@ MOST_ROUNDS = 4  # of a tolerance that is made smaller
 SMOOTH = 1e-6  # of the mechanism's reach: no larger tolerance, since slopes are differences of runs
 DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so of themselves
 CONVERGED = 1e-8  # change of the sum of squares, or of the numbers, as a part
+FLAT = 1e-15  # slope of the sum of squares, in parts: the search stands still
 MOST_STEPS = 100  # of one search
 ALIKE = 0.99  # correlation from which on two numbers are hardly told apart
 SAME_SCATTER = 1e-2  # as a part: by so little scatters of quantities may differ from their weights
@@ -146,9 +147,7 @@ class _Search:
         self._progress, self._done = progress, 0.0
         self.runs, self._failed = 0, ""
         self._scale = np.array([abs(p.start) or 1.0 for p in parameters])
-        several = len(series.values) > 1
         self._scatter = {n: float(np.std(own)) or 1.0 for n, own in series.values.items()}
-        self._scatter = self._scatter if several else dict.fromkeys(series.values, 1.0)
         accuracy, reach = scene.accuracy, extent(assemble_scene(scene))
         if accuracy.tolerance is not None:
             accuracy = Accuracy(tolerance=min(accuracy.tolerance, SMOOTH * reach))
@@ -256,7 +255,7 @@ class _Search:
         try:
             found = least_squares(
                 self._tried, value / self._scale, "3-point", (low, high), ftol=CONVERGED,
-                xtol=CONVERGED, gtol=None, x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
+                xtol=CONVERGED, gtol=FLAT, x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
             )  # fmt: skip
         except (ValueError, np.linalg.LinAlgError) as error:
             raise NoFitError(self._failed or str(error)) from None

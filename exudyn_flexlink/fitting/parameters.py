@@ -11,13 +11,13 @@ from pydantic_core import PydanticCustomError
 
 from exudyn_flexlink.loading import document_of
 from exudyn_flexlink.quantities import Quantity, to_si
-from exudyn_flexlink.scene import Scene, apply_settings
+from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError
 from exudyn_flexlink.sweeps import ValuesError, quantity_at, range_of, symbol_of
 from exudyn_flexlink.units import Dimension
 
-Vary = Sequence[str] | Mapping[str, Any]
-"""Paths, or with their bounds: two numbers in SI, a text such as '1:20 N/m', or None."""
+Vary = str | Sequence[str] | Mapping[str, Any]
+"""A path, or several, or with their bounds: two numbers (SI), a text '1:20 N/m', or None."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,8 @@ def parameters_of(scene: Scene, vary: Vary) -> list[Parameter]:
         SceneError: a path leads to no number, or bounds can't be; all such mistakes are in it.
 
     """
-    given = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
+    paths = [vary] if isinstance(vary, str) else vary
+    given = paths if isinstance(paths, Mapping) else dict.fromkeys(paths)
     mistakes, found = list[Mistake](), list[Parameter]()
     if not given:
         mistakes.append(Mistake((), "nothing is varied", "for example springs.s.stiffness"))
@@ -66,11 +67,18 @@ def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
             value = value[int(step)]
         else:
             value = None
-    apply_settings(document_of(scene), [(path, value)])  # says where the path leads nowhere
-    if isinstance(value, bool | int) or (value is not None and not isinstance(value, float)):
-        raise ValuesError("is no number that varies without steps", "")
+    steps = tuple(path.split("."))
+    # Says where the path leads nowhere, and of a key that is not there whether it may be.
+    tried = apply_settings(document_of(scene), [(path, 1.0 if value is None else value)])
     if value is None:
+        own = [
+            one for one in check_document(tried, True).mistakes if one.path[: len(steps)] == steps
+        ]
+        if own:
+            raise SceneError(tried, own)
         raise ValuesError("has no number to start from", f"give it one: --set {path}=...")
+    if not isinstance(value, float):
+        raise ValuesError("is no number that varies without steps", "")
     quantity = quantity_at(scene, path)
     low, high = (-inf, inf) if quantity is None else _limits(quantity)
     if given is not None:

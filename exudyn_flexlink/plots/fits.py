@@ -30,8 +30,8 @@ def against(found: Against, *, style: Style = SCREEN) -> Figure:
 @styled
 def fit(found: Fit, *, style: Style = SCREEN) -> Figure:
     """Each fitted quantity with what was measured, and the residuals."""
-    own = (f"{path} {x:.6g}" for path, x in found.values.items())
-    subject = f"Fit to {found.against.series.source}: {', '.join(own)}"
+    own = " and ".join(found.values) if len(found.values) < 3 else f"{len(found.values)} values"
+    subject = f"Fit of {own} to {found.against.series.source}"
     return _drawn(found.against, subject, "residual", style)
 
 
