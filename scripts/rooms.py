@@ -24,24 +24,25 @@ CEILINGS = {
     "engines/exudyn/redundant": 3_145,
     "engines/lagrangian": 2_055,
     "mechanism": 4_805,
-    "scene": 3_110,
+    "scene": 3_185,
     "expressions": 1_245,
     "curves": 1_435,
-    "observables": 1_670,
+    "observables": 1_765,
     "accuracy": 940,
     "stability": 870,
     "verification": 440,
-    "storage": 1_915,
-    "sweeps": 1_495,
-    "plots": 2_950,
-    "report": 1_825,
+    "storage": 1_990,
+    "fitting": 795,
+    "sweeps": 1_505,
+    "plots": 3_015,
+    "report": 1_915,
     "page": 335,
     "animation": 1_655,
-    "cli": 2_445,
-    "api": 1_190,
-    "": 3_560,
+    "cli": 2_635,
+    "api": 1_355,
+    "": 3_580,
 }
-WHOLE = {PACKAGE: 45_850, "tests": 24_790, "scripts": 7_970}
+WHOLE = {PACKAGE: 47_435, "tests": 25_215, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli_runs import RIGID
-from pytest import approx
 from results import result_of
 
 from exudyn_flexlink.engines import simulate
@@ -48,10 +47,12 @@ def fitted(name, *settings):
 def test_stiffness_and_damping_with_their_errors(name):
     values, errors, squares, correlation = RIGHT[name]
     found = fitted(name)
-    assert list(found.values.values()) == approx(values, rel=1e-6)
-    assert list(found.standard_errors.values()) == approx(errors, rel=1e-4)
-    assert found.correlations[0, 1] == approx(correlation, abs=1e-4)
-    assert sum(np.sum(own**2) for own in found.residuals.values()) == approx(squares, rel=1e-8)
+    assert list(found.values.values()) == pytest.approx(values, rel=1e-6)
+    assert list(found.standard_errors.values()) == pytest.approx(errors, rel=1e-4)
+    assert found.correlations[0, 1] == pytest.approx(correlation, abs=1e-4)
+    assert sum(np.sum(own**2) for own in found.residuals.values()) == pytest.approx(
+        squares, rel=1e-8
+    )
     assert max(found.integrator.values()) < 1e-8
     assert not found.warnings
     spring = found.scene.springs["s"]
@@ -114,10 +115,10 @@ def test_standard_errors_are_those_of_a_straight_line():
     line, covariance = np.polyfit(x, y, 1, cov=True)
     slopes = np.stack([x, np.ones(20)], axis=1)
     found = Estimate(["slope", "height"], line, slopes @ line - y, slopes)
-    assert found.standard_error == approx(np.sqrt(np.diag(covariance)))
+    assert found.standard_error == pytest.approx(np.sqrt(np.diag(covariance)))
     root = np.sqrt(np.diag(covariance))
-    assert found.correlations == approx(covariance / np.outer(root, root))
-    assert found.moved_by(found.residuals - 0.01) == approx([0, 0.01])
+    assert found.correlations == pytest.approx(covariance / np.outer(root, root))
+    assert found.moved_by(found.residuals - 0.01) == pytest.approx([0, 0.01])
 
 
 def test_a_quantity_counts_by_its_scatter():

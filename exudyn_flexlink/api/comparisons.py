@@ -111,10 +111,9 @@ def compare(
 
     In place of a second run there may be a measured series: a CSV file, or columns by name, such as
     a data frame's. `columns` says which column is what, ``{"theta": "lever.angle"}``: a body's
-    ``angle`` or ``rate``, a point's ``x``, ``y``, ``vx`` or ``vy``; columns that are so named need
-    no more. One is the time. Units in brackets behind a name count, ``theta (deg)``, else they are
-    SI. `shift` (s, or a text with a unit) is added to its times; ``"find"`` looks for the one that
-    fits best.
+    ``angle`` or ``rate``, a point's ``x`` or ``y``; columns that are so named need no more. One is
+    the time. Units in brackets behind a name count, ``theta (deg)``, else they are SI. `shift` (s,
+    or a text with a unit) is added to its times; ``"find"`` looks for the one that fits best.
 
     Raises:
         NoOverlapError: no row of the series lies within the run.

@@ -52,9 +52,9 @@ class Command(NamedTuple):
     options: tuple[Option, ...]
 
 
-COLUMN = Option("--column", "what a column of the CSV file is: BODY.angle or BODY.rate, "
-                "BODY.POINT.x, .y, .vx or .vy; may be repeated; default: columns that are so "
-                "named, or as in tables of runs", "NAME=QUANTITY", action="append", default=[])
+COLUMN = Option("--column", "what a column of the CSV file is: BODY.angle or .rate, BODY.POINT.x "
+                "or .y; may be repeated; default: columns that are so named", "NAME=QUANTITY",
+                action="append", default=[])
 
 
 def _run(commands: str) -> Option:
@@ -76,8 +76,7 @@ COMMANDS = {
          *output())),
     "compare": Command(
         "comparing",
-        "Compare both engines on a model, a model with and without an effect, or a saved run with "
-        "another or with measurements.",
+        "Compare both engines, a model with and without an effect, or a run with measurements.",
         ("smooth --set run.turns=2 --tolerance 1e-5",
          "no_clearance --set accuracy.tolerance=1e-6",
          "no_clearance --impact impulse --out runs/impulse",
@@ -85,8 +84,7 @@ COMMANDS = {
          "runs/a runs/b",
          "runs/a measured.csv --column theta=lever.angle --shift find"),
         (Option("model", "model file, YAML; the name of a model that comes with the program; or "
-                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE,
-                type=values.model_path),
+                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE, type=Path),
          Option("other", "what a saved run is compared with: the folder of another, or a CSV file "
                 "of measurements", "OTHER", FILE, nargs="?", type=Path),
          COLUMN,
@@ -101,11 +99,9 @@ COMMANDS = {
          *output("-compare"))),
     "fit": Command(
         "benching", "Fit values of a model to measurements, by least squares, with their errors.",
-        ("model.yaml measured.csv --column theta=lever.angle --vary springs.s.stiffness",
-         "model.yaml measured.csv --vary contacts.strike.law.restitution "
-         "--vary initial.angles.lever",
-         "model.yaml measured.csv --vary 'springs.s.stiffness=1:20 N m/rad' "
-         "--set springs.s.stiffness=5"),
+        ("rigid measured.csv --column theta=lever.angle --vary springs.lever_return.frequency "
+         "--vary contacts.strike.law.restitution",
+         "rigid measured.csv --column 'x (mm)=link.end.x' --vary 'drives.motor.value=9:11 rad/s'"),
         (*MODEL[:1],
          Option("measured", "CSV file with a column of time; units may stand in its header: "
                 "'t (ms)'", "MEASURED", FILE, type=Path),

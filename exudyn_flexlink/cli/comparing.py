@@ -19,6 +19,7 @@ from exudyn_flexlink.cli.running import (
     run,
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.loading import load_scene, require_length
@@ -37,6 +38,7 @@ def compare_command(options: argparse.Namespace) -> int:
         return compare_saved(options)
     if options.column or options.shift != 0:
         return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
+    options.model = model_path(str(options.model))
     if options.model.is_dir():
         told = f"'{options.model}' is a folder: give what to compare it with, too"
         return complain(f"{told}, another folder of a run or a CSV file", BAD_INPUT)

@@ -133,7 +133,7 @@ def _best_shift(result: Result, series: Series) -> float:
     time, (begin, end) = series.time, result.time[[0, -1]].tolist()
     needed = max(int(np.ceil(OVERLAP * len(time))), 2)
     if len(time) < needed or end <= begin:
-        raise NoOverlapError("a shift can't be found from one row, or one instant of a run")
+        raise NoOverlapError("a shift needs two rows or more, and a run that lasts")
 
     def mean_square(shift: float) -> float:
         rows = _within(result, time + shift)

@@ -103,13 +103,13 @@ def fit(
             break
     last = against(search.run(value), series)
     search.tell(1.0)
-    by_path = [
+    values, errors, by_integrator = (
         {p.path: x for p, x in zip(parameters, own.tolist(), strict=True)}
         for own in (value, error, moved)
-    ]
+    )
     return Fit(
-        scene_of(document_of(scene), list(by_path[0].items()), True),
-        tuple(parameters), *by_path[:2], found.correlations, by_path[2], last, search.runs,
+        scene_of(document_of(scene), list(values.items()), True),
+        tuple(parameters), values, errors, found.correlations, by_integrator, last, search.runs,
         tuple(_warnings(parameters, found, moved, active)),
     )  # fmt: skip
 
@@ -257,8 +257,10 @@ class _Search:
                 self._tried, value / self._scale, "3-point", (low, high), ftol=CONVERGED,
                 xtol=CONVERGED, gtol=FLAT, x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
             )  # fmt: skip
-        except (ValueError, np.linalg.LinAlgError) as error:
-            raise NoFitError(self._failed or str(error)) from None
+        except ValueError:
+            if not self._failed:
+                raise
+            raise NoFitError(self._failed) from None
         if found.status == 0:
             raise NoFitError(f"no end was found in {MOST_STEPS} steps: start nearer, or vary less")
         names = [p.path for p in self._parameters]

@@ -82,8 +82,8 @@ def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
     quantity = quantity_at(scene, path)
     low, high = (-inf, inf) if quantity is None else _limits(quantity)
     if given is not None:
-        own = range_of(given)
-        ends = [_in_si(own.at(part), quantity) for part in (0.0, 1.0)]
+        bounds = range_of(given)
+        ends = [_in_si(bounds.at(part), quantity) for part in (0.0, 1.0)]
         low, high = max(low, ends[0]), min(high, ends[1])
     if not low <= value <= high:
         raise ValuesError(f"starts at {value:g}, outside its bounds {low:g} to {high:g}", "")

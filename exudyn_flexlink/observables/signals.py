@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import partial
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import build_mechanism
@@ -23,90 +23,66 @@ from exudyn_flexlink.source import did_you_mean
 from exudyn_flexlink.units import Dimension
 
 MOST_NAMED = 12  # in a message
-_UNITS = {Dimension.LENGTH: "m", Dimension.ANGLE: "rad"}  # others are as `Dimension` has them
-
-
-class Samples(NamedTuple):
-    """Values (N,) at a run's samples, and their rates (N,) where these are known."""
-
-    values: FloatArray
-    rates: FloatArray | None = None
+_UNITS = {Dimension.LENGTH: "m", Dimension.ANGLE: "rad", Dimension.ANGULAR_SPEED: "rad/s"}
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A quantity of a scene's runs: its name, and what it measures."""
+    """A quantity of a scene's runs; `at` gives its values (M,) at instants (M,) s within a run."""
 
     name: str
     dimension: Dimension
-    samples: Callable[[Result], Samples]
+    at: Callable[[Result, FloatArray], FloatArray]
 
     @property
     def unit(self) -> str:
         """Its SI unit."""
-        return _UNITS.get(self.dimension, self.dimension.si)
-
-    def at(self, result: Result, time: FloatArray) -> FloatArray:
-        """Values (M,) at instants (M,) s within a run, interpolated: see `between_samples`."""
-        values, rates = self.samples(result)
-        if rates is None:
-            return straight_between(result.time, values, time)
-        return between_samples(result.time, values, rates, time)
+        return _UNITS[self.dimension]
 
 
 def signals(scene: Scene) -> dict[str, Signal]:
     """Return all quantities of a scene's runs, by name.
 
     ``BODY.angle`` (from +x of the ground, as `initial.angles` counts it; of a flexible body that of
-    its first rod) and ``BODY.rate``; ``BODY.POINT.x``, ``.y``, ``.vx``, ``.vy``; of a struck body
-    ``BODY.response``, its angle or displacement from the start on as its own table has it,
-    ``BODY.response_rate`` and ``BODY.tip_displacement``.
+    its first rod), ``BODY.rate``, ``BODY.POINT.x`` and ``.y``; of a struck body ``BODY.response``,
+    its angle or displacement from the start on, as its own table has it.
     """
-    return {found.name: found for found in _signals(scene)}
-
-
-def _signals(scene: Scene) -> Iterator[Signal]:
-    length, speed = Dimension.LENGTH, Dimension.SPEED
-    angle, turning = Dimension.ANGLE, Dimension.ANGULAR_SPEED
+    found = []
     for body, parts in build_mechanism(scene).bodies.items():
-        k = parts[0]
-        yield Signal(
-            f"{body}.angle", angle, lambda r, k=k: Samples(r.poses[:, k, 2], r.rates[:, k, 2])
-        )
-        yield Signal(f"{body}.rate", turning, lambda r, k=k: Samples(r.rates[:, k, 2]))
+        found.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, parts[0])))
+        found.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, parts[0])))
     for point in point_names(scene):
         for i, axis in enumerate("xy"):
-
-            def place(r: Result, point: str = point, i: int = i) -> Samples:
-                seen = path(r, point)
-                return Samples(seen.position[:, i], seen.velocity[:, i])
-
-            yield Signal(f"{point}.{axis}", length, place)
-            yield Signal(f"{point}.v{axis}", speed, lambda r, of=place: Samples(of(r).rates))
+            found.append(Signal(f"{point}.{axis}", Dimension.LENGTH, partial(_place, point, i)))
     told = measures(scene)
     for body, contact in struck_bodies(scene).items():
+        kind = Dimension.ANGLE if told[body] is ANGLE else Dimension.LENGTH
+        found.append(Signal(f"{body}.response", kind, partial(_response, contact)))
+    return {signal.name: signal for signal in found}
 
-        def response(r: Result, contact: str = contact) -> Samples:
-            seen = lever_response(r, contact)
-            return Samples(seen.value, seen.rate)
 
-        def tip(r: Result, contact: str = contact) -> Samples:
-            return Samples(lever_response(r, contact).tip_displacement)
+def _angle(part: int, run: Result, time: FloatArray) -> FloatArray:
+    return between_samples(run.time, run.poses[:, part, 2], run.rates[:, part, 2], time)
 
-        kinds = (angle, turning) if told[body] is ANGLE else (length, speed)
-        yield Signal(f"{body}.response", kinds[0], response)
-        yield Signal(f"{body}.response_rate", kinds[1], lambda r, of=response: Samples(of(r).rates))
-        yield Signal(f"{body}.tip_displacement", length, tip)
+
+def _rate(part: int, run: Result, time: FloatArray) -> FloatArray:
+    return straight_between(run.time, run.rates[:, part, 2], time)
+
+
+def _place(point: str, axis: int, run: Result, time: FloatArray) -> FloatArray:
+    return path(run, point).at(time)[:, axis]
+
+
+def _response(contact: str, run: Result, time: FloatArray) -> FloatArray:
+    return lever_response(run, contact).value_at(time)
 
 
 def own_columns(scene: Scene) -> dict[str, str]:
     """Names of quantities by those that columns have in the tables of a run, without units."""
     watched, told = watched_point(scene), measures(scene)
-    found = {axis: f"{watched}.{axis}" for axis in ("x", "y", "vx", "vy")}
+    found = {axis: f"{watched}.{axis}" for axis in "xy"}
     if len(told) == 1:  # of two struck bodies the tables have the same names of columns
-        ((body, measure),) = told.items()
-        found |= {measure.word: f"{body}.response", "rate": f"{body}.response_rate"}
-        found["tip_displacement"] = f"{body}.tip_displacement"
+        found |= {measure.word: f"{body}.response" for body, measure in told.items()}
     return found
 
 

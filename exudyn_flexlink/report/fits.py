@@ -21,6 +21,7 @@ def against_text(found: Against) -> str:
 
 def fit_text(found: Fit) -> str:
     """Return the table of a fit: values with their errors, correlations, residuals."""
+    last = found.against
     rows = [
         [
             p.path,
@@ -28,18 +29,14 @@ def fit_text(found: Fit) -> str:
             f"{found.standard_errors[p.path]:.4g}",
             f"{found.integrator[p.path]:.1g}",
             f"{p.start:.4g}",
+            p.unit,
         ]
         for p in found.parameters
     ]
-    rows = [[row[0], p.unit, *row[1:]] for row, p in zip(rows, found.parameters, strict=True)]
     note = "standard error: of the data's scatter; integrator: how far its error moves the value"
-    head = ["", "unit", "value", "standard error", "integrator", "start"]
-    accuracy, last = found.against.result.scene.accuracy, found.against
-    to = (
-        f"steps of {accuracy.step:g} s"
-        if accuracy.tolerance is None
-        else f"a tolerance of {accuracy.tolerance:.1g} m"
-    )
+    head = ["", "value", "standard error", "integrator", "start", "unit"]
+    accuracy = last.result.scene.accuracy
+    to = f"{accuracy.tolerance:.1g} m" if accuracy.step is None else f"steps of {accuracy.step:g} s"
     return in_blocks(
         [
             [f"Fit of {last.result.engine} to {last.series.source}: {last.result.scene.title}"],
@@ -83,8 +80,7 @@ def _how(found: Against) -> list[str]:
     rows = [["instants", f"{len(found.time)}, from {begin:.5g} to {end:.5g} s of the run"]]
     if found.shift or found.found:
         how = "found by least squares" if found.found else "given"
-        told = f"{found.shift:.6g} s are added to times of the series, {how}"
-        rows.append(["shift", told])
+        rows.append(["shift", f"{found.shift:.6g} s are added to times of the series, {how}"])
     if found.outside:
         rows.append(["outside the run", f"{number(found.outside)} rows of the series"])
     if found.series.left_out:
