@@ -50,6 +50,12 @@ The second opinion is the hand-written Lagrangian:
 >>> fl.compare(fl.simulate(rigid), result, names=("rigid", "flexible"))
 <Comparison of rigid and flexible: ...>
 
+So are measurements, in a CSV file or a table; `fl.fit` finds the values that fit them best:
+
+>>> measured = {"t": s.time[::20], "x": s.position[::20, 0]}
+>>> fl.compare(result, measured, columns={"x": "link.end.x"})
+<Comparison of exudyn and the table: apart by rms link.end.x ... m>
+
 Many runs, each a row of one table, on all cores (here on one):
 
 >>> table = fl.sweep(rigid, {"drives.motor.value": "10, 12 rad/s"}, workers=1)
@@ -73,8 +79,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError
     from exudyn_flexlink.api.animations import Animation
-    from exudyn_flexlink.api.comparisons import Comparison, compare, joined
+    from exudyn_flexlink.api.comparisons import Comparison, MeasuredComparison, compare, joined
     from exudyn_flexlink.api.exudyn_systems import exudyn_system
+    from exudyn_flexlink.api.fits import Fit, fit
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
@@ -88,6 +95,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.continuing import CannotContinueError
     from exudyn_flexlink.engines import NotRepresentableError
     from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem
+    from exudyn_flexlink.fitting import NoFitError, NoOverlapError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.stability import (
@@ -109,7 +117,11 @@ __all__ = [
     "Comparison",
     "ExudynSystem",
     "FilmError",
+    "Fit",
     "ImpossibleLapsError",
+    "MeasuredComparison",
+    "NoFitError",
+    "NoOverlapError",
     "NoRhythmError",
     "NotRepresentableError",
     "Result",
@@ -125,6 +137,7 @@ __all__ = [
     "bifurcation",
     "compare",
     "exudyn_system",
+    "fit",
     "idealise",
     "joined",
     "load",
@@ -141,14 +154,16 @@ __all__ = [
 _HOMES = {
     "animation": ("FilmError",),
     "api.animations": ("Animation",),
-    "api.comparisons": ("Comparison", "compare", "joined"),
+    "api.comparisons": ("Comparison", "MeasuredComparison", "compare", "joined"),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
+    "api.fits": ("Fit", "fit"),
     "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),
     "continuing": ("CannotContinueError",),
     "engines": ("NotRepresentableError",),
+    "fitting": ("NoFitError", "NoOverlapError"),
     "shipped": ("model_names",),
     "source": ("SceneError",),
     "stability": ("ImpossibleLapsError", "NoRhythmError", "StoppedError", "TooShortError"),

@@ -233,6 +233,32 @@ def two_texts(value: Any, _: Any = None) -> tuple[str, str]:
     return str(pair[0]), str(pair[1])
 
 
+def texts_by_name(value: Any, _: Any = None) -> Mapping[str, str]:
+    """Take a dict of texts."""
+    own = list(value.items()) if isinstance(value, Mapping) else [(None, None)]
+    if not all(isinstance(one, str) for pair in own for one in pair):
+        raise TypeError(f"expected a dict such as {{'theta': 'lever.angle'}}, got {told(value)}")
+    return dict(own)
+
+
+def measured(value: Any, _: Any = None) -> Any:
+    """Take the path of a CSV file, or columns (N,) by name, as of a dict or a data frame."""
+    if isinstance(value, str | os.PathLike):
+        return place(value)
+    wrong = f"expected a CSV file, or columns by name, got {told(value)}"
+    if isinstance(value, type) or not hasattr(value, "items") or not len(value):
+        raise TypeError(wrong)
+    columns = {}
+    for name, column in value.items():
+        try:
+            columns[name] = np.asarray(column)
+        except (TypeError, ValueError):
+            raise TypeError(wrong) from None
+        if not isinstance(name, str) or columns[name].ndim != 1:
+            raise TypeError(wrong)
+    return columns
+
+
 def values(value: Any, _: Any = None) -> list[Any]:
     """Take some values: a sequence, an array, or what gives one after the other."""
     if isinstance(value, str | bytes | bytearray | memoryview | Mapping) or not isinstance(

@@ -117,6 +117,12 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
     yield "simulate", fl.simulate, {**own, "measure": ("flag", False), **run}
     yield "load", fl.load, {"folder": ("load", "a_run")}
     yield "compare", fl.compare, {**both, "names": ("any?", ("a", "b"))}
+    series = {"t": [0.0, 0.005, 0.01], "lever.angle": [0.0, 0.01, 0.0]}
+    columns: Arguments = {"columns": ("changes?", None)}
+    yield "compare measured", partial(fl.compare, result), {
+        "second": ("any", series), **columns, "shift": ("span", 0.0)}
+    yield "fit", fl.fit, {
+        **own, "measured": ("any", series), **columns, "vary": ("any", "springs.nix"), **run}
     yield "joined", fl.joined, both
     yield "exudyn_system", fl.exudyn_system, {"scene": ("scene", of.redundant)}
     yield "standard_row", fl.standard_row, {"result": ("result", result)}

@@ -24,24 +24,25 @@ CEILINGS = {
     "engines/exudyn/redundant": 3_365,
     "engines/lagrangian": 2_055,
     "mechanism": 4_805,
-    "scene": 3_110,
+    "scene": 3_185,
     "expressions": 1_245,
     "curves": 1_435,
-    "observables": 1_835,
+    "observables": 1_930,
     "accuracy": 940,
     "stability": 870,
     "verification": 440,
-    "storage": 1_960,
-    "sweeps": 1_495,
-    "plots": 3_120,
-    "report": 1_825,
+    "storage": 2_035,
+    "fitting": 795,
+    "sweeps": 1_505,
+    "plots": 3_185,
+    "report": 1_915,
     "page": 335,
     "animation": 1_655,
-    "cli": 2_445,
-    "api": 1_370,
-    "": 3_725,
+    "cli": 2_635,
+    "api": 1_535,
+    "": 3_745,
 }
-WHOLE = {PACKAGE: 46_570, "tests": 25_095, "scripts": 7_970}
+WHOLE = {PACKAGE: 48_155, "tests": 25_520, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -62,6 +62,12 @@ from exudyn_flexlink.observables.points import (
     straight_between,
     watched_point,
 )
+from exudyn_flexlink.observables.signals import (
+    Signal,
+    own_columns,
+    signals,
+    unknown_signal,
+)
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
