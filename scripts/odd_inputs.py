@@ -120,7 +120,7 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
     series = {"t": [0.0, 0.005, 0.01], "lever.angle": [0.0, 0.01, 0.0]}
     columns: Arguments = {"columns": ("changes?", None)}
     yield "compare measured", partial(fl.compare, result), {
-        "second": ("any", series), **columns, "shift": ("span", 0.0)}
+        "second": ("result", series), **columns, "shift": ("span", 0.0)}
     yield "fit", fl.fit, {
         **own, "measured": ("any", series), **columns, "vary": ("any", "springs.nix"), **run}
     yield "joined", fl.joined, both

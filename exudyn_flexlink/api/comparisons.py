@@ -148,7 +148,7 @@ def compare(
             raise ValueError("'columns' and 'shift' are for a measured series")
         return with_methods(Comparison, compare_runs(first, second, names=names))
     if names is not None:
-        raise ValueError("'names' are for two runs")
+        raise ValueError("'names' are for two runs, 'second' is a series")
     series = read_series(first.scene, second, columns)
     return with_methods(MeasuredComparison, against(first, series, shift_of(shift)))
 
