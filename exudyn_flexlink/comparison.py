@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import (
@@ -44,6 +45,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.units import Dimension
 
 _OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
 _AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that
@@ -211,6 +213,7 @@ class Comparison:
         one, other = (_statistics(seen, self.point, self.time, after) for seen in self.both)
         return one, other
 
+    @takes(tolerance=number(Dimension.LENGTH, at_least=0.0))
     def exceeds(self, tolerance: float) -> bool:
         """Whether the deviation up to the horizon exceeds `tolerance` (m), or can't be told."""
         judged = self.judged

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
@@ -46,6 +47,7 @@ from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
+WIDTH = 100  # columns of a model file that is written
 SHORTEST_RUN = 1e-9  # s: ten thousand times what the numerical methods tell apart
 
 
@@ -109,6 +111,14 @@ def document_of(scene: Scene) -> Document:
     if document.data and scene_of(document, (), True) == scene:
         return document
     return document_of_data(scene.to_data(), "the scene")
+
+
+def yaml_of(scene: Scene) -> str:
+    """Return a scene as the text of a model file, in SI units, with all points and tables in it."""
+    text: str = yaml.safe_dump(
+        scene.to_data(), sort_keys=False, allow_unicode=True, default_flow_style=None, width=WIDTH
+    )
+    return text
 
 
 def document_of_data(data: Mapping[str, Any], name: str) -> Document:

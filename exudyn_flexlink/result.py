@@ -9,10 +9,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.units import Dimension
 from exudyn_flexlink.variables import Variable
 
 INTERRUPTED = "interrupted"
@@ -271,6 +273,7 @@ class Result:
         self.__dict__.update(state)
         _lock(self)
 
+    @takes(time=number(Dimension.TIME, at_least=0.0))
     def sample_at(self, time: float) -> int:
         """Index of the sample next to an instant (s)."""
         return int(np.abs(self.time - time).argmin())

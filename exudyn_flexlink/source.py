@@ -23,7 +23,8 @@ LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 class Document:
     """A model file as plain data, with the place of every value and key.
 
-    `settings` holds the texts 'path=value' that replaced values of the file, by their paths.
+    `settings` holds the texts 'path=value' that replaced values of the file, by their paths; empty
+    ones where no text gave them, but Python.
     """
 
     name: str
@@ -162,6 +163,13 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """Say that there is nothing of a name, what was meant perhaps, and what there is."""
+    names = list(known)
+    there = ", ".join(names) or "none"
+    return f"there is no {what} '{name}'{did_you_mean(name, names)}; there are: {there}"
+
+
 def dotted(path: KeyPath) -> str:
     """Write a path as messages and settings do: 'joints.crank.points.1'."""
     return ".".join(str(step) for step in path)
@@ -175,7 +183,7 @@ def _show(document: Document, lines: Sequence[str], mistake: Mistake) -> str:
     place = None if setting is not None else document.place_of(mistake)
     where = document.name
     if setting is not None:
-        where = f"--set {setting}"
+        where = f"--set {setting}" if setting else ""
     elif place:
         where = f"{document.name}:{place.line}:{place.column}"
     shown = [": ".join(part for part in (where, dotted(mistake.path), mistake.message) if part)]

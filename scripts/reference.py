@@ -55,7 +55,7 @@ A short model is one of bodies, joints and something that moves it:
 
 {model}"""
 COMMANDS = (
-    *("simulate", "compare", "accuracy", "stability", "sweep", "verify", "check"),
+    *("simulate", "compare", "fit", "accuracy", "stability", "sweep", "verify", "check"),
     *("plot", "animate", "report", "new", "schema", "completion"),
 )
 VARYING = ", or an expression or a table"  # what a drive's value may be beside a number

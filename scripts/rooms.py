@@ -19,29 +19,29 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_315,
+    "engines": 2_370,
     "engines/exudyn/minimal": 4_825,
-    "engines/exudyn/redundant": 3_145,
+    "engines/exudyn/redundant": 3_360,
     "engines/lagrangian": 2_050,
     "mechanism": 4_800,
-    "scene": 3_110,
+    "scene": 3_185,
     "expressions": 1_245,
     "curves": 1_435,
-    "observables": 1_665,
+    "observables": 1_940,
     "accuracy": 940,
-    "stability": 870,
+    "stability": 880,
     "verification": 440,
-    "storage": 1_910,
-    "sweeps": 1_495,
-    "plots": 3_035,
-    "report": 1_820,
+    "storage": 2_040,
+    "sweeps": 1_510,
+    "plots": 3_295,
+    "report": 1_915,
     "page": 335,
     "animation": 1_685,
-    "cli": 2_445,
-    "api": 1_185,
-    "": 3_560,
+    "cli": 2_635,
+    "api": 1_875,
+    "": 4_820,
 }
-WHOLE = {PACKAGE: 45_960, "tests": 24_840, "scripts": 8_150}
+WHOLE = {PACKAGE: 49_230, "tests": 25_850, "scripts": 8_410}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -55,7 +55,7 @@ def test_the_readme_is_short():
 @pytest.mark.parametrize("arguments", of_program(), ids=" ".join)
 def test_the_program_knows_the_arguments_of_each_command(arguments):
     options = vars(program_parser().parse_args(arguments))
-    if "model" in options:
+    if "model" in options and not options.get("other"):
         path = ROOT / options["model"]
         load_scene(path if path.exists() else options["model"], options.get("settings", ()))
 

@@ -52,6 +52,11 @@ class Command(NamedTuple):
     options: tuple[Option, ...]
 
 
+COLUMN = Option("--column", "what a column of the CSV file is: BODY.angle or .rate, BODY.POINT.x "
+                "or .y; may be repeated; default: columns that are so named", "NAME=QUANTITY",
+                action="append", default=[])
+
+
 def _run(commands: str) -> Option:
     """The folder of a saved run; `commands` write it."""
     return Option("run", f"folder that {commands} wrote", "RUN", FOLDER, type=Path)
@@ -70,18 +75,42 @@ COMMANDS = {
                 "the model, which loads nothing else"),
          *output())),
     "compare": Command(
-        "comparing", "Compare both engines on a model, or a model with and without an effect.",
+        "comparing",
+        "Compare both engines, a model with and without an effect, or a run with measurements.",
         ("smooth --set run.turns=2 --tolerance 1e-5",
          "no_clearance --set accuracy.tolerance=1e-6",
          "no_clearance --impact impulse --out runs/impulse",
-         "clearance --without clearance --set run.turns=1"),
-        (*MODEL,
+         "clearance --without clearance --set run.turns=1",
+         "runs/a runs/b",
+         "runs/a measured.csv --column theta=lever.angle --shift find"),
+        (Option("model", "model file, YAML; the name of a model that comes with the program; or "
+                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE, type=Path),
+         Option("other", "what a saved run is compared with: the folder of another, or a CSV file "
+                "of measurements", "OTHER", FILE, nargs="?", type=Path),
+         COLUMN,
+         Option("--shift", "what is added to times of the CSV file, such as '0.1 s'; 'find' looks "
+                "for the one that fits best; default: 0", "TIME", type=values.shift, default=0.0),
+         *CHANGES,
          Option("--tolerance", "end with code 1 if a point differs by more than this, in m, up to "
                 "the horizon", "M", type=values.length),
          IMPACT,
          without("compare the model with itself without the effect, in one engine: "),
          engine("the engine of '--without'; default: exudyn", None), MEASURE,
          *output("-compare"))),
+    "fit": Command(
+        "benching", "Fit values of a model to measurements, by least squares, with their errors.",
+        ("rigid measured.csv --column theta=lever.angle --vary springs.lever_return.frequency "
+         "--vary contacts.strike.law.restitution",
+         "rigid measured.csv --column 'x (mm)=link.end.x' --vary 'drives.motor.value=9:11 rad/s'"),
+        (*MODEL[:1],
+         Option("measured", "CSV file with a column of time; units may stand in its header: "
+                "'t (ms)'", "MEASURED", FILE, type=Path),
+         COLUMN,
+         Option("--vary", "a value of the model that is found, from where the model has it; "
+                "LOW:HIGH bounds it, by default its key does; may be repeated", "PATH[=LOW:HIGH]",
+                action="append", default=[]),
+         *CHANGES,
+         engine(), IMPACT, without(), *output("-fit"))),
     "accuracy": Command(
         "studying",
         "Study what accuracy costs in a model: error over processor time, and what limits it.",

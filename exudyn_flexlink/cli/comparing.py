@@ -6,6 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
+from exudyn_flexlink.cli.benching import compare_saved
 from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
@@ -18,6 +19,7 @@ from exudyn_flexlink.cli.running import (
     run,
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.loading import load_scene, require_length
@@ -32,6 +34,14 @@ UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
+    if options.other is not None:
+        return compare_saved(options)
+    if options.column or options.shift != 0:
+        return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
+    options.model = model_path(str(options.model))
+    if options.model.is_dir():
+        told = f"'{options.model}' is a folder: give what to compare it with, too"
+        return complain(f"{told}, another folder of a run or a CSV file", BAD_INPUT)
     place = Place(options, "-compare", "comparison")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)

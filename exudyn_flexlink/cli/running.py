@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli.ctrl_c import ends_runs
-from exudyn_flexlink.cli.terminal import complain, progress_bar
+from exudyn_flexlink.cli.terminal import complain, how_called, progress_bar
 from exudyn_flexlink.effects import absent, idealise, with_impact
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.interrupts import LateInterruptError
@@ -97,6 +98,22 @@ def measured(
             return engines.measured(result, progress, beside), False
     except LateInterruptError as error:
         return error.result, True
+
+
+def simulating(options: argparse.Namespace, *values: str) -> str:
+    """Return the command that simulates the scene of a study: with all that changed the model.
+
+    `values` are settings beside those of the command line.
+    """
+    words = [
+        "simulate",
+        str(options.model),
+        *(f"--set={one}" for one in (*options.settings, *values)),
+    ]
+    words += [f"--without={effect}" for effect in options.without]
+    words += ["--allow-outside"] * options.allow_outside
+    words += [f"--impact={options.impact}"] * (options.impact is not None)
+    return f"{how_called()} {shlex.join(words)}"
 
 
 @contextmanager

@@ -63,6 +63,15 @@ def forces_of(result: Result) -> dict[str, Force]:
     }
 
 
+def momentary_forces(result: Result) -> set[str]:
+    """Names of contact forces that are impulses alone: between these they are zero."""
+    return {
+        f"contact force of {name}"
+        for name, own in result.contacts.items()
+        if np.isinf(own.touches.peak_force).any() and not own.force.any()
+    }
+
+
 def _wall_forces(result: Result) -> dict[str, FloatArray]:
     """Force of each wall on the link, the sum over all that touches it, where there is play."""
     found = {}

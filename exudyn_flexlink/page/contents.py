@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import yaml
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.animation import film_of, player
+from exudyn_flexlink.loading import yaml_of
 from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import joints_with_play
@@ -46,7 +46,6 @@ MOST_TOUCHES = 200  # folded, until the reader opens them
 MODEL = "model.yaml"
 """Name under which the page offers the model file."""
 
-WIDTH = 100  # columns of the model file
 WIDE = replace(SCREEN, titled=False)  # the page says what stands in a title
 NARROW = PRINT  # a column of print, 86 mm, is about as wide as a phone
 PIXELS = 96  # of a page in an inch
@@ -189,10 +188,7 @@ def model_text(scene: Scene) -> str | None:
     data = scene.to_data()
     if len(json.dumps(data, ensure_ascii=False).encode("utf-8")) > LARGEST_FILE // 2:
         return None  # YAML takes more room, and its reader some seconds
-    text: str = yaml.safe_dump(
-        data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=WIDTH
-    )
-    return text
+    return yaml_of(scene)
 
 
 def command_of(result: Result) -> str:

@@ -20,7 +20,15 @@ from exudyn_flexlink.observables import (
     turns,
 )
 from exudyn_flexlink.plots.frame import new_figure
-from exudyn_flexlink.plots.panels import columns_of, is_beyond, letter, title_at, told_time
+from exudyn_flexlink.plots.given import Given, is_given, required
+from exudyn_flexlink.plots.panels import (
+    columns_of,
+    is_beyond,
+    legend_outside,
+    letter,
+    title_at,
+    told_time,
+)
 from exudyn_flexlink.plots.sketch import Sketch
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
@@ -42,7 +50,11 @@ IN_TURN = np.deg2rad([0.0, 100.0, 200.0, 300.0])  # no two of them mirrored at a
 
 @styled
 def mechanism(
-    result: Result, instants: Sequence[float] | None = None, *, style: Style = SCREEN
+    result: Result,
+    instants: Sequence[float] | None = None,
+    *,
+    style: Style = SCREEN,
+    ax: Given | None = None,
 ) -> Figure | None:
     """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point S.
 
@@ -58,15 +70,13 @@ def mechanism(
         return None
     sketch = Sketch(result.scene, result.poses, result)
     zoom = None if first is None else _zoom_of(sketch, result, first)
-    count, handles = len(shown) + (zoom is not None), sketch.legend()
-    columns, room = _columns(sketch, count, style)
-    rows = ceil(count / columns)
-    heights = [room] * rows
-    if count == rows * columns:  # no cell is left over for the legend
-        heights.append(LEGEND_ROW * ceil(len(handles) / (COLUMNS if style.narrow else 4)) + 0.1)
-    figure = new_figure(result, "The mechanism at some instants", sum(heights) + 0.2, style)
-    grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
-    panels = [figure.add_subplot(grid[divmod(i, columns)]) for i in range(count)]
+    names = [what or f"t = {time:g} s" for time, what in shown] + ["strike"] * bool(zoom)
+    if ax is not None:
+        panels, columns = required(ax, names), len(names)
+        zoom = zoom if len(panels) == len(names) else None
+        legend_outside(panels[-1], below=True, handles=sketch.legend())
+    else:
+        panels, columns = _new_panels(result, sketch, len(names), style)
     size = float(np.max(sketch.box[1] - sketch.box[0]))
     for axes, (time, what) in zip(panels, shown, strict=False):
         index = result.sample_at(time)
@@ -82,13 +92,27 @@ def mechanism(
         panels[at].indicate_inset((*corner, *sides), edgecolor=BLACK, alpha=0.8)
     _label(panels, columns, sketch.unit[1], zoomed=zoom is not None)
     letter(panels)
-    over_all = len(heights) > rows
+    return panels[0].figure.figure
+
+
+def _new_panels(result: Result, sketch: Sketch, count: int, style: Style) -> tuple[list[Axes], int]:
+    """Panels of a new figure, with its legend, and how many are side by side."""
+    handles, (columns, room) = sketch.legend(), _columns(sketch, count, style)
+    rows = ceil(count / columns)
+    heights = [room] * rows
+    over_all = count == rows * columns  # no cell is left over for the legend
+    if over_all:
+        heights.append(LEGEND_ROW * ceil(len(handles) / (COLUMNS if style.narrow else 4)) + 0.1)
+    title = "The mechanism at some instants"
+    figure = new_figure(result, title, sum(heights) + 0.2, style)
+    grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
+    panels = [figure.add_subplot(grid[divmod(i, columns)]) for i in range(count)]
     below = figure.add_subplot(grid[-1, :] if over_all else grid[-1, -1])
     below.set_axis_off()
     names = [str(handle.get_label()) for handle in handles]
     below.legend(handles=handles, loc="center" if over_all else "center left",
                  ncols=columns_of(names, figure, 0.95) if over_all else 1)  # fmt: skip
-    return figure
+    return panels, columns
 
 
 def _columns(sketch: Sketch, count: int, style: Style) -> tuple[int, float]:
@@ -110,14 +134,14 @@ def _columns(sketch: Sketch, count: int, style: Style) -> tuple[int, float]:
 def _label(panels: Sequence[Axes], columns: int, unit: str, *, zoomed: bool) -> None:
     """Label the axes at the edges; a zoom, the last panel, has numbers of its own."""
     for i, axes in enumerate(panels):
-        zoom = zoomed and i == len(panels) - 1
+        zoom = is_given(axes) or (zoomed and i == len(panels) - 1)
         alike = len(panels) - zoomed
         lowest = zoom or i + columns >= alike
         axes.xaxis.set_major_locator(MaxNLocator(5))
         axes.yaxis.set_major_locator(MaxNLocator(5))
         axes.tick_params(labelbottom=lowest, labelleft=zoom or i % columns == 0)
         axes.set_xlabel(f"x ({unit})" if lowest else "")
-        axes.set_ylabel(f"y ({unit})" if i % columns == 0 else "")
+        axes.set_ylabel(f"y ({unit})" if is_given(axes) or i % columns == 0 else "")
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,16 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
-from exudyn_flexlink.observables import Force, Strike, forces_of, strikes, touching
+from exudyn_flexlink.observables import (
+    Force,
+    Strike,
+    forces_of,
+    momentary_forces,
+    strikes,
+    touching,
+)
 from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.given import Given, placed
 from exudyn_flexlink.plots.panels import (
     along,
     engine_colour,
@@ -38,7 +46,7 @@ _ENERGIES = (
 
 
 @styled
-def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def forces(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
     """Drive torques, slot, joint, wall and contact forces over the crank angle, or over time.
 
     Below, the first strike of every contact in a zoom. What a second run tells of their
@@ -53,16 +61,19 @@ def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
     zooms = {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
     entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
     heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
-    figure = new_figure(result, "Forces", max(2.8, sum(heights)), style)
-    rows = figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
+    names = [*panels, *(["first strikes"] if zooms else [])]
+    height = max(2.8, sum(heights))
+    figure, rows = placed(
+        ax, names, lambda: new_figure(result, "Forces", height, style), height_ratios=heights
+    )
     x, label = along(result)
     for i, (axes, (quantity, panel)) in enumerate(zip(rows, panels.items(), strict=False)):
-        if i:
+        if i and ax is None:
             axes.sharex(rows[0])
         _draw(axes, result, panel, x)
         axes.set_ylabel(quantity)
-    over_run(list(rows[: len(panels)]), result, x, label)
-    if zooms:
+    over_run(rows[: len(panels)], result, x, label)
+    if zooms and len(rows) == len(names):
         _zoom(rows[-1], result, zooms)
     letter(rows)
     return figure
@@ -124,11 +135,7 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     """
     found: dict[str, dict[str, Force]] = {}
     # Between impacts without duration a line at zero looks as if nothing had been struck.
-    momentary = {
-        f"contact force of {name}"
-        for name, own in result.contacts.items()
-        if np.isinf(own.touches.peak_force).any() and not own.force.any()
-    }
+    momentary = momentary_forces(result)
     for name, force in forces_of(result).items():
         if name not in momentary:
             vector = "size of the\n" if force.values.ndim > 1 else ""
@@ -149,15 +156,22 @@ def _acts(result: Result, force: Force) -> bool:
 
 
 @styled
-def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def energy(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
     """Energies over time and, on a logarithmic axis, what their balance misses.
 
     None if there is nothing but one sample.
     """
     if len(result.time) < 2:
         return None
-    figure = new_figure(result, "Energy, and the error of its balance", 5.2, style)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    subject = "Energy, and the error of its balance"
+    figure, panels = placed(
+        ax,
+        ["energy", "error of the balance"],
+        lambda: new_figure(result, subject, 5.2, style),
+        sharex=True,
+        height_ratios=(3, 2),
+    )
+    upper = panels[0]
     series = [getattr(result.energy, name) for name, *_ in _ENERGIES]
     largest = max(float(np.max(np.abs(values))) for values in series)
     factor, unit = (1e3, "mJ") if largest < 1 else (1.0, "J")
@@ -165,11 +179,14 @@ def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
     widths = line_widths(series, thin)
     for (name, colour, line), values, width in zip(_ENERGIES, series, widths, strict=True):
         look = {"linestyle": line} if width == thin else {"alpha": 0.5}
-        upper.plot(result.time, factor * values, color=colour, linewidth=width, label=name, **look)
+        panels[0].plot(
+            result.time, factor * values, color=colour, linewidth=width, label=name, **look
+        )
     upper.set_ylabel(f"energy ({unit})")
-    _residual(lower, result, factor, unit)
-    over_run((upper, lower), result, result.time, "time (s)")
-    letter([upper, lower])
+    if len(panels) > 1:
+        _residual(panels[1], result, factor, unit)
+    over_run(panels, result, result.time, "time (s)")
+    letter(panels)
     return figure
 
 

@@ -12,7 +12,7 @@ PROGRAM: Final = "exudyn-flexlink"
 FORMAT = 13
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
-STABILITY, SWEEP = "stability.json", "sweep.json"
+STABILITY, SWEEP, FIT = "stability.json", "sweep.json", "fit.json"
 MANIFEST = "manifest.json"
 
 

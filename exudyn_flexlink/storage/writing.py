@@ -37,10 +37,10 @@ def save(result: Result, folder: Path) -> None:
     """Write a result into `folder`, which is made if it is missing.
 
     ``result.nc`` is all of it. The rest is for readers: ``summary.json``,
-    ``trajectory_<point>.csv`` of the watched point, ``lever_<body>.csv`` of every body that a
-    contact strikes, and ``touches_<joint>.csv`` of every joint with clearance that touched. The
-    column crank_angle_rad has the name of its joint where that is no crank, see `crank_column`, and
-    is left out where the scene has no revolute joint.
+    ``trajectory_<point>.csv`` of the watched point, ``forces.csv`` of all forces and torques,
+    ``lever_<body>.csv`` of every body that a contact strikes, and ``touches_<joint>.csv`` of every
+    joint with clearance that touched. The column crank_angle_rad has the name of its joint where
+    that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
     Files of the same names are written over; inside a `staged_folder`, all is written whole or not
     at all, and no file of the user is replaced.
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 
+from exudyn_flexlink.arguments import a, takes
 from exudyn_flexlink.observables import (
     ANGLE,
     DISPLACEMENT,
@@ -89,6 +90,7 @@ class OneRun:
         return self.row(result)
 
 
+@takes(result=a(Result))
 def standard_row(result: Result) -> dict[str, Scalar]:
     """Return what a sweep tells of a run that came to its end; units end the names.
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from sys import float_info
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,7 @@ def values_of(given: Any) -> tuple[Value, ...]:
         given = given.tolist()
     if isinstance(given, bool | int | float):
         given = (given,)
-    if not isinstance(given, Sequence):
+    if not isinstance(given, Sequence) or isinstance(given, bytes | bytearray | memoryview):
         raise ValuesError(f"expected values, got {in_words(given)}")
     return _listed([value_of(one, i) for i, one in enumerate(given)])
 
@@ -134,7 +135,7 @@ def _of_text(text: str) -> tuple[Value, ...]:
 
 def _with_last_unit(values: list[Value]) -> Sequence[Value]:
     """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
-    last = _NUMBER.fullmatch(values[-1]) if isinstance(values[-1], str) else None
+    last = _NUMBER.fullmatch(values[-1]) if values and isinstance(values[-1], str) else None
     unit = last[2] if last else None
     if unit is None or not all(isinstance(one, float) for one in values[:-1]):
         return values
@@ -167,7 +168,7 @@ def value_of(given: Any, entry: int | None = None) -> Value:
     if hasattr(given, "item") and not isinstance(given, np.ndarray):  # a number of numpy's
         given = given.item()
     if isinstance(given, int | float) and not isinstance(given, bool):
-        if not isfinite(given):
+        if not abs(given) <= float_info.max:  # nor a whole number beyond
             raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
         return float(given)
     if isinstance(given, str) and given.strip():

@@ -45,17 +45,18 @@ class Pressing(ABC):
     """
 
     length: float  # m, of the face; circles have no ends
+    numbers: list[int]  # of its connectors
 
     def __init__(self, system: System, contact: Contact, normal: int) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         self._mbs, self._law = system.mbs, contact.law
-        self._items = [normal]
+        self.numbers = [normal]
         self._friction = contact.friction
         if contact.friction is not None:
             law = _law(system, contact.friction, 0.0, COORDINATE_SPRING)
             anchors = contact.anchors[1][0], contact.anchors[0][0]
             self._slip_marker, self._slip = _across(system, anchors, (1.0, 0.0), law)
-            self._items.append(self._slip)
+            self.numbers.append(self._slip)
         self.awake = False
 
     @abstractmethod
@@ -75,7 +76,7 @@ class Pressing(ABC):
         if awake == self.awake:
             return
         self.awake = awake
-        for item in self._items:
+        for item in self.numbers:
             self._mbs.SetObjectParameter(item, "activeConnector", awake)
 
     def aim(self, touch: Touch, step: float) -> None:
