@@ -113,12 +113,12 @@ def test_an_unknown_option_is_told_with_a_near_one_of_its_command(word, capsys):
 @pytest.mark.parametrize(
     ("command", "option", "expected"),
     [
-        *(("compare", f"--tolerance={x}", "a length in m of") for x in ("0", "-1", "nan", "inf")),
-        *(("accuracy", f"--budget={x}", "a time in s of more than 0") for x in ("-3", "x")),
-        ("accuracy", "--target=inf", "a length in m of more than 0"),
+        *(("compare", f"--tolerance={x}", "a length of") for x in ("0", "-1", "nan", "inf")),
+        *(("accuracy", f"--budget={x}", "a time of more than 0") for x in ("-3", "x")),
+        ("accuracy", "--target=inf", "a length of more than 0"),
         ("stability", "--laps=-1", "a whole number from 0"),
-        ("stability", "--lap=0", "a time in s of more than 0"),
-        ("stability", "--at=nan", "an angle in degrees"),
+        ("stability", "--lap=0", "a time of more than 0"),
+        ("stability", "--at=nan", "an angle, such as 90"),
     ],
 )
 def test_a_number_that_an_option_can_not_be_is_told(command, option, expected, capsys):

@@ -87,7 +87,7 @@ def test_many_values_are_checked_before_anything_runs(values):
 
 
 def test_scenes_have_the_values_of_their_points():
-    found = table(plan_of({LENGTH: "100:300 mm:3"}), own_length)
+    found = table(plan_of({LENGTH: "100:300:3 mm"}), own_length)
     assert found.columns()["length_m"] == found.columns()[f"{LENGTH}_m"] == [0.1, 0.2, 0.3]
 
 

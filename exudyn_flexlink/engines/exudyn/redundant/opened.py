@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 from exudyn_flexlink.arrays import FloatArray
@@ -24,7 +24,7 @@ Numbers = Mapping[str, tuple[int, ...]]
 MOST_SHOWN = 6  # items of one name, and names of one kind, in a line of `repr`
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ExudynSystem:
     """A scene as Exudyn's items, assembled: `SC`, `mbs`, and item numbers by the scene's names.
 
@@ -51,7 +51,6 @@ class ExudynSystem:
     points: Numbers  # markers of positions, by 'body.point'
     accelerations: FloatArray
     not_followed: tuple[str, ...]
-    _kept: Any = field(default=None, compare=False)  # Python functions that Exudyn calls live here
 
     def __repr__(self) -> str:
         data = self.mbs.systemData
@@ -87,6 +86,8 @@ def opened(scene: Scene) -> ExudynSystem:
         system, slots, contacts = built(scene, assembly, [])
     except NotRepresentableError as error:
         raise NotRepresentableError(error.path, error.message + _where(scene, error)) from None
+    # The functions that Exudyn calls must live as long as `mbs`, also where that alone is kept.
+    system.mbs.variables[__name__] = system, slots, contacts
     points = _points(system)
     system.mbs.Assemble()
     mechanism = system.mechanism
@@ -105,7 +106,6 @@ def opened(scene: Scene) -> ExudynSystem:
         points=points,
         accelerations=system.coordinates.start()[2],
         not_followed=tuple(_not_followed(scene, mechanism, slots, contacts)),
-        _kept=(system, slots, contacts),
     )
 
 
