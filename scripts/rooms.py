@@ -37,11 +37,11 @@ CEILINGS = {
     "report": 1_825,
     "page": 335,
     "animation": 1_655,
-    "cli": 2_445,
+    "cli": 2_530,
     "api": 1_215,
-    "": 3_565,
+    "": 3_570,
 }
-WHOLE = {PACKAGE: 46_095, "tests": 24_915, "scripts": 7_970}
+WHOLE = {PACKAGE: 46_185, "tests": 24_970, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

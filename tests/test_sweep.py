@@ -57,7 +57,8 @@ MINUS = "\N{MINUS SIGN}"
 GIVEN = [
     ({LENGTH: "1:2:2", ANGLE: "0, 90 deg"}, [(1, 0), (1, pi / 2), (2, 0), (2, pi / 2)]),
     ({LENGTH: "100, 200, 300 mm"}, [(0.1,), (0.2,), (0.3,)]),
-    ({ANGLE: f"{MINUS}90:90 deg:3"}, [(-pi / 2,), (0,), (pi / 2,)]),
+    ({ANGLE: f"{MINUS}90:90:3 deg"}, [(-pi / 2,), (0,), (pi / 2,)]),
+    ({ANGLE: "0 deg:90:2deg"}, [(0,), (pi / 2,)]),
     ({ANGLE: f"{MINUS}90, {MINUS}45, 180 deg"}, [(-pi / 2,), (-pi / 4,), (pi,)]),
 ]
 

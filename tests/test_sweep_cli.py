@@ -110,6 +110,7 @@ BAD_OPTIONS = {
     "--over gravity=1:2:3 --over gravity=1": "gravity: is varied twice",
     "--over gravity=1:2": "expected start:stop:count",
     "--over gravty=1": "did you mean 'gravity'?",
+    "--over bodies.rod.length=0mm:1:3m": "the range has the units 'm' and 'mm'",
     "--over gravity=1 --scheduler tcp://h:1 --workers 2": "a scheduler has its own workers",
     "--set run.duration=2": "this is a model, no study",
 }

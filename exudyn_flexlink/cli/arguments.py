@@ -6,7 +6,7 @@ import argparse
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import NamedTuple
 
 from exudyn_flexlink.cli import values
 from exudyn_flexlink.cli.completing import BENCHMARK, FILE, FOLDER, MODEL_OR_FILE, SHELLS
@@ -26,6 +26,7 @@ from exudyn_flexlink.cli.options import (
     output,
     without,
 )
+from exudyn_flexlink.cli.parser import Parser, ShowVersion
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain, refuse
 
 LAPS, AFTER = 24, 4
@@ -93,7 +94,8 @@ COMMANDS = {
          Option("--target", "error that is good enough, in m or such as 1um; default: the "
                 "model's tolerance, or 1e-4", "LENGTH", type=values.length),
          Option("--budget", "time that the study may take, in s or such as 5min; no run takes "
-                "more than half of what is left; default: 60", "TIME", type=values.duration, default=60.0),
+                "more than half of what is left; default: 60", "TIME", type=values.duration,
+                default=60.0),
          IMPACT, without(), *output("-accuracy"))),
     "stability": Command(
         "stability",
@@ -113,7 +115,8 @@ COMMANDS = {
                 "default: 0", "ANGLE",
                 type=values.degrees, default=0.0),
          Option("--tolerance", "error that runs may make, in m or such as 1um; default: the "
-                "model's, or less, so that neighbours are well above it", "LENGTH", type=values.length),
+                "model's, or less, so that neighbours are well above it", "LENGTH",
+                type=values.length),
          Option("--twice", "make the exponent again at a tenth of the tolerance, to see whether "
                 "that matters"),
          engine(), IMPACT, without(), *output("-stability"))),
@@ -198,7 +201,8 @@ COMMANDS = {
          Option("--slow", "slow motion around the strikes of a contact, or the touches in a joint "
                 "with clearance; or around one of them, counted from 1; 'strike' stands for all "
                 "contacts", "NAME[:NUMBER]", type=values.slow),
-         Option("--from", "begin at this instant, in s or such as 20ms", "TIME", dest="begin", type=values.instant),
+         Option("--from", "begin at this instant, in s or such as 20ms", "TIME", dest="begin",
+                type=values.instant),
          Option("--to", "end there", "TIME", dest="end", type=values.instant),
          formats(ANIMATIONS, "formats", "mp4, or gif without ffmpeg, and html"),
          Option("--speed", "seconds of the run in a second of the film: 0.1 is ten times slower "
@@ -238,7 +242,7 @@ COMMANDS = {
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     """Return what reads the arguments of a command line; `called` as usage lines say."""
-    parser = _Parser(
+    parser = Parser(
         prog=called,
         description="Slot-driven flexible mechanisms with impact, from a YAML model to numbers.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -247,7 +251,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
         f"  {called} new no_clearance mine.yaml\n"
         f"  {called} simulate --help",
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
+    parser.add_argument("--version", action=ShowVersion, nargs=0, help="print the version")
     parser.set_defaults(command=lambda _: complain(parser.format_help().rstrip(), BAD_INPUT))
     commands = parser.add_subparsers(metavar="COMMAND")
     for name, command in COMMANDS.items():
@@ -276,73 +280,3 @@ def _carried_out(module: str, function: str, options: argparse.Namespace) -> int
             return refuse(error)
         raise
     return code
-
-
-WENT = {
-    "--horizon": "it is always told: leave the option out",
-    "--no-horizon": "'--no-measure' makes one run, of which no error is known",
-    "--vary": "of a sweep it is '--over PATH=VALUES'",
-    "--retries": "the result is always that of a finer run: leave the option out; for more, "
-    "'--set accuracy.tolerance=...'",
-}
-"""Options of earlier versions, with what to do instead."""
-
-
-def _setting_of(key: str) -> str:
-    """Return how a key of the model is set, if it is one of those that `load_scene` takes, too."""
-    from exudyn_flexlink.scene import SECTION_OF
-
-    section = SECTION_OF.get(key)
-    return f"it is a value of the model: '--set {section}.{key}=...'" if section else ""
-
-
-class _Parser(argparse.ArgumentParser):
-    """A parser that says what is wrong, without ten lines of usage before it."""
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse here what is unknown: a command knows its own options, the program does not."""
-        found, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            from exudyn_flexlink.source import did_you_mean
-
-            word = next((one for one in unknown if one.startswith("-")), unknown[0])
-            name, options = word.partition("=")[0], self._option_string_actions
-            if name in WENT:
-                self.error(f"there is no '{name}' any more\nhint: {WENT[name]}")
-            if not name.startswith("-"):
-                told = "a value with blanks stands in quotes: --set 'PATH=1 mm'"
-                self.error(f"unknown argument '{word}'\nhint: {told}")
-            key = name.lstrip("-")
-            if "--set" in options and (hint := _setting_of(key)):
-                self.error(f"no option '{name}'\nhint: {hint}")
-            # Without hyphens, which all options have in common.
-            near = did_you_mean(key, [one.lstrip("-") for one in options], "--")
-            self.error(f"unknown argument '{word}'{near}")
-        return found, unknown
-
-    def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Tell which choice was meant, a command or a value of an option."""
-        if action.choices is None or value in action.choices:
-            return
-        from exudyn_flexlink.source import did_you_mean
-
-        listed = ", ".join(map(str, action.choices))
-        near = did_you_mean(str(value), map(str, action.choices))
-        raise argparse.ArgumentError(action, f"no '{value}'{near}; there is: {listed}")
-
-    def error(self, message: str) -> NoReturn:
-        """Say it, with a hint, and end the program: bad input."""
-        complain(f"{self.prog}: {message}")
-        if "\nhint: " not in message:
-            complain(f"hint: '{self.prog} --help' tells what it takes")
-        self.exit(BAD_INPUT)
-
-
-class _Version(argparse.Action):
-    """Looks the version up only when it is asked for."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from exudyn_flexlink.versions import THIS, version_of
-
-        print(f"{THIS} {version_of(THIS)}")
-        parser.exit()

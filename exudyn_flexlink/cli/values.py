@@ -78,8 +78,9 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
             if name not in known:
                 from exudyn_flexlink.source import did_you_mean
 
-                told = f"no {what} '{name}'{did_you_mean(name, known)}"
-                raise argparse.ArgumentTypeError(f"{told}; there is: {', '.join(known)}")
+                near = did_you_mean(name, known)
+                listed = f"{' There' if near else '; there'} is: {', '.join(known)}"
+                raise argparse.ArgumentTypeError(f"no {what} '{name}'{near}{listed}")
         return found
 
     return read

@@ -42,7 +42,7 @@ class ExudynSystem:
     mbs: Any
     title: str
     bodies: Numbers  # objects: one of a rigid body, of a flexible one those of its rods or elements
-    nodes: Numbers  # likewise
+    nodes: Numbers
     joints: Numbers  # objects; of a slot one for each kind of piece, of which one is active
     springs: Numbers  # objects; here and at joints, hinges are called 'link hinge 1'
     motors: Numbers  # objects of drives that prescribe a motion
@@ -54,11 +54,11 @@ class ExudynSystem:
 
     def __repr__(self) -> str:
         data = self.mbs.systemData
-        counts = (
-            f"{data.NumberOfNodes()} nodes, {data.NumberOfObjects()} objects, "
-            f"{data.NumberOfMarkers()} markers, {data.NumberOfLoads()} loads"
-        )
-        lines = [f"<ExudynSystem of '{self.title}': {counts}"]
+        lines = [
+            f"<ExudynSystem of '{self.title}': {data.NumberOfNodes()} nodes, "
+            f"{data.NumberOfObjects()} objects, {data.NumberOfMarkers()} markers, "
+            f"{data.NumberOfLoads()} loads"
+        ]
         kinds = [each.name for each in fields(self) if each.type == "Numbers"]
         named = {kind: getattr(self, kind) for kind in kinds}
         lines += [f"  {kind:9} {_shown(found)}" for kind, found in named.items() if found]
@@ -133,7 +133,7 @@ def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int
 def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:
     welds = {weld.name for weld in system.mechanism.welds}
     # What holds the angle of a weld is the object behind its pin.
-    found = {
+    found: dict[str, tuple[int, ...]] = {
         name: (number, number + 1) if name in welds else (number,)
         for name, number in system.joints.items()
     }
@@ -162,11 +162,9 @@ def _not_followed(
         )
     knots = mechanism.knots(end_of_run(scene, mechanism))
     if knots:
-        told = ", ".join(f"{knot:g}" for knot in knots[:MOST_SHOWN])
-        more = f" and {len(knots) - MOST_SHOWN} more" if len(knots) > MOST_SHOWN else ""
         found.append(
-            f"drives jump or bend at {told}{more} s: no step ends there, and accelerations that "
-            "the solver carries on are not renewed"
+            f"drives jump or bend at {_first([f'{knot:g}' for knot in knots], ', ')} s: no step "
+            "ends there, and accelerations that the solver carries on are not renewed"
         )
     values = [(name, size.value) for name, size in mechanism.sizes]
     bent = [name for name, value in values if isinstance(value, Formula) and value.expression.kinks]
@@ -190,13 +188,15 @@ def _of_slot(slot: SlotItems) -> list[str]:
 
 def _shown(found: Numbers) -> str:
     names = sorted(found, key=lambda name: " " in name)  # the scene's own before 'link hinge 1'
-    told = [f"{name} {_range(found[name])}" for name in names[:MOST_SHOWN]]
-    more = len(found) - MOST_SHOWN
-    return "; ".join(told) + (f"; and {more} more" if more > 0 else "")
+    return _first([f"{name} {_range(found[name])}" for name in names], "; ")
 
 
 def _range(numbers: tuple[int, ...]) -> str:
     if len(numbers) > 2 and numbers == tuple(range(numbers[0], numbers[-1] + 1)):
         return f"{numbers[0]}..{numbers[-1]}"
-    told = ", ".join(map(str, numbers[:MOST_SHOWN]))
-    return told + (", .." if len(numbers) > MOST_SHOWN else "")
+    return _first([str(number) for number in numbers], ", ")
+
+
+def _first(words: Sequence[str], between: str) -> str:
+    more = len(words) - MOST_SHOWN
+    return between.join([*words[:MOST_SHOWN], *([f"and {more} more"] if more > 0 else [])])
