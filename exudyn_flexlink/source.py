@@ -157,10 +157,13 @@ def parse_document(text: str, name: str, folder: Path | None = None) -> Document
     return replace(bare, data=read.data, places=read.places, key_places=read.key_places)
 
 
-def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" if one of the names resembles `name`, else nothing."""
+def did_you_mean(name: str, names: Iterable[str], before: str = "") -> str:
+    """Return "; did you mean 'x'?" if one of the names resembles `name`, else nothing.
+
+    `before` is written before the name, but is no part of what is compared.
+    """
     near = difflib.get_close_matches(name, list(names), n=1)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    return f"; did you mean '{before}{near[0]}'?" if near else ""
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:

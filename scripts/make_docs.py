@@ -89,8 +89,8 @@ def measured(
 
 STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2",
          "--set", "bodies.link.hinges.stiffness=beam", "--budget", "90")  # fmt: skip
-SWEEP = (*PROGRAM, "sweep", "no_clearance", "--vary", "drives.motor.value=5:15:11",
-         "--vary", "springs.lever_return.frequency=20:60 Hz:5", "--set", "run.turns=1",
+SWEEP = (*PROGRAM, "sweep", "no_clearance", "--over", "drives.motor.value=5:15:11 rad/s",
+         "--over", "springs.lever_return.frequency=20:60:5 Hz", "--set", "run.turns=1",
          "--set", "bodies.link.rods=4", "--quiet", "--no-plots",
          "--out", f"{OUT}/speeds")  # fmt: skip
 SWEPT = (*PROGRAM, "plot", f"{OUT}/speeds", "--of", "lever.swing_rad,strike.greatest_force_N")

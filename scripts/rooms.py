@@ -32,16 +32,16 @@ CEILINGS = {
     "stability": 880,
     "verification": 440,
     "storage": 2_040,
-    "sweeps": 1_510,
+    "sweeps": 1_515,
     "plots": 3_295,
     "report": 1_915,
     "page": 335,
     "animation": 1_685,
-    "cli": 2_635,
+    "cli": 2_725,
     "api": 1_875,
     "": 4_820,
 }
-WHOLE = {PACKAGE: 49_230, "tests": 25_850, "scripts": 8_410}
+WHOLE = {PACKAGE: 49_320, "tests": 25_900, "scripts": 8_410}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

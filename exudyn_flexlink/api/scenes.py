@@ -191,9 +191,9 @@ def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
     if isinstance(model, Mapping):
         return loading.document_of_data(_plain(model, "model"), "the dict")
     path = Path(model)
-    if isinstance(model, str) and not path.exists():
+    if isinstance(model, str) and not path.is_file():  # nor is a folder of that name a model
         shipped = model_file(model)
-        if shipped is None and not path.suffix:
+        if shipped is None and not path.suffix and not path.exists():
             near = did_you_mean(model, known_names())
             message = f"no such file, and no model of that name comes with the program{near}"
             first = ", ".join(name for name in model_names() if "/" not in name)

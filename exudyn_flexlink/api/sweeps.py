@@ -162,8 +162,8 @@ def sweep(
 ) -> SweepTable:
     """Simulate a scene at many points, and return one table with a row for each.
 
-    `varied` are values by the paths of the model file: ``{"drives.motor.value": "2:40:20",
-    "joints.sleeve.clearance": "1, 2, 5 mm"}``, texts as those of ``--vary``, or sequences of
+    `varied` are values by the paths of the model file: ``{"drives.motor.value": "6:14:9 rad/s",
+    "joints.sleeve.clearance": "1, 2, 5 mm"}``, texts as those of ``--over``, or sequences of
     values. Every value of each is put together with every value of the others. A list of dicts
     names the points one by one. With ``latin_hypercube=50`` or ``random=50`` the values are ranges,
     ``"2:40"``, in which as many points are chosen, the same ones for the same `seed`.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from exudyn_flexlink.cli.benching import compare_saved
@@ -16,6 +17,7 @@ from exudyn_flexlink.cli.running import (
     present,
     read_scene,
     refuse_idle_integrator,
+    removable,
     run,
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
@@ -27,6 +29,7 @@ from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import save, save_comparison
 
 UNTOLD = "interrupted before two runs were compared; nothing was written"
@@ -63,7 +66,12 @@ def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
-    judge, _ = _run(scene, "lagrangian", "lagrangian", options, last=False)
+    try:
+        judge, _ = _run(scene, "lagrangian", "lagrangian", options, last=False)
+    except SceneError as error:
+        more = [own for own in [removable(scene)] if own]
+        told = [replace(one, hint="; ".join([one.hint, *more])) for one in error.mistakes]
+        raise SceneError(error.document, told) from error
     result, whole = _run(scene, "exudyn", "exudyn", options)
     return compare(result, judge), whole
 
@@ -76,7 +84,9 @@ def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
     whole = changed(given, options.impact, [])
     effects = present(given, options.without)
     if not effects:
-        raise argparse.ArgumentTypeError("nothing to compare: both scenes would be the same")
+        told = "nothing to compare: both scenes would be the same"
+        offered = removable(given)
+        raise argparse.ArgumentTypeError(f"{told}\nhint: {offered}" if offered else told)
     ideal = changed(given, options.impact, effects)
     what = " and ".join(effects)
     point, other = watched_point(whole), watched_point(ideal)

@@ -93,7 +93,7 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     parts += [options.impact] if options.impact else []
     without = sorted(set(options.without))
     parts += [f"without_{'_'.join(without)}"] if without else []
-    given = [*options.settings, *getattr(options, "vary", [])]
+    given = [*options.settings, *getattr(options, "over", [])]
     settings = dict(setting.partition("=")[::2] for setting in given)
     told = [(_setting(path, value), f"{path}={value}") for path, value in sorted(settings.items())]
     parts += [name for name, _ in told]

@@ -19,9 +19,10 @@ from exudyn_flexlink.yaml_reader import MINUS, read_yaml
 
 MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
 DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
-HINT = "start:stop:count such as '2:40:20' or '0:5 mm:11', or a list such as '1 mm, 2 mm, 5 mm'"
+HINT = "start:stop:count such as '2:40:20' or '0:5:11 mm', or a list such as '1, 2, 5 mm'"
 RANGE_HINT = "lowest:highest such as '2:40' or '0:5 mm'"
 _NUMBER = re.compile(rf"\s*({NUMBER})\s*({UNIT})?\s*")
+_COUNT = re.compile(rf"\s*([0-9]+)\s*({UNIT})?\s*")
 
 Value = float | str
 """A number, or a text as it stands in a model file, such as '5 mm' or 'beam'."""
@@ -120,13 +121,13 @@ def _of_text(text: str) -> tuple[Value, ...]:
         parts = text.split(":")
         if len(parts) != 3:
             raise ValuesError(f"expected start:stop:count, got '{text}'")
-        found, count = _range(parts[0], parts[1], HINT), parts[2].strip()
-        if not count.isdecimal() or not 2 <= int(count) <= MOST_VALUES:
+        last = _COUNT.fullmatch(parts[2])
+        if last is None or not 2 <= int(last[1]) <= MOST_VALUES:
             raise ValuesError(
                 f"expected a number of values, 2 to {MOST_VALUES}, after the second colon; "
-                f"got '{count}'"
+                f"got '{parts[2].strip()}'"
             )
-        return found.spread(int(count))
+        return _range(parts[0], parts[1], HINT, last[2] or "").spread(int(last[1]))
     read = read_yaml(f"[{text}]")
     if read.problems or not isinstance(read.data, list):
         raise ValuesError(f"expected values, got '{text}'")
@@ -142,14 +143,15 @@ def _with_last_unit(values: list[Value]) -> Sequence[Value]:
     return [*(f"{number_text(float(one))} {unit.strip()}" for one in values[:-1]), values[-1]]
 
 
-def _range(low: str, high: str, hint: str) -> Range:
+def _range(low: str, high: str, hint: str, unit: str = "") -> Range:
     ends = [_NUMBER.fullmatch(text) for text in (low, high)]
     if not (ends[0] and ends[1]):
         wrong = high if ends[0] else low
         raise ValuesError(f"expected a number, or one with a unit, got '{wrong.strip()}'", hint)
-    units = {(end[2] or "").strip() for end in ends if end} - {""}
+    units = {unit.strip(), *((end[2] or "").strip() for end in ends if end)} - {""}
     if len(units) > 1:
-        raise ValuesError(f"'{low}' and '{high}' have two units", "give both ends in one unit")
+        told = " and ".join(f"'{one}'" for one in sorted(units))
+        raise ValuesError(f"the range has the units {told}", "give one, which holds for all")
     numbers = [float(end[1].replace(MINUS, "-")) for end in ends if end]
     if not all(map(isfinite, numbers)):
         raise ValuesError(f"'{low}:{high}' is no finite range", hint)

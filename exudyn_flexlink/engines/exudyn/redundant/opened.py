@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 from exudyn_flexlink.arrays import FloatArray
@@ -24,7 +24,7 @@ Numbers = Mapping[str, tuple[int, ...]]
 MOST_SHOWN = 6  # items of one name, and names of one kind, in a line of `repr`
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ExudynSystem:
     """A scene as Exudyn's items, assembled: `SC`, `mbs`, and item numbers by the scene's names.
 
@@ -42,7 +42,7 @@ class ExudynSystem:
     mbs: Any
     title: str
     bodies: Numbers  # objects: one of a rigid body, of a flexible one those of its rods or elements
-    nodes: Numbers  # likewise
+    nodes: Numbers
     joints: Numbers  # objects; of a slot one for each kind of piece, of which one is active
     springs: Numbers  # objects; here and at joints, hinges are called 'link hinge 1'
     motors: Numbers  # objects of drives that prescribe a motion
@@ -51,15 +51,14 @@ class ExudynSystem:
     points: Numbers  # markers of positions, by 'body.point'
     accelerations: FloatArray
     not_followed: tuple[str, ...]
-    _kept: Any = field(default=None, compare=False)  # Python functions that Exudyn calls live here
 
     def __repr__(self) -> str:
         data = self.mbs.systemData
-        counts = (
-            f"{data.NumberOfNodes()} nodes, {data.NumberOfObjects()} objects, "
-            f"{data.NumberOfMarkers()} markers, {data.NumberOfLoads()} loads"
-        )
-        lines = [f"<ExudynSystem of '{self.title}': {counts}"]
+        lines = [
+            f"<ExudynSystem of '{self.title}': {data.NumberOfNodes()} nodes, "
+            f"{data.NumberOfObjects()} objects, {data.NumberOfMarkers()} markers, "
+            f"{data.NumberOfLoads()} loads"
+        ]
         kinds = [each.name for each in fields(self) if each.type == "Numbers"]
         named = {kind: getattr(self, kind) for kind in kinds}
         lines += [f"  {kind:9} {_shown(found)}" for kind, found in named.items() if found]
@@ -87,6 +86,8 @@ def opened(scene: Scene) -> ExudynSystem:
         system, slots, contacts = built(scene, assembly, [])
     except NotRepresentableError as error:
         raise NotRepresentableError(error.path, error.message + _where(scene, error)) from None
+    # The functions that Exudyn calls must live as long as `mbs`, also where that alone is kept.
+    system.mbs.variables[__name__] = system, slots, contacts
     points = _points(system)
     system.mbs.Assemble()
     mechanism = system.mechanism
@@ -105,7 +106,6 @@ def opened(scene: Scene) -> ExudynSystem:
         points=points,
         accelerations=system.coordinates.start()[2],
         not_followed=tuple(_not_followed(scene, mechanism, slots, contacts)),
-        _kept=(system, slots, contacts),
     )
 
 
@@ -133,7 +133,7 @@ def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int
 def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:
     welds = {weld.name for weld in system.mechanism.welds}
     # What holds the angle of a weld is the object behind its pin.
-    found = {
+    found: dict[str, tuple[int, ...]] = {
         name: (number, number + 1) if name in welds else (number,)
         for name, number in system.joints.items()
     }
@@ -162,11 +162,9 @@ def _not_followed(
         )
     knots = mechanism.knots(end_of_run(scene, mechanism))
     if knots:
-        told = ", ".join(f"{knot:g}" for knot in knots[:MOST_SHOWN])
-        more = f" and {len(knots) - MOST_SHOWN} more" if len(knots) > MOST_SHOWN else ""
         found.append(
-            f"drives jump or bend at {told}{more} s: no step ends there, and accelerations that "
-            "the solver carries on are not renewed"
+            f"drives jump or bend at {_first([f'{knot:g}' for knot in knots], ', ')} s: no step "
+            "ends there, and accelerations that the solver carries on are not renewed"
         )
     values = [(name, size.value) for name, size in mechanism.sizes]
     bent = [name for name, value in values if isinstance(value, Formula) and value.expression.kinks]
@@ -190,13 +188,15 @@ def _of_slot(slot: SlotItems) -> list[str]:
 
 def _shown(found: Numbers) -> str:
     names = sorted(found, key=lambda name: " " in name)  # the scene's own before 'link hinge 1'
-    told = [f"{name} {_range(found[name])}" for name in names[:MOST_SHOWN]]
-    more = len(found) - MOST_SHOWN
-    return "; ".join(told) + (f"; and {more} more" if more > 0 else "")
+    return _first([f"{name} {_range(found[name])}" for name in names], "; ")
 
 
 def _range(numbers: tuple[int, ...]) -> str:
     if len(numbers) > 2 and numbers == tuple(range(numbers[0], numbers[-1] + 1)):
         return f"{numbers[0]}..{numbers[-1]}"
-    told = ", ".join(map(str, numbers[:MOST_SHOWN]))
-    return told + (", .." if len(numbers) > MOST_SHOWN else "")
+    return _first([str(number) for number in numbers], ", ")
+
+
+def _first(words: Sequence[str], between: str) -> str:
+    more = len(words) - MOST_SHOWN
+    return between.join([*words[:MOST_SHOWN], *([f"and {more} more"] if more > 0 else [])])
