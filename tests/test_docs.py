@@ -57,7 +57,8 @@ def test_the_program_knows_the_arguments_of_each_command(arguments):
     options = vars(program_parser().parse_args(arguments))
     if "model" in options and not options.get("other"):
         path = ROOT / options["model"]
-        load_scene(path if path.exists() else options["model"], options.get("settings", ()))
+        given = path if path.exists() else str(options["model"])
+        load_scene(given, options.get("settings", ()))
 
 
 @pytest.mark.parametrize("words", of_scripts(), ids=" ".join)
