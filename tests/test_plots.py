@@ -93,7 +93,7 @@ def test_points_have_the_letters_of_the_paper_and_forces_say_where_they_act(draw
     assert {"guide CD", "lever BE"} <= set(told)
     named = {name for text in told if len(text) < 9 for name in text.split(", ")}
     assert named >= set("BCDEOPS")
-    low, high = drawn["polar"].axes[0].get_ylim()
+    low, _ = drawn["polar"].axes[0].get_ylim()
     assert f"the scale begins\nat {low:g}, not at zero" in words(drawn["polar"])
     told = words(drawn["forces"])
     assert "size of the\njoint force (N)" in told
