@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 class Result(PlainResult):
     """One run: samples, contacts, energies, how it ended, and the scene it belongs to.
 
-    SI units throughout; shapes stand at the fields, N is the number of samples.
+    SI units throughout; N is the number of samples.
     """
 
     def path(self, point: str) -> PointPath:
