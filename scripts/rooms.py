@@ -33,15 +33,15 @@ CEILINGS = {
     "verification": 440,
     "storage": 1_915,
     "sweeps": 1_495,
-    "plots": 2_950,
+    "plots": 3_035,
     "report": 1_825,
     "page": 335,
-    "animation": 1_655,
+    "animation": 1_685,
     "cli": 2_445,
     "api": 1_190,
     "": 3_560,
 }
-WHOLE = {PACKAGE: 45_850, "tests": 24_850, "scripts": 8_150}
+WHOLE = {PACKAGE: 45_955, "tests": 24_850, "scripts": 8_150}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
