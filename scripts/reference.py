@@ -88,7 +88,8 @@ def stale() -> dict[Path, str]:
     for page in sorted(DOCS.rglob("*.md")):
         missing -= set(parts_of(page))
         text = with_parts(page, known)
-        if text != page.read_text(encoding="utf-8"):
+        # By words alone: each version of Python breaks the lines of a usage in its own way.
+        if text.split() != page.read_text(encoding="utf-8").split():
             found[page] = text
     if missing:
         raise LookupError(f"no page has markers of: {', '.join(sorted(missing))}")

@@ -19,7 +19,7 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_370,
+    "engines": 2_375,
     "engines/exudyn/minimal": 4_825,
     "engines/exudyn/redundant": 3_360,
     "engines/lagrangian": 2_050,
@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_875,
     "": 4_820,
 }
-WHOLE = {PACKAGE: 49_320, "tests": 25_900, "scripts": 8_410}
+WHOLE = {PACKAGE: 49_320, "tests": 25_920, "scripts": 8_420}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

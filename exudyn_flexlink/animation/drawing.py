@@ -105,7 +105,7 @@ class Place:
             text, (float(at[0]), float(at[1])), away, textcoords="offset points", zorder=9,
             fontsize=self.points(size), annotation_clip=self.view is not None,
             path_effects=[withStroke(foreground=_RIM[0], linewidth=self.points(_RIM[1]))],
-            **{"color": INK, **look},
+            snap=False, **{"color": INK, **look},  # snapped to pixels, the lines of an E vanish
         )  # fmt: skip
 
 
@@ -218,8 +218,8 @@ def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
         if glow.text:
             left = at[0] > high - 0.16 * (high - low)
             aside = place.points(radius + 4) * (-1) ** left
-            # The forces of the second run are told below its touches, those of the first above.
-            up = place.points(10 + 14 * line) * (-1 if place.rank > 0 else 1)
+            # Names of points are above: forces are below, of two runs those of the second alone.
+            up = place.points(10 + 14 * line) * (1 if place.rank == 0 else -1)
             place.write(glow.text, at, (aside, up), 13, color=TOUCH, alpha=fresh, weight="bold",
                         va="center", ha="right" if left else "left")  # fmt: skip
             line += 1

@@ -73,10 +73,8 @@ def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:
     middle = float(np.min(x) + np.max(x)) / 2
     length = max(STRIKE_PART * film.size, ROOM_ALONG * float(np.ptp(x)))
     below, above = (part * length for part in ROOM_AT_FACE)
-    along, striking = (
-        (middle - length / 2, middle + length / 2),
-        take.result.scene.contacts[face.name],
-    )
+    along = (middle - length / 2, middle + length / 2)
+    striking = take.result.scene.contacts[face.name]
     assert isinstance(striking, PointOnLine)
     return Zoom(
         face.name, view, along, (-below, above), point=face.point, point_name=striking.point

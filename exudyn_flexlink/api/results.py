@@ -60,7 +60,7 @@ PERIOD = number(Dimension.TIME, above=0.0)
 class Result(PlainResult):
     """One run: samples, contacts, energies, how it ended, and the scene it belongs to.
 
-    SI units throughout; shapes stand at the fields, N is the number of samples.
+    SI units throughout; N is the number of samples.
     """
 
     @takes(point=POINT)

@@ -279,10 +279,10 @@ def least_tolerance(assembly: Assembly) -> float:
 
 
 def coarse_tolerance(scene: Scene, assembly: Assembly) -> Iterator[str]:
-    """Say that the tolerance that a scene asks for is no small part of its mechanism."""
+    """Say that the tolerance that a scene asks for is large beside its mechanism."""
     asked = scene.accuracy.tolerance
     if asked is not None and asked > NO_SMALL_PART * extent(assembly):
         yield (
-            f"the tolerance of {asked:.3g} m is no small part of the mechanism, which reaches "
-            f"{extent(assembly):.3g} m; is a unit missing, as in '1 um'?"
+            f"the tolerance of {asked:.3g} m is more than {NO_SMALL_PART:.0%} of the size of the "
+            f"mechanism, {extent(assembly):.3g} m; is a unit missing, as in '1 um'?"
         )

@@ -151,8 +151,8 @@ def notes(study: Study) -> list[str]:
 def _other_model(study: Study, method: Method) -> str:
     finest = min((p for p in study.points if p.method == method), key=lambda p: p.value)
     return (
-        f"{method.name}: another model of the link, whose motion no setting makes that of the "
-        f"rods; at {method.set_to(finest.value)} it is {finest.errors.largest:.1e} m from it"
+        f"{method.name}: another model of the link, which moves otherwise than rods at any "
+        f"setting; at {method.set_to(finest.value)} it is {finest.errors.largest:.1e} m off"
     )
 
 

@@ -205,7 +205,7 @@ def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["left to forces", f"{left}: {_moved(scene, assembly)}"])
     if assembly.surplus:  # which minimal coordinates leave out
         names = listed(list(assembly.surplus))
-        told = f"what {names} would hold, other joints hold already, in every position"
+        told = f"{names}: other joints hold the same already, in every position"
         rows.append(["held twice", told])
     count = left + len(drives)
     fixed = "" if count else ", nothing can move"

@@ -224,7 +224,7 @@ function touchesOf(own, player) {
   return found;
 }
 
-// The forces of the second run are told below its touches, those of the first above.
+// Names of points are above: forces are below, of two runs those of the second alone.
 function drawTouches(pen, view, take, player, rank, touching = take.touching) {
   let told = 0;
   for (const own of touching) {
@@ -240,7 +240,7 @@ function drawTouches(pen, view, take, player, rank, touching = take.touching) {
       const now = one.touching ? `${round(forceNow(take, own, one.k))} N` : `0 N, was ${round(one.force)} N`;
       const text = one.force < 0 ? `${round(-one.force)} N s` : now;
       const side = place[0] > pen.width - 80 ? -1 : 1;
-      pen.words(text, place[0] + side * (radius + 4), place[1] + (rank > 0 ? 1 : -1) * (10 + 14 * told), {
+      pen.words(text, place[0] + side * (radius + 4), place[1] + (rank === 0 && player.takes.length > 1 ? -1 : 1) * (10 + 14 * told), {
         colour: TOUCH, bold: true, size: 13, alpha: one.fresh, align: side < 0 ? "right" : "left",
       });
       told += 1;

@@ -30,8 +30,8 @@ THIN = 0.25
 def shortened(given: float, half_period: float, step: float) -> str:
     """Warn that contacts of half a period (s) were resolved by steps (s) of their own."""
     return (
-        f"a step of {given:.3g} s is too long for a contact, which would be over after "
-        f"{half_period / given:.2g} of it: in contact steps were {step:.3g} s"
+        f"a step of {given:.3g} s is too long for a contact, which lasts {half_period:.2g} s: "
+        f"in contact steps were {step:.3g} s"
     )
 
 
