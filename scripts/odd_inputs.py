@@ -184,7 +184,11 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
 
 def things() -> SimpleNamespace:
     """Make what functions take, and files of the user that no call may change."""
-    scene = fl.load_scene("rigid", ["accuracy.tolerance=1e-4", "run.turns=0.02"])
+    law = {
+        "joints.sleeve.law": {"stiffness": 1e5, "restitution": 0.5},
+        "joints.sleeve.clearance": "1 mm",
+    }
+    scene = fl.load_scene(fl.load_scene("rigid", law), tolerance=1e-4, turns=0.02)
     result = fl.simulate(scene, measure=False)
     table = fl.sweep(scene, {"drives.motor.value": [9.0]}, workers=1, folder="a_sweep")
     result.save("a_run")
