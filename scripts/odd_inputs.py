@@ -222,7 +222,7 @@ def outcome(call: Callable[..., Any], argument: str, odd: Any, *, meant: bool) -
         text = f"{type(error).__name__}: {str(error)[:300]}"
         house = type(error).__module__.startswith("exudyn_flexlink")
         known = house or type(error) in (KeyError, TypeError, ValueError)
-        option = re.search(r"(?<![\w-])--[a-z]", text) and odd != "--force"
+        option = re.search(r"(?<![\w-])--[a-z]", text) and "--force" not in text
         named = house or re.search(rf"\b{argument}\b", text)
         end = "refused" if known and named and not option else "FOREIGN"
     plt.close("all")
