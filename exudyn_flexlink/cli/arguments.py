@@ -101,7 +101,7 @@ COMMANDS = {
         "benching", "Fit values of a model to measurements, by least squares, with their errors.",
         ("rigid measured.csv --column theta=lever.angle --vary springs.lever_return.frequency "
          "--vary contacts.strike.law.restitution",
-         "rigid measured.csv --column 'x (mm)=link.end.x' --vary 'drives.motor.value=9:11 rad/s'"),
+         "rigid measured.csv --column x=link.end.x --vary drives.motor.value=9:11"),
         (*MODEL[:1],
          Option("measured", "CSV file with a column of time; units may stand in its header: "
                 "'t (ms)'", "MEASURED", FILE, type=Path),
