@@ -37,11 +37,11 @@ CEILINGS = {
     "report": 1_915,
     "page": 335,
     "animation": 1_685,
-    "cli": 2_725,
+    "cli": 2_730,
     "api": 1_875,
-    "": 4_820,
+    "": 4_825,
 }
-WHOLE = {PACKAGE: 49_320, "tests": 25_920, "scripts": 8_420}
+WHOLE = {PACKAGE: 49_330, "tests": 25_920, "scripts": 8_420}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
