@@ -78,15 +78,15 @@ COMMANDS = {
         "comparing",
         "Compare both engines, a model with and without an effect, or a run with measurements.",
         ("smooth --set run.turns=2 --tolerance 1e-5",
-         "no_clearance --set accuracy.tolerance=1e-6",
          "no_clearance --impact impulse --out runs/impulse",
          "clearance --without clearance --set run.turns=1",
          "runs/a runs/b",
          "runs/a measured.csv --column theta=lever.angle --shift find"),
         (Option("model", "model file, YAML; the name of a model that comes with the program; or "
-                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE, type=Path),
-         Option("other", "what a saved run is compared with: the folder of another, or a CSV file "
-                "of measurements", "OTHER", FILE, nargs="?", type=Path),
+                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE,
+                type=values.model_or_run),
+         Option("other", "what a run is compared with: the folder of another, or a CSV file",
+                "OTHER", FILE, nargs="?", type=Path),
          COLUMN,
          Option("--shift", "what is added to times of the CSV file, such as '0.1 s'; 'find' looks "
                 "for the one that fits best; default: 0", "TIME", type=values.shift, default=0.0),
@@ -101,7 +101,7 @@ COMMANDS = {
         "benching", "Fit values of a model to measurements, by least squares, with their errors.",
         ("rigid measured.csv --column theta=lever.angle --vary springs.lever_return.frequency "
          "--vary contacts.strike.law.restitution",
-         "rigid measured.csv --column 'x (mm)=link.end.x' --vary 'drives.motor.value=9:11 rad/s'"),
+         "rigid measured.csv --column x=link.end.x --vary drives.motor.value=9:11"),
         (*MODEL[:1],
          Option("measured", "CSV file with a column of time; units may stand in its header: "
                 "'t (ms)'", "MEASURED", FILE, type=Path),

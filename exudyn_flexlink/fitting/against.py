@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydantic_core import PydanticCustomError
-from scipy.optimize import minimize_scalar
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.fitting.series import Series
@@ -130,6 +129,8 @@ def _within(result: Result, time: FloatArray) -> BoolArray:
 
 def _best_shift(result: Result, series: Series) -> float:
     """Return the shift (s) that fits best; of those that fit alike the smallest."""
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - takes a second, which `check` saves
+
     time, (begin, end) = series.time, result.time[[0, -1]].tolist()
     needed = max(int(np.ceil(OVERLAP * len(time))), 2)
     if len(time) < needed or end <= begin:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from math import floor, inf, log10
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.fitting.against import Against, against
@@ -250,6 +249,8 @@ class _Search:
         raise NoFitError("no weights were found with which the quantities scatter alike")
 
     def _searched(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
+        from scipy.optimize import least_squares  # noqa: PLC0415 - see `against`
+
         low, high = np.array([(p.low, p.high) for p in self._parameters]).T / self._scale
         self._failed = ""
         try:
