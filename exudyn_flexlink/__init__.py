@@ -82,7 +82,8 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.comparisons import Comparison, MeasuredComparison, compare, joined
     from exudyn_flexlink.api.exudyn_systems import exudyn_system
     from exudyn_flexlink.api.fits import Fit, fit
-    from exudyn_flexlink.api.results import Result, load, simulate
+    from exudyn_flexlink.api.results import Result
+    from exudyn_flexlink.api.runs import load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
         Branches,
@@ -157,7 +158,8 @@ _HOMES = {
     "api.comparisons": ("Comparison", "MeasuredComparison", "compare", "joined"),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.fits": ("Fit", "fit"),
-    "api.results": ("Result", "load", "simulate"),
+    "api.results": ("Result",),
+    "api.runs": ("load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),

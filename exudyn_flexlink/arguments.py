@@ -11,7 +11,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -102,7 +102,7 @@ def plain(value: Any) -> Any:
 
 
 def number(
-    dimension: Dimension = Dimension.NUMBER, *, endless: bool = False, **bounds: float
+    dimension: Dimension = Dimension.NUMBER, *, endless: bool = False, **bounds: Any
 ) -> Kind:
     """Take a number in SI, or a text such as '5 mm', or Pint's; see `Quantity`.
 
@@ -158,7 +158,7 @@ def whole(least: int, most: int = 10**9) -> Kind:
     def read(value: Any, _: Any = None) -> int:
         given = plain(value)
         wrong = f"expected a whole number from {least:,} to {most:,}, got {told(value)}"
-        if isinstance(given, bool) or not isinstance(given, Integral | float):
+        if isinstance(given, bool) or not isinstance(given, int | float):
             raise TypeError(wrong)
         if not least <= given <= most or given != int(given):
             raise ValueError(wrong)

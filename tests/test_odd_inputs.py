@@ -41,7 +41,7 @@ def test_odd_inputs_are_answered_or_refused():
         (lambda s, r: fl.simulate(s, measure=1), TypeError, "measure: expected True or False"),
         (lambda s, r: fl.simulate(s, "exodyn"), ValueError, "engine: .* did you mean 'exudyn'"),
         (lambda s, r: fl.simulate(s, progress=3), TypeError, "progress: expected a function"),
-        (lambda s, r: fl.compare(r, "runs/a"), TypeError, r"second: expected a Result, got 'ru"),
+        (lambda s, r: fl.compare(r, s), TypeError, "second: expected a Result, a CSV file, or"),
         (lambda s, r: r.continued(at=NAN), ValueError, "at: .* in seconds, .* got nan"),
         (lambda s, r: r.continued(at="3 kg"), ValueError, "at: expected a time, got '3 kg'"),
         (lambda s, r: r.continued(at=UNITS("3 kg")), ValueError, "at: expected a time"),

@@ -182,10 +182,11 @@ def test_what_there_is_none_of_is_told_with_what_there_is(run):
         with pytest.raises(ValueError, match=name):
             ask(name)
     with pytest.raises(
-        ValueError, match="name: no contact or joint with clearance 'bump'; there are: 'strike'"
+        ValueError,
+        match="name: there is no contact or joint with clearance 'bump'",
     ):
         run.touches("bump")
-    with pytest.raises(ValueError, match="body: no struck body 'bump'; there are: 'lever'"):
+    with pytest.raises(ValueError, match="body: there is no struck body 'bump'; there are: lever"):
         run.lever("bump")
     with pytest.raises(ValueError, match=r"there are: lever, .*link\.end"):
         run.to_dataframe("bump")
@@ -224,7 +225,7 @@ def test_figures_by_name(run, tilting):
     assert tilting.plot.guide_contact() is not None
     narrow = run.plot.coordinates(style="print").get_figwidth()
     assert narrow < 0.5 * figure.get_figwidth()
-    with pytest.raises(ValueError, match="style: no style 'prnt'; did you mean 'print'"):
+    with pytest.raises(ValueError, match="style: there is no style 'prnt'; did you mean 'print'"):
         run.plot.coordinates(style="prnt")
     with pytest.raises(ValueError, match="nothing to show in the figure 'guide_contact'"):
         run.plot.guide_contact()
