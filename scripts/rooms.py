@@ -19,7 +19,7 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_315,
+    "engines": 2_370,
     "engines/exudyn/minimal": 4_830,
     "engines/exudyn/redundant": 3_365,
     "engines/lagrangian": 2_055,
@@ -27,22 +27,22 @@ CEILINGS = {
     "scene": 3_185,
     "expressions": 1_245,
     "curves": 1_435,
-    "observables": 1_930,
+    "observables": 1_940,
     "accuracy": 940,
-    "stability": 870,
+    "stability": 880,
     "verification": 440,
-    "storage": 2_035,
+    "storage": 2_040,
     "fitting": 795,
-    "sweeps": 1_505,
-    "plots": 3_185,
+    "sweeps": 1_510,
+    "plots": 3_190,
     "report": 1_915,
     "page": 335,
     "animation": 1_655,
-    "cli": 2_635,
-    "api": 1_535,
-    "": 3_745,
+    "cli": 2_645,
+    "api": 1_895,
+    "": 4_025,
 }
-WHOLE = {PACKAGE: 48_155, "tests": 25_520, "scripts": 7_970}
+WHOLE = {PACKAGE: 49_125, "tests": 25_800, "scripts": 8_240}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
