@@ -38,10 +38,10 @@ CEILINGS = {
     "page": 335,
     "animation": 1_685,
     "cli": 2_730,
-    "api": 1_875,
+    "api": 1_895,
     "": 4_825,
 }
-WHOLE = {PACKAGE: 49_330, "tests": 25_920, "scripts": 8_420}
+WHOLE = {PACKAGE: 49_350, "tests": 25_930, "scripts": 8_420}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -87,6 +87,21 @@ class MeasuredComparison(Against):
         return page(self.result.scene.title, self.summary(), self.plot())
 
 
+def _other(value: Any, _: Any = None) -> Any:
+    """Take a run, or measurements."""
+    if isinstance(value, PlainResult):
+        return value
+    try:
+        return measured(value)
+    except TypeError as error:
+        raise TypeError(f"{error}".replace("expected", "expected a Result,")) from None
+
+
+def _shift(value: Any, _: Any = None) -> Any:
+    """Take a time, or 'find'."""
+    return value if isinstance(value, str) and value == "find" else number(Dimension.TIME)(value, _)
+
+
 @overload
 def compare(
     first: PlainResult, second: PlainResult, *, names: tuple[str, str] | None = None
@@ -101,21 +116,6 @@ def compare(
     columns: Mapping[str, str] | None = None,
     shift: float | str = 0.0,
 ) -> MeasuredComparison: ...
-
-
-def _other(value: Any, _: Any = None) -> Any:
-    """Take a run, or measurements."""
-    if isinstance(value, PlainResult):
-        return value
-    try:
-        return measured(value)
-    except TypeError as error:
-        raise TypeError(f"{error}".replace("expected", "expected a Result,")) from None
-
-
-def _shift(value: Any, _: Any = None) -> Any:
-    """Take a time, or 'find'."""
-    return value if isinstance(value, str) and value == "find" else number(Dimension.TIME)(value, _)
 
 
 @takes(first=RESULT, second=_other, names=two_texts, columns=texts_by_name, shift=_shift)

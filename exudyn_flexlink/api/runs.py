@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from os import PathLike
+from pathlib import Path
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.api.results import Result, own_result
@@ -50,4 +51,4 @@ def load(folder: str | PathLike[str]) -> Result:
         StorageError: the folder holds no run, or a file of it is damaged.
 
     """
-    return own_result(storage.load(folder))
+    return own_result(storage.load(Path(folder)))

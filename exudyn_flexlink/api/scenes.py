@@ -20,7 +20,14 @@ from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.shipped import known_names, model_file, model_names
-from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
+from exudyn_flexlink.source import (
+    Document,
+    KeyPath,
+    Mistake,
+    SceneError,
+    did_you_mean,
+    load_document,
+)
 
 ENGINE = among(lambda _: engines.ENGINES, "engine")
 
@@ -215,7 +222,7 @@ def _python_words(keywords: Collection[str] = ()) -> Iterator[None]:
     try:
         yield
     except SceneError as error:
-        short = {(SECTION_OF[key], key): key for key in keywords}
+        short: dict[KeyPath, str] = {(SECTION_OF[key], key): key for key in keywords}
         mistakes = [
             replace(one, path=(short[one.path[:2]], *one.path[2:]))
             if one.path[:2] in short

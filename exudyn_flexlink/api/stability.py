@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 def _numbers(given: Any, _: Any = None) -> FloatArray:
     """Take numbers."""
-    return np.array([number()(one) for one in values(given)])
+    return np.array([number()(one, None) for one in values(given)])
 
 
 @dataclass(frozen=True, repr=False)

@@ -31,7 +31,7 @@ def listed(ax: Given) -> list[Axes]:
 
     """
     many = isinstance(ax, Sequence | np.ndarray)
-    every = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
+    every: list[Any] = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
     for one in every:
         if not isinstance(one, Axes):
             raise TypeError(f"expected axes of matplotlib, or an array of them; got {told(one)}")
