@@ -1,7 +1,6 @@
 """What a user of Python guesses: bodies, joints, instants, tables, axes, scenes, joined runs."""
 
 import math
-import re
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
