@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import deque
+from collections.abc import Iterator
 from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
@@ -152,11 +153,13 @@ def speed_mistake(error: CannotMoveError) -> Mistake:
     )
 
 
-def penetrations(assembly: Assembly) -> list[Mistake]:
+def penetrations(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Contacts and bearings that start pressed: a start that no step size can mend."""
-    found = []
+    found = list(_beyond_stops(scene, assembly))
     state = assembly.state
     for contact in assembly.mechanism.contacts:
+        if contact.name in scene.stops:
+            continue
         at = approach(contact, state.q, state.v)
         pressed = on_the_contact(contact, float(at.place)) and at.gap < -TOUCHING
         # Farther behind than the face is long, it is beside it and may come round its end.
@@ -171,6 +174,21 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
             hint = "check lengths and 'initial', or widen the clearance"
             found.append(Mistake(("joints", bearing.name), message, hint))
     return found
+
+
+def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
+    """Joints that start beyond their limits."""
+    for contact in assembly.mechanism.contacts:
+        stop = scene.stops.get(contact.name)
+        gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
+        if stop is not None and gap < -TOUCHING:
+            place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
+            way = "less" if stop.end == "from" else "more"
+            message = f"'{stop.joint}' starts at {stop.told(place)}, {way} than its limit"
+            hint = "whole turns count: " if stop.turns else ""
+            key = "angles" if stop.turns else "along"
+            hint += f"start it within its limits, see 'initial: {key}', or move the limit"
+            yield Mistake(stop.path, message, hint)
 
 
 def _apart(contact: Contact, depth: float) -> str:

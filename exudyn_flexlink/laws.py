@@ -66,6 +66,39 @@ class RestitutionPenalty:
 
 
 @dataclass(frozen=True)
+class SpringDamper:
+    """Spring with a damper that acts on one side and lets go before it would pull (Kelvin-Voigt).
+
+    ``F = F_0 + k d + c d'`` while ``d > 0`` and ``F > 0``, else 0: a touch ends where its force
+    does (T. Schwager and T. Poeschel, Granular Matter 9 (2007) 465). Without ``F_0``, and with
+    ``z = c/(2 sqrt(k m)) < 1``, an impact returns ``exp(-2 z arccos(z)/sqrt(1 - z^2))`` of the
+    speed. What the spring still holds where it lets go is lost.
+
+    Parameters are ``stiffness`` k (N/m, > 0), ``damping`` c (N s/m) and ``preload`` F_0 (N); of
+    what turns N m/rad, N m s/rad and N m.
+    """
+
+    stiffness: float
+    damping: float = 0.0
+    preload: float = 0.0
+
+    def force(self, penetration: ArrayLike, rate: ArrayLike) -> FloatArray:
+        """Pressing force in N (never negative), of the broadcast shape of both arguments."""
+        d = np.asarray(penetration)
+        held = self.preload + self.stiffness * d + self.damping * np.asarray(rate)
+        return np.where(d > 0, np.maximum(held, 0.0), 0.0)
+
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """Energy F_0 d + k d^2/2 in J."""
+        d = np.maximum(penetration, 0.0)
+        return np.asarray(self.preload * d + 0.5 * self.stiffness * d**2)
+
+    def half_period(self, mass: float) -> float:
+        """Half a period pi sqrt(m/k) in s of ``mass`` (kg), without the damper."""
+        return math.pi * math.sqrt(mass / self.stiffness)
+
+
+@dataclass(frozen=True)
 class Friction:
     """Coulomb friction, regularised: ``T = -mu F tanh(s/s_0)`` against the slip ``s`` (m/s).
 

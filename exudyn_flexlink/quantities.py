@@ -172,8 +172,10 @@ NonNegativeDamping = Annotated[float, Quantity(Dimension.DAMPING, at_least=0.0)]
 NonNegativeTorsionalStiffness = Annotated[
     float, Quantity(Dimension.TORSIONAL_STIFFNESS, at_least=0.0)
 ]
+PositiveTorsionalStiffness = Annotated[float, Quantity(Dimension.TORSIONAL_STIFFNESS, above=0.0)]
 NonNegativeTorsionalDamping = Annotated[float, Quantity(Dimension.TORSIONAL_DAMPING, at_least=0.0)]
 AngularSpeed = Annotated[float, Quantity(Dimension.ANGULAR_SPEED)]
+PositiveAngularSpeed = Annotated[float, Quantity(Dimension.ANGULAR_SPEED, above=0.0)]
 Speed = Annotated[float, Quantity(Dimension.SPEED)]
 PositiveSpeed = Annotated[float, Quantity(Dimension.SPEED, above=0.0)]
 Acceleration = Annotated[float, Quantity(Dimension.ACCELERATION)]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import pi
+from math import cos, pi, sin
 from typing import TypeVar
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty, SpringDamper
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -17,6 +17,8 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    Pressing,
+    TurnStop,
 )
 from exudyn_flexlink.mechanism.model import (
     LinearSpring,
@@ -28,6 +30,7 @@ from exudyn_flexlink.mechanism.model import (
     RotarySpring,
     Sense,
     Size,
+    Slide,
     Sliding,
     Slot,
     TorqueMotor,
@@ -97,7 +100,10 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
             for n, d in _of(drives, specs.TorqueDrive).items()
         ),
         forces=tuple(_force(bodies, n, d) for n, d in _of(drives, specs.ForceDrive).items()),
-        contacts=tuple(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
+        contacts=(
+            *(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
+            *(_stop(bodies, n, stop) for n, stop in scene.stops.items()),
+        ),
         bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
         gravity=scene.gravity,
@@ -193,6 +199,38 @@ def _contact(
         curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
         return CurveContact(name, point, curve, carrier, side, contact.radius, *laws)
     return FaceContact(name, point, *_ends(bodies, contact), side, *laws)
+
+
+def _stop(bodies: Bodies, name: str, stop: specs.Stop) -> Contact:
+    """Return a hinge's stop, or a face across a slide at a length of it."""
+    way, law = 1.0 if stop.end == "from" else -1.0, stop.law
+    pressing: Pressing
+    if isinstance(law, ImpulseLaw):
+        pressing = Impulse(law.restitution)
+    elif law.restitution is None:
+        pressing = SpringDamper(law.stiffness, law.damping or 0.0)
+    else:
+        slow = law.transition_speed or RestitutionPenalty.transition_speed
+        pressing = RestitutionPenalty(law.stiffness, law.restitution, slow)
+    joint = bodies.scene.joints[stop.joint]
+    if isinstance(joint, RevoluteJoint):
+        return TurnStop(name, *bodies.ends(joint), stop.at, way, pressing)
+    face = _across(bodies, bodies.slide(stop.joint), stop.at)
+    return FaceContact(name, *face, -way, pressing)
+
+
+FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
+
+
+def _across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
+    """Return what slides, and a face across its line at a length (m), to the right of greater ones."""
+    half = FACE / 2 * max(part.reach for part in bodies.parts) or FACE
+    along_x, along_y = cos(slide.direction), sin(slide.direction)
+    x, y = slide.first.x + at * along_x, slide.first.y + at * along_y
+    start, end = (
+        Anchor(slide.first.part, x - side * along_y, y + side * along_x) for side in (-half, half)
+    )
+    return slide.second, start, end
 
 
 def _penalty(law: ContactLaw) -> RestitutionPenalty:

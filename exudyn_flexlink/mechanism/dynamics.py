@@ -9,7 +9,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
-from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
+from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact, TurnStop
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
@@ -143,7 +143,13 @@ def contact_mass(
 
     ``1 / (largest mobility of the first body's anchors + that of the second's)``, with every joint
     kept, and whatever the direction. It bounds the duration of an impact from below, so the step.
+    At a hinge's stop it is the inertia (kg m^2) that both oppose to its torque.
     """
+    if isinstance(contact, TurnStop):
+        row = np.zeros(q.shape)
+        _add_torque(row, contact.first.part, contact.second.part, 1.0)
+        turned_by = _moving(mechanism, q, places).nearest(row.ravel())
+        return 1.0 / max(float((row * turned_by).sum()), 1e-300)
     first, second = contact.anchors
     rows = np.array([anchor_jacobian(anchor, q) for anchor in (*first, *second)])
     moved = _moving(mechanism, q, places).nearest(rows.reshape(-1, q.size).T)

@@ -39,6 +39,12 @@ ROUNDINGS = 5e3
 NO_SMALL_PART = 0.1  # of what a mechanism reaches: an error that hides how it moves
 
 
+NO_JUMPS = (
+    "redundant coordinates need a penalty law; speeds that jump are for the formulation 'minimal' "
+    "and for the engine 'lagrangian'"
+)
+
+
 @dataclass(frozen=True)
 class TurnGoal:
     """Ends a run when the second part has turned by `turned` (rad, positive) on the first.
@@ -131,7 +137,9 @@ def formulation(scene: Scene) -> str:
 
 
 def beyond_redundant(scene: Scene) -> list[Mistake]:
-    """Return the contacts that Exudyn's own solver does not know: at curves, and where speeds jump.
+    """Return the contacts that Exudyn's own solver does not know.
+
+    Those at curves, at stops of hinges or with a damper, and where speeds jump.
 
     It is what steps redundant coordinates, with beams or without.
     """
@@ -141,11 +149,14 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
             found.append(Mistake(("contacts", name), message))
         elif isinstance(contact.law, ImpulseLaw):
-            message = (
-                "redundant coordinates need a penalty law; speeds that jump are for the "
-                "formulation 'minimal' and for the engine 'lagrangian'"
-            )
-            found.append(Mistake(("contacts", name, "law"), message))
+            found.append(Mistake(("contacts", name, "law"), NO_JUMPS))
+    for stop in scene.stops.values():
+        if stop.turns or getattr(stop.law, "restitution", None) is None:
+            what = "of hinges" if stop.turns else "with a damper"
+            message = f"Exudyn's own solver has no stops {what}: take 'formulation: minimal'"
+            found.append(Mistake(stop.path, message))
+        elif isinstance(stop.law, ImpulseLaw):
+            found.append(Mistake((*stop.path[:-1], "law"), NO_JUMPS))
     return found
 
 

@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     Slot,
+    TurnStop,
     anchor_position,
     angle_of,
     left_of,
@@ -41,6 +42,7 @@ from exudyn_flexlink.scene import (
 ROUND = 73  # points of a circle, the last on the first
 COILS = 6  # of a linear spring
 _BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
+RAY = 0.4  # of the length of what turns: a stop of its hinge
 MARGIN = 0.05  # of the size of what is shown, around it
 THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs some height
 
@@ -126,6 +128,8 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
         yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
     for face in faces(model):
         yield Drawn("face", RED, through(face.name, face.start, face.end))
+    for stop in (own for own in model.contacts if isinstance(own, TurnStop)):
+        yield Drawn("face", RED, through(stop.name, *stop_ray(model, stop)))
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
     circles = [(own.name, *circle) for own in model.contacts for circle in circles_of(own)]
@@ -194,6 +198,17 @@ def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
 def faces(model: Mechanism) -> list[FaceContact]:
     """Contacts of a point with a face."""
     return [contact for contact in model.contacts if isinstance(contact, FaceContact)]
+
+
+def stop_ray(model: Mechanism, stop: TurnStop) -> tuple[Anchor, Anchor]:
+    """A short ray from a hinge to where the centre of what turns, or its x-axis, is at the stop."""
+    base, moving, angle = stop.first, stop.second, stop.bound
+    if moving.part == GROUND:
+        base, moving, angle = moving, base, -angle
+    part = model.parts[moving.part]
+    away = complex(*part.centre) - complex(moving.x, moving.y)
+    tip = RAY * part.reach * np.exp(1j * (angle + np.angle(away)))
+    return base, Anchor(base.part, base.x + tip.real, base.y + tip.imag)
 
 
 def coil(ends: FloatArray) -> FloatArray:

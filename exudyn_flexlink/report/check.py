@@ -43,10 +43,12 @@ from exudyn_flexlink.scene import (
     RevoluteJoint,
     Scene,
     SleeveJoint,
+    SlidePenalty,
     SlotJoint,
     Spring,
     Table,
     TorsionalSpring,
+    TurnPenalty,
     Value,
 )
 
@@ -186,7 +188,7 @@ def _value(value: Value, unit: str) -> str:
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = [[name, str(c), *_law(c.law)] for name, c in scene.contacts.items()]
+    rows = [[name, str(c), *_law(c.law)] for name, c in scene.all_contacts.items()]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
@@ -205,7 +207,12 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     return section("Contacts", rows)
 
 
-def _law(law: Law) -> list[str]:
+def _law(law: Law | SlidePenalty | TurnPenalty) -> list[str]:
+    if isinstance(law, (SlidePenalty, TurnPenalty)):
+        unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
+        damped = f"c {number(law.damping or 0.0)} {unit[1]}"
+        lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
+        return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
     restitution = f"restitution {number(law.restitution)}"
     if not isinstance(law, ContactLaw):
         return ["rigid, by impulse", restitution, ""]

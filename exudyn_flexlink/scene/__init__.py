@@ -51,6 +51,7 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
+from exudyn_flexlink.scene.limits import TURNED, SlidePenalty, Stop, TurnPenalty
 from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (

@@ -48,8 +48,9 @@ def few_steps(result: Result) -> Iterator[str]:
 
 def thin_overlaps(result: Result) -> Iterator[str]:
     """Say of each contact where it sank deepest, against the overlap of its point and its face."""
+    # Circles overlap all around, and slides their stops.
     for face in build_mechanism(result.scene).contacts:
-        if not isinstance(face, FaceContact):  # circles overlap all around
+        if not isinstance(face, FaceContact) or face.name in result.scene.stops:
             continue
         length, worst = face.length, (0.0, 0.0, 0.0, 0.0)
         for touch in result.contacts[face.name].touches:

@@ -127,6 +127,8 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
     """Parts of a scene that no mechanism of this engine has, and what it lacks for them."""
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
+    for stop in scene.stops.values():
+        yield stop.path, "no stops of joints"
     for kind, lacks in ((WeldJoint, "no welds"), (PrismaticJoint, "no such joints")):
         for name in _joints(scene, kind):
             yield ("joints", name), lacks

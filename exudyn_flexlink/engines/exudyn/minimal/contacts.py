@@ -31,7 +31,7 @@ from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty, SpringDamper
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -39,7 +39,12 @@ NEAR_END = 1e-4  # of the face: there the point is about to leave it
 
 
 class MinimalContact:
-    """A contact of any shape; both parts may be anywhere in the tree, or on the ground."""
+    """A contact of any shape; both parts may be anywhere in the tree, or on the ground.
+
+    Where it `lets_go`, its force ends before its gap opens.
+    """
+
+    lets_go = False
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
         self._shape = shape_of(layout, contact)
@@ -66,6 +71,10 @@ class MinimalContact:
             else:
                 self._shape.free()
 
+    def pressed_by(self, touch: Touch) -> float:
+        """How far (m) a contact that presses is from letting go: its depth."""
+        return -touch.gap
+
     def left_since(self, touch: Touch) -> float:
         """Time (s) since a point that presses slid off the end of its face; negative: until then.
 
@@ -81,7 +90,7 @@ class MinimalContact:
         return self._normal_row(self._look(x, v))
 
     def _normal_row(self, look: Look) -> FloatArray:
-        return self._row(look, look.normal, (look.at, look.at))
+        return self._row(look, look.normal, (look.at, look.at), look.moment)
 
     def _row(
         self, look: Look, way: Vector, at: tuple[Vector, Vector], arm: float = 0.0
@@ -114,16 +123,28 @@ class RigidContact(MinimalContact):
 class PenaltyContact(MinimalContact):
     """A contact with a penalty force, and friction if it has any."""
 
-    def __init__(self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty) -> None:
+    def __init__(
+        self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty | SpringDamper
+    ) -> None:
         super().__init__(layout, contact)
         self.law, self.friction = law, contact.friction
+        self.lets_go = isinstance(law, SpringDamper)
 
     def force(self, touch: Touch) -> float:
-        """Pressing force, N; none while apart."""
+        """Pressing force, N; none while apart. One that lets go is followed smoothly beyond."""
+        law = self.law
+        if isinstance(law, SpringDamper):
+            return law.preload - law.stiffness * touch.gap - law.damping * touch.gap_rate
         if touch.gap >= 0:
             return 0.0
-        rising = tanh(-touch.gap_rate / self.law.transition_speed)
-        return -touch.gap * (self.law.elastic + self.law.lossy * rising)
+        rising = tanh(-touch.gap_rate / law.transition_speed)
+        return -touch.gap * (law.elastic + law.lossy * rising)
+
+    def pressed_by(self, touch: Touch) -> float:
+        """Depth (m), or what of it the force still takes to let go if that is less."""
+        if not isinstance(self.law, SpringDamper):
+            return super().pressed_by(touch)
+        return min(-touch.gap, self.force(touch) / self.law.stiffness)
 
     def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[Vector, Vector]:
         """Add the generalised forces.
@@ -137,8 +158,9 @@ class PenaltyContact(MinimalContact):
         rub = self._rub(press, touch)
         (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
         fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
-        add_force(onto, look.first, look.at, (fx, fy), arm * rub)
-        add_force(onto, look.second, look.at, (-fx, -fy), -arm * rub)
+        turned = press * look.moment + arm * rub
+        add_force(onto, look.first, look.at, (fx, fy), turned)
+        add_force(onto, look.second, look.at, (-fx, -fy), -turned)
         power = -press * touch.gap_rate - rub * touch.slip
         return (press, power), (touch.gap, touch.gap_rate)
 

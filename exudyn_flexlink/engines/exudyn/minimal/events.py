@@ -24,7 +24,7 @@ from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
 from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import Event, fall, first_fall
+from exudyn_flexlink.integrate.events import GAP_ROUNDING, Event, fall, first_fall
 from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
@@ -70,6 +70,7 @@ class EventFinder:
         endless = [touch.inside == inf for touch in self.touches]
         own = np.array([contact.length for contact in model.contacts])
         self._lengths = np.where(endless, inf, own)
+        self._let_go = np.array([contact.lets_go for contact in model.contacts], dtype=bool)
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
         self.kinks = KinkWatch(model)
@@ -200,7 +201,7 @@ class EventFinder:
         path = self._path(near, [before, *at_stages, after])
         still = calm(path, self._lengths[which], pressed[which], step.h * PARTS)
         press = step.stages.kept.pushes[:, which, 0]
-        lifts = pressed & self._sides.rigid[: len(every)]
+        lifts = pressed & (self._sides.rigid[: len(every)] | self._let_go)
         still &= ~lifts[which] | (press.min(axis=0) >= LEAST_PRESS * press.max(axis=0))
         return [k for k, calmly in zip(near, still.tolist(), strict=True) if not calmly]
 
@@ -226,6 +227,8 @@ class EventFinder:
             rigid = isinstance(contact, RigidContact)
             stays = partial(self._holds, contact, k) if rigid else partial(self._stays, contact)
             return first_fall(partial(stays, step), None, (step.t, step.end))
+        if self.let_go(k):
+            return first_fall(partial(self._free, contact, step), None, (step.t, step.end))
         way = 1.0 if self._sides.sides[k] is Side.APART else -1.0
 
         def gap(t: float) -> float:
@@ -239,7 +242,16 @@ class EventFinder:
     def _stays(self, contact: MinimalContact, step: Step, t: float) -> float:
         """Value (m) that is positive as long as the point presses on the face."""
         touch = self._touch(contact, step, t)
-        return min(-touch.gap, touch.inside)
+        return min(contact.pressed_by(touch), touch.inside)
+
+    def let_go(self, k: int) -> bool:
+        """Tell whether a contact let go before its gap had opened, and has not been apart since."""
+        closed = self.touches[k].gap < -GAP_ROUNDING and self._sides.sides[k] is Side.APART
+        return bool(self._let_go[k]) and closed
+
+    def _free(self, contact: MinimalContact, step: Step, t: float) -> float:
+        """Value (m) that is positive as long as what has let go has no force."""
+        return -contact.pressed_by(self._touch(contact, step, t))
 
     def _holds(self, contact: MinimalContact, k: int, step: Step, t: float) -> float:
         """Value that is positive as long as a rigid contact presses (N), on its face (m)."""

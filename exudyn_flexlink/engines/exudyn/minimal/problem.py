@@ -202,8 +202,11 @@ class MinimalProblem:
         contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
         touch = contact.touch(end.x, end.v)
         slid = contact.left_since(touch) if presses else 0.0
-        # The force of a law begins at zero, however near; a reaction tells by itself where it ends.
+        # The force of a law begins at zero, however near; a reaction tells by itself where it ends,
+        # and so does a force that lets go.
         tells = isinstance(contact, RigidContact) == presses
+        if contact.lets_go:
+            tells = presses or self._finder.let_go(what.contact)
         if slid or tells or meets(touch, step.end) or touch.gap_rate == 0:
             return slid
         return touch.gap / touch.gap_rate
@@ -258,7 +261,7 @@ class MinimalProblem:
         """Let a contact begin or end."""
         touch = self._finder.touches[k]
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
-        self._jumped = what is Change.SLIDES_OFF
+        self._jumped = what is Change.SLIDES_OFF or self.model.contacts[k].lets_go
         if k < self._of_scene:
             self.recorder.keep_last(before=self._jumped)
         self._change(time, k, what, touch)
