@@ -158,7 +158,7 @@ def penetrations(scene: Scene, assembly: Assembly) -> list[Mistake]:
     found = list(_beyond_stops(scene, assembly))
     state = assembly.state
     for contact in assembly.mechanism.contacts:
-        if contact.name in scene.stops:
+        if contact.name not in scene.contacts:
             continue
         at = approach(contact, state.q, state.v)
         pressed = on_the_contact(contact, float(at.place)) and at.gap < -TOUCHING

@@ -81,7 +81,9 @@ class Seen:
     @property
     def impacts(self) -> tuple[str, ...]:
         """Kinds of the contacts' laws: penalty, impulse."""
-        return tuple(dict.fromkeys(c.law.type for c in self.result.scene.all_contacts.values()))
+        scene = self.result.scene
+        struck = (*scene.contacts.values(), *scene.stops.values())
+        return tuple(dict.fromkeys(own.law.type for own in struck))
 
 
 @dataclass(frozen=True)

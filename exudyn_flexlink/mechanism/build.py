@@ -87,7 +87,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
             *bodies.springs,
         ),
         linear_springs=(
-            *(_linear_spring(bodies, n, s) for n, s in linear.items()),
+            *(_linear_spring(bodies, n, s) for n, s in linear.items() if n not in scene.ropes),
             *bodies.linear_springs,
         ),
         speed_motors=tuple(
@@ -103,6 +103,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         contacts=(
             *(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
             *(_stop(bodies, n, stop) for n, stop in scene.stops.items()),
+            *(_rope(bodies, n, spring) for n, spring in scene.ropes.items()),
         ),
         bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
@@ -219,11 +220,23 @@ def _stop(bodies: Bodies, name: str, stop: specs.Stop) -> Contact:
     return FaceContact(name, *face, -way, pressing)
 
 
+def _rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
+    """Return a rope or a buffer: a point in or outside a circle, or a face across a slide."""
+    law = SpringDamper(spec.stiffness, spec.damping, spec.preload)
+    rope, length = spec.acts == "tension", spec.length or 0.0
+    if spec.joint is not None:
+        face = _across(bodies, bodies.slide(spec.joint), length)
+        return FaceContact(name, *face, 1.0 if rope else -1.0, law)
+    assert spec.points is not None  # the scene checks that there is one of both
+    first, second = (bodies.anchor(point, spec.at) for point in spec.points)
+    return CircleContact(name, first, second, (0.0, length), rope, law)
+
+
 FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
 
 
 def _across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
-    """Return what slides, and a face across its line at a length (m), to the right of greater ones."""
+    """Return what slides, and a face across its line at a length (m); right of it is longer."""
     half = FACE / 2 * max(part.reach for part in bodies.parts) or FACE
     along_x, along_y = cos(slide.direction), sin(slide.direction)
     x, y = slide.first.x + at * along_x, slide.first.y + at * along_y

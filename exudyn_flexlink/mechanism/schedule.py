@@ -139,7 +139,7 @@ def formulation(scene: Scene) -> str:
 def beyond_redundant(scene: Scene) -> list[Mistake]:
     """Return the contacts that Exudyn's own solver does not know.
 
-    Those at curves, at stops of hinges or with a damper, and where speeds jump.
+    Those at curves, at stops of hinges or with a damper, ropes, and where speeds jump.
 
     It is what steps redundant coordinates, with beams or without.
     """
@@ -150,6 +150,9 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
             found.append(Mistake(("contacts", name), message))
         elif isinstance(contact.law, ImpulseLaw):
             found.append(Mistake(("contacts", name, "law"), NO_JUMPS))
+    for name in scene.ropes:
+        message = "Exudyn's own solver has no springs of one side: take 'formulation: minimal'"
+        found.append(Mistake(("springs", name, "acts"), message))
     for stop in scene.stops.values():
         if stop.turns or getattr(stop.law, "restitution", None) is None:
             what = "of hinges" if stop.turns else "with a damper"

@@ -126,13 +126,11 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     tracks: list[Slot | CurveContact] = [*model.slots, *on_curves]
     for track in tracks:
         yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
-    for face in faces(model):
-        yield Drawn("face", RED, through(face.name, face.start, face.end))
-    for stop in (own for own in model.contacts if isinstance(own, TurnStop)):
-        yield Drawn("face", RED, through(stop.name, *stop_ray(model, stop)))
+    yield from _drawn_faces(scene, model)
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    circles = [(own.name, *circle) for own in model.contacts for circle in circles_of(own)]
+    round_ones = [own for own in model.contacts if own.name not in scene.ropes]
+    circles = [(own.name, *circle) for own in round_ones for circle in circles_of(own)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
@@ -145,6 +143,17 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
             yield Drawn("spring", GREEN, through(spring.name, spring.first, spring.second))
     for body in scene.bodies:
         yield from _drawn_body(scene, model, body)
+
+
+def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
+    """Faces, stops of hinges and ropes."""
+    for own in model.contacts:
+        if isinstance(own, FaceContact):
+            yield Drawn("face", RED, through(own.name, own.start, own.end))
+        elif isinstance(own, TurnStop):
+            yield Drawn("face", RED, through(own.name, *stop_ray(model, own)))
+        elif own.name in scene.ropes and isinstance(own, CircleContact):
+            yield Drawn("rope", GREEN, through(own.name, own.first, own.second))
 
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
+from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
@@ -135,6 +136,12 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
         for spring in mechanism.all_springs
         if spring.name in scene.springs
     ]
+    for name, rope in scene.ropes.items():
+        side, begins = ("longer", "pulls") if rope.acts == "tension" else ("shorter", "pushes")
+        what = f"{begins} where {side} than {number(rope.length or 0.0)} m"
+        if rope.preload:
+            what += f", from {number(rope.preload)} N on"
+        rows.append([name, _where(rope), *_spring_numbers(rope), what])
     for name in scene.bodies:
         for kind, what in (("stretch", "rods stretch"), ("hinge", "hinges")):
             own = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]
@@ -156,8 +163,8 @@ def _placed(at: tuple[float, float] | None) -> str:
     return "" if at is None else f" at ({number(at[0])}, {number(at[1])}) m"
 
 
-def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
-    force, change = ("N", "m") if isinstance(spring, LinearSpring) else ("N m", "rad")
+def _spring_numbers(spring: RotarySpring | LinearSpring | specs.LinearSpring) -> list[str]:
+    force, change = ("N m", "rad") if isinstance(spring, RotarySpring) else ("N", "m")
     return [
         f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else "no spring",
         f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
@@ -188,7 +195,7 @@ def _value(value: Value, unit: str) -> str:
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = [[name, str(c), *_law(c.law)] for name, c in scene.all_contacts.items()]
+    rows = [[name, str(c), *_law(c.law)] for name, c in {**scene.contacts, **scene.stops}.items()]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points

@@ -166,7 +166,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
         "approach": ("m/s", lambda strike: f"{strike.approach_speed:.4f}"),
         "place": ("m", lambda strike: f"{strike.place:.5f}"),
     }
-    if contact in result.scene.stops:
+    if contact not in result.scene.contacts:
         del columns["place"]
     if struck is not None:
         response = lever_response(result, contact)

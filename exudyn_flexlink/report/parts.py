@@ -183,18 +183,19 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     laws: dict[str, Law | SlidePenalty | TurnPenalty] = {
         n: j.acting for n, j in walled.items() if j.acting is not None
     }
-    laws |= {name: contact.law for name, contact in scene.all_contacts.items()}
+    laws |= {name: own.law for name, own in {**scene.contacts, **scene.stops}.items()}
     lossy = [n for n, own in laws.items() if own.restitution is not None and own.restitution < 1]
     rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
     damped += [n for n, own in scene.stops.items() if getattr(own.law, "damping", None)]
+    damped += [n for n, own in scene.ropes.items() if own.damping]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
         _effect("clearance", [n for n, j in walled.items() if j.clearance > 0]),
         _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
-        _effect("impact", list(scene.all_contacts)),
+        _effect("impact", [*scene.contacts, *scene.stops]),
         _effect("friction", rough),
         _effect("damping", list(dict.fromkeys(damped))),
         _effect("restitution below 1", lossy),

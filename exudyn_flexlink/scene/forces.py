@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
@@ -16,6 +16,7 @@ from exudyn_flexlink.quantities import (
     Coordinate,
     NonNegativeDamping,
     NonNegativeDuration,
+    NonNegativeForce,
     NonNegativeStiffness,
     NonNegativeTorsionalDamping,
     NonNegativeTorsionalStiffness,
@@ -117,12 +118,48 @@ class LinearSpring(Part):
         0.0, description="force per change of length; left out: a damper alone"
     )
     damping: NonNegativeDamping = Field(0.0, description="force per rate of that change")
+    acts: Literal["both", "tension", "compression"] = Field(
+        "both",
+        description="tension: only where it is longer than 'length', as a rope; compression: only "
+        "where it is shorter, as a buffer; its damper neither pushes in a rope nor pulls in a "
+        "buffer",
+    )
+    preload: NonNegativeForce = Field(
+        0.0, description="with 'acts': force with which it begins; left out: 0"
+    )
     length: Coordinate | None = Field(
         None,
         description="without force; along a joint how far its second point is from its first, with "
         "a sign; left out: as assembled. One of length 0 between points draws them together, its "
         "damper in every direction too",
     )
+
+    @property
+    def striking(self) -> str:
+        """Where it pulls or pushes, 'body.point'; along a joint that is told by the joint alone."""
+        return next((point for point in reversed(self.points or ()) if point != GROUND), GROUND)
+
+    struck: ClassVar[None] = None
+
+    @property
+    def law(self) -> LinearSpring:
+        """What tells its force where it acts on one side."""
+        return self
+
+    @model_validator(mode="after")
+    def _acts_on_one_side(self) -> LinearSpring:
+        if self.acts == "both":
+            if self.preload:
+                refuse("needs 'acts': tension or compression", at="preload")
+            return self
+        what = "a rope" if self.acts == "tension" else "a buffer"
+        if not self.stiffness:
+            refuse(f"{what} needs a 'stiffness'")
+        if self.length is None:
+            refuse("missing 'length'", f"at which {what} begins to act")
+        if self.points is not None and self.length == 0:
+            refuse(f"must be greater than 0 of {what} between points", at="length")
+        return self
 
     @model_validator(mode="after")
     def _between_points_or_along_a_joint(self) -> LinearSpring:

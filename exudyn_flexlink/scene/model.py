@@ -12,7 +12,7 @@ from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
+from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, Spring
 from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
 from exudyn_flexlink.scene.limits import TURNED, Stop, stops_of
 from exudyn_flexlink.scene.lookup import Parts
@@ -76,9 +76,15 @@ class Scene(Part):
         }
 
     @property
-    def all_contacts(self) -> dict[str, Contact | Stop]:
-        """Contacts of the scene, and then the stops of its joints, by name."""
-        return {**self.contacts, **self.stops}
+    def ropes(self) -> dict[str, LinearSpring]:
+        """Springs that act on one side, ropes and buffers, by name."""
+        springs = self.springs.items()
+        return {n: s for n, s in springs if isinstance(s, LinearSpring) and s.acts != "both"}
+
+    @property
+    def all_contacts(self) -> dict[str, Contact | Stop | LinearSpring]:
+        """Contacts of the scene, then stops of its joints, then ropes and buffers, by name."""
+        return {**self.contacts, **self.stops, **self.ropes}
 
     def unit_of(self, contact: str, unit: str) -> str:
         """Unit of what is told of a contact, by that of points: a hinge's stop turns."""

@@ -129,6 +129,8 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
     for stop in scene.stops.values():
         yield stop.path, "no stops of joints"
+    for name in scene.ropes:
+        yield ("springs", name), "torsional springs alone"
     for kind, lacks in ((WeldJoint, "no welds"), (PrismaticJoint, "no such joints")):
         for name in _joints(scene, kind):
             yield ("joints", name), lacks

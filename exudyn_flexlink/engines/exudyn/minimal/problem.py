@@ -16,9 +16,7 @@ from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    RigidContact,
-)
+from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
@@ -74,7 +72,8 @@ class MinimalProblem:
     def __post_init__(self) -> None:
         x, v = self.model.start
         gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
-        self.model.touches.start(np.array(gaps))
+        springs = [contact.lets_go for contact in self.model.contacts]
+        self.model.touches.start(np.where(springs, 0.0, gaps))
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
@@ -83,7 +82,23 @@ class MinimalProblem:
         self._walls = len(self.model.contacts)  # number of the first pair of link and guide
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
+        self._begin_pressed()
         self.impacts = Impacts(self.model, self._finder, self.recorder)
+
+    def _begin_pressed(self) -> None:
+        """Let ropes and buffers press that are stretched or compressed at time 0."""
+        for k, contact in enumerate(self.model.contacts):
+            touch = self._finder.touches[k]
+            if (
+                isinstance(contact, PenaltyContact)
+                and contact.lets_go
+                and contact.pressed_by(touch) > 0
+            ):
+                self._change(0.0, k, Change.CLOSES, touch)
+                stored = float(contact.law.stored_energy(-touch.gap))
+                self.recorder.leap(
+                    k, 0.0, stored, 0.0
+                )  # what it stores counts as lost until it ends
 
     @property
     def over(self) -> bool:
