@@ -1,4 +1,4 @@
-"""Ropes, buffers, and springs by a table or a formula: closed forms and independent integrations."""
+"""Ropes, buffers, springs by a table or a formula: closed forms and independent integrations."""
 
 from math import sqrt
 
@@ -94,3 +94,18 @@ def test_a_preloaded_buffer_begins_with_its_preload(where):
     assert touch.separation_speed == pytest.approx(4, rel=1e-9)
     assert touch.peak_force == pytest.approx(50 + 2000 * 0.08736102527, rel=1e-9)
     assert balanced(result)
+
+
+def test_a_buffer_by_a_table_gives_back_what_it_took():
+    """The area below the table is the car's energy where it turns: 12 J at 0.05549 m."""
+    rows = [[0.12, -1200], [0.15, -400], [0.18, -120], [0.2, -40]]
+    force = f"force: {{points: {rows}}}"
+    for where in (ALONG, BETWEEN):
+        result = alone(BUFFER.format(where=where, force=force, time=0.1, sample=0.01))
+        (touch,) = result.intervals["buffer"]
+        assert touch.begin == pytest.approx(0.025, abs=1e-12)
+        assert touch.penetration == pytest.approx(0.05549390153, rel=1e-9)
+        assert touch.peak_force == pytest.approx(546.5040409, rel=1e-9)
+        assert touch.end - touch.begin == pytest.approx(0.04186227147, abs=1e-10)
+        assert touch.separation_speed == pytest.approx(4, rel=1e-9)
+        assert balanced(result)

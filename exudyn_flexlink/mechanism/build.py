@@ -9,7 +9,7 @@ from typing import TypeVar
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty, SpringDamper
+from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -42,7 +42,15 @@ from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.scene import ContactLaw, ImpulseLaw, RevoluteJoint, SleeveJoint, Table, Value
+from exudyn_flexlink.scene import (
+    ContactLaw,
+    ForceTable,
+    ImpulseLaw,
+    RevoluteJoint,
+    SleeveJoint,
+    Table,
+    Value,
+)
 from exudyn_flexlink.source import Mistake, SceneError
 
 Spec = TypeVar("Spec")
@@ -222,8 +230,12 @@ def _stop(bodies: Bodies, name: str, stop: specs.Stop) -> Contact:
 
 def _rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
     """Return a rope or a buffer: a point in or outside a circle, or a face across a slide."""
-    law = SpringDamper(spec.stiffness, spec.damping, spec.preload)
     rope, length = spec.acts == "tension", spec.length or 0.0
+    law: Pressing = SpringDamper(spec.stiffness, spec.damping, spec.preload)
+    if isinstance(spec.force, ForceTable):
+        rows = sorted((abs(place - length), abs(force)) for place, force in spec.force.points)
+        depths, forces = zip(*rows, strict=True)
+        law = SpringTable(depths, forces, spec.damping)
     if spec.joint is not None:
         face = _across(bodies, bodies.slide(spec.joint), length)
         return FaceContact(name, *face, 1.0 if rope else -1.0, law)

@@ -7,11 +7,11 @@ from functools import cached_property
 from math import hypot, inf
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty, SpringDamper
+from exudyn_flexlink.laws import Friction, Impulse, OneSided, RestitutionPenalty
 from exudyn_flexlink.mechanism.parts import Anchor
 
 MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
-Pressing = RestitutionPenalty | SpringDamper | Impulse
+Pressing = RestitutionPenalty | OneSided | Impulse
 """Law of a contact of the scene."""
 UPPER, LOWER = 1.0, -1.0
 _WALLS = {UPPER: "upper wall", LOWER: "lower wall", 0.0: "axis"}

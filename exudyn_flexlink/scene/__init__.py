@@ -73,4 +73,5 @@ from exudyn_flexlink.scene.run import (
     Solver,
 )
 from exudyn_flexlink.scene.schema import is_schema, json_schema
+from exudyn_flexlink.scene.spring_laws import ForceLaw, ForceTable, TorqueLaw, TorqueTable
 from exudyn_flexlink.scene.varying import Table, Value

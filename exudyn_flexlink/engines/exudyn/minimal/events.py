@@ -14,6 +14,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     MinimalContact,
     RigidContact,
+    TableFollower,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
@@ -32,7 +33,8 @@ Goal = Callable[[FloatArray], float]
 Left = Callable[[FloatArray, FloatArray], tuple[float, float]]
 """How far a point is from the end of its piece, and from its start, at coordinates and places."""
 
-Following = tuple[TrackPoint | OnCurve, float, Left]
+Followed = TrackPoint | OnCurve | TableFollower
+Following = tuple[Followed, float, Left]
 """What is followed along pieces, how little beyond one is still on it, and what is left of it."""
 
 WHOLE = np.ones((1, 1))  # of the step, between its ends
@@ -50,7 +52,7 @@ class ContactChange(NamedTuple):
 class PieceEnd(NamedTuple):
     """What is followed on a curve comes to the end of its piece (way 1), or to its start (-1)."""
 
-    point: TrackPoint | OnCurve
+    point: Followed
     way: int
 
 
@@ -140,10 +142,13 @@ class EventFinder:
             for k, (point, low, high) in enumerate(zip(points, lowest, highest, strict=True))
             if point.left(high)[0] < -SEAM or point.left(low)[1] < -SEAM
         ]
-        curves = [self.model.contacts[k].along_curve for k in self.model.pressed_of_scene]
+        pressed = [self.model.contacts[k] for k in self.model.pressed_of_scene]
+        curves = [contact.along_curve for contact in pressed]
+        tables = [contact.along_table for contact in pressed]
         followed: list[Following] = [
             *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),
             *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
+            *((table, SEAM, table.left) for table in tables if table),
         ]
         if not followed:
             return []

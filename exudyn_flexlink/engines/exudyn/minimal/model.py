@@ -281,7 +281,9 @@ class MinimalModel:
         # Closed gaps let a force through to the same motions by which they let a gap open.
         projector = self.rigid.projector(at)
         rows = rows if projector is None else rows @ projector.free.T
-        return rows, press_by([contact.law for contact in acting])
+        return rows, press_by(
+            [contact.acting(contact.touch(state.x, state.v)) for contact in acting]
+        )
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move any point, at most."""

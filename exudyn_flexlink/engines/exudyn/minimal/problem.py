@@ -16,7 +16,11 @@ from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact
+from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    PenaltyContact,
+    RigidContact,
+    TableFollower,
+)
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
@@ -95,6 +99,7 @@ class MinimalProblem:
                 and contact.pressed_by(touch) > 0
             ):
                 self._change(0.0, k, Change.CLOSES, touch)
+                contact.follow(self.model.start[0], presses=True)
                 stored = float(contact.law.stored_energy(-touch.gap))
                 self.recorder.leap(
                     k, 0.0, stored, 0.0
@@ -248,6 +253,10 @@ class MinimalProblem:
             point, way = event.what
             if isinstance(point, OnCurve):
                 point.next_piece(way)
+            elif isinstance(point, TableFollower):
+                if not point.next_piece(way):
+                    self.stop_reason = f"the table of forces of '{point.name}' ends there"
+                    self.stop_advice = "give it more rows: no force is made up beyond them"
             elif not point.next_piece(way, event.time):
                 self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
