@@ -125,7 +125,7 @@ def _lossless(spring: Spring) -> Spring:
         return spring.model_copy(update={"damping": 0.0}) if spring.damping else spring
     if not spring.damping and not spring.damping_ratio:
         return spring
-    damper = spring.stiffness is None and spring.frequency is None
+    damper = spring.stiffness is None and spring.frequency is None and spring.torque is None
     stiffness = 0.0 if damper else spring.stiffness
     update = {"stiffness": stiffness, "damping": None, "damping_ratio": None}
     return spring.model_copy(update=update)

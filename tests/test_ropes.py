@@ -109,3 +109,48 @@ def test_a_buffer_by_a_table_gives_back_what_it_took():
         assert touch.end - touch.begin == pytest.approx(0.04186227147, abs=1e-10)
         assert touch.separation_speed == pytest.approx(4, rel=1e-9)
         assert balanced(result)
+
+
+WEIGHT = """
+bodies:
+  car: {{type: rigid, mass: 2, inertia: 1, points: {{c: [0, 0], d: [0.1, 0]}}}}
+joints:
+  way: {{type: prismatic, points: [ground, car.c], at: [0, 0], axis: [1, 0]}}
+springs:
+  spring: {{type: linear, {where}, force: {force}}}
+initial: {{along: {{way: {start}}}, speeds_along: {{way: {speed}}}}}
+run: {{duration: 0.5, sample: 0.005}}
+accuracy: {{tolerance: 1.0e-11}}
+"""
+OVER = "points: [ground, car.c], at: [0, 0.3]"
+
+
+@pytest.mark.parametrize(
+    ("where", "force", "start", "speed", "energy"),
+    [
+        ("joint: way", "200*length + 4e4*length**3", 0.1, 0.3, lambda s: 100 * s**2 + 1e4 * s**4),
+        (OVER, "900*(length - 0.4)", 0.1, 1.0, lambda s: 450 * (np.hypot(s, 0.3) - 0.4) ** 2),
+        (
+            "joint: way",
+            "{points: [[-0.5, -90], [0, 0], [0.05, 5], [0.5, 200]]}",
+            0.1,
+            1.0,
+            lambda s: np.where(
+                s < 0,
+                90 * s**2,
+                np.where(s < 0.05, 50 * s**2, 0.125 + (s - 0.05) * (5 + (s - 0.05) * 195 / 0.9)),
+            ),
+        ),
+    ],
+)
+def test_a_spring_by_a_table_or_a_formula_keeps_energy(where, force, start, speed, energy):
+    """The integral of its force is stored: of every sample, with the kinetic energy, it is one."""
+    result = alone(WEIGHT.format(where=where, force=force, start=start, speed=speed))
+    place, rate = result.poses[:, 0, 0], result.rates[:, 0, 0]
+    whole = rate**2 + energy(place)
+    assert np.ptp(whole) < 1e-9 * whole[0]
+    assert np.ptp(place) > 0.1
+    assert result.energy.stored - result.energy.stored[0] == pytest.approx(
+        energy(place) - energy(start), abs=1e-11
+    )
+    assert balanced(result)

@@ -39,6 +39,7 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.spring_laws import PlaceTable, SpringLaw
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
@@ -172,18 +173,29 @@ def _rotary_spring(
             stiffness = inertia * (2 * pi * spring.frequency) ** 2
         if spring.damping_ratio is not None:
             damping = 2 * spring.damping_ratio * (stiffness * inertia) ** 0.5
-    return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle)
+    law = _spring_law(name, spring.torque)
+    return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle, law)
 
 
 def _linear_spring(bodies: Bodies, name: str, spec: specs.LinearSpring) -> LinearSpring:
     """Return a spring and damper between two points, or along a prismatic joint."""
     stiffness, damping, length = spec.stiffness, spec.damping, spec.length
+    law = _spring_law(name, spec.force)
     if spec.joint is None:
         assert spec.points is not None  # the scene checks that there is one of both
         first, second = (bodies.anchor(point, spec.at) for point in spec.points)
-        return LinearSpring(name, first, second, stiffness, damping, length)
+        return LinearSpring(name, first, second, stiffness, damping, length, law=law)
     slide = bodies.slide(spec.joint)
-    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide)
+    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide, law)
+
+
+def _spring_law(name: str, given: specs.ForceLaw | specs.TorqueLaw | None) -> SpringLaw | None:
+    """Return the force of a spring by a table or a formula."""
+    if given is None:
+        return None
+    if isinstance(given, Expression):
+        return SpringLaw(Formula(given))
+    return SpringLaw(PlaceTable(name, given.points, given.rule))
 
 
 def _contact(

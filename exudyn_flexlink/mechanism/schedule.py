@@ -19,7 +19,7 @@ from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
-from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene, SpeedDrive
+from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene, SpeedDrive, TorsionalSpring
 from exudyn_flexlink.source import Mistake
 
 FEWEST = 2000  # of a run, however short: enough for any figure
@@ -150,6 +150,11 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
             found.append(Mistake(("contacts", name), message))
         elif isinstance(contact.law, ImpulseLaw):
             found.append(Mistake(("contacts", name, "law"), NO_JUMPS))
+    for name, spring in scene.springs.items():
+        key = "torque" if isinstance(spring, TorsionalSpring) else "force"
+        if getattr(spring, key) is not None and name not in scene.ropes:
+            message = "Exudyn's own solver has linear springs alone: take 'formulation: minimal'"
+            found.append(Mistake(("springs", name, key), message))
     for name in scene.ropes:
         message = "Exudyn's own solver has no springs of one side: take 'formulation: minimal'"
         found.append(Mistake(("springs", name, "acts"), message))

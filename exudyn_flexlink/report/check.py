@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     resolutions,
     turn_goal,
 )
+from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.parts import (
     curve_lines,
@@ -165,8 +166,14 @@ def _placed(at: tuple[float, float] | None) -> str:
 
 def _spring_numbers(spring: RotarySpring | LinearSpring | specs.LinearSpring) -> list[str]:
     force, change = ("N m", "rad") if isinstance(spring, RotarySpring) else ("N", "m")
+    rest = "no spring"
+    if isinstance(spring, specs.LinearSpring):
+        rest = "a table"  # of what has no stiffness and acts on one side
+    elif spring.law is not None:
+        own = spring.law.applied
+        rest = str(own.expression) if isinstance(own, Formula) else "a table"
     return [
-        f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else "no spring",
+        f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else rest,
         f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
     ]
 

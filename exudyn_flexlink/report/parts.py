@@ -89,7 +89,7 @@ def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
     for joint, springs in _springs_of_joints(scene, mechanism).items():
         stiffness = sum(spring.stiffness for spring in springs)
         held = _held_by(joint, mechanism)
-        if held is None or stiffness <= 0:
+        if held is None or stiffness <= 0 or any(spring.law for spring in springs):
             continue
         turns = isinstance(springs[0], RotarySpring)
         parts, welds = mechanism.parts, mechanism.welds

@@ -8,7 +8,13 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from exudyn_flexlink.expressions import Expression, ExpressionError, in_words, parse_expression
+from exudyn_flexlink.expressions import (
+    Expression,
+    ExpressionError,
+    in_words,
+    parse_expression,
+    tokens_of,
+)
 from exudyn_flexlink.quantities import Angle, Coordinate, Force, Torque
 from exudyn_flexlink.scene.base import NEEDS_QUOTES, TAG, Part, is_cut, listed, refuse
 from exudyn_flexlink.units import Dimension
@@ -68,6 +74,9 @@ class ByOwn:
             found = parse_expression(value, self._own)
         except ExpressionError as error:
             refuse(f"'{value}': {error.message}", error.hint or NEEDS_QUOTES * is_cut(value))
+        if any(one.of for one in found.sensed) or any(x.text == "t" for x in tokens_of(value)):
+            hint = "a drive of type force or torque may be of time and state"
+            refuse(f"'{value}': may be of '{self._own}' alone", hint)
         if found.powers not in (None, self._dimension.powers._replace(rad=0)):
             wanted = self._dimension
             refuse(f"expected {wanted.words}, got {in_words(found.powers)}: '{value}'", wanted.hint)

@@ -180,9 +180,8 @@ class MinimalModel:
             force += self.all_springs.pull(state.x, state.v)
         supply = np.zeros(len(t))
         if self.loads.any:
-            applied = self.loads.push(t, state.x, state.v)
+            applied, supply = self.loads.push_and_supply(t, state.x, state.v)
             force += applied
-            supply += (applied * state.v).sum(axis=1)
         pushes, touching = self._push(state.x, state.v, force)
         wall = self.walls.push(state.x, state.v)
         if wall is not None:
