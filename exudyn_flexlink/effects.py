@@ -27,7 +27,7 @@ from exudyn_flexlink.scene import (
     references,
     split_point,
 )
-from exudyn_flexlink.source import Mistake, SceneError
+from exudyn_flexlink.source import KeyPath, Mistake, SceneError
 
 IMPACTS = ("penalty", "impulse")
 
@@ -261,16 +261,18 @@ def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
 
 
 def _require_stiffness(scene: Scene) -> None:
-    own = [(("contacts", name, "law"), contact) for name, contact in scene.contacts.items()]
-    own += [(_law_of(stop), stop) for stop in scene.stops.values()]
+    laws: list[tuple[KeyPath, object]] = [
+        *((("contacts", name, "law"), contact.law) for name, contact in scene.contacts.items()),
+        *((_law_of(stop), stop.law) for stop in scene.stops.values()),
+    ]
     mistakes = [
         Mistake(
             path,
             "no stiffness is known, which a penalty needs",
             "give 'type: penalty' and a 'stiffness'",
         )
-        for path, contact in own
-        if isinstance(contact.law, ImpulseLaw)
+        for path, law in laws
+        if isinstance(law, ImpulseLaw)
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)

@@ -169,3 +169,7 @@ class Impulse:
     """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap."""
 
     restitution: float
+
+
+PressingLaw = RestitutionPenalty | OneSided | Impulse
+"""Law of a contact of the scene."""

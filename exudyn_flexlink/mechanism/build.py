@@ -9,7 +9,14 @@ from typing import TypeVar
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty, SpringDamper, SpringTable
+from exudyn_flexlink.laws import (
+    Friction,
+    Impulse,
+    PressingLaw,
+    RestitutionPenalty,
+    SpringDamper,
+    SpringTable,
+)
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -17,7 +24,6 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
-    Pressing,
     TurnStop,
 )
 from exudyn_flexlink.mechanism.model import (
@@ -225,7 +231,7 @@ def _contact(
 def _stop(bodies: Bodies, name: str, stop: specs.Stop) -> Contact:
     """Return a hinge's stop, or a face across a slide at a length of it."""
     way, law = 1.0 if stop.end == "from" else -1.0, stop.law
-    pressing: Pressing
+    pressing: PressingLaw
     if isinstance(law, ImpulseLaw):
         pressing = Impulse(law.restitution)
     elif law.restitution is None:
@@ -243,7 +249,7 @@ def _stop(bodies: Bodies, name: str, stop: specs.Stop) -> Contact:
 def _rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
     """Return a rope or a buffer: a point in or outside a circle, or a face across a slide."""
     rope, length = spec.acts == "tension", spec.length or 0.0
-    law: Pressing = SpringDamper(spec.stiffness, spec.damping, spec.preload)
+    law: PressingLaw = SpringDamper(spec.stiffness, spec.damping, spec.preload)
     if isinstance(spec.force, ForceTable):
         rows = sorted((abs(place - length), abs(force)) for place, force in spec.force.points)
         depths, forces = zip(*rows, strict=True)

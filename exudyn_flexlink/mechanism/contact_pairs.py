@@ -7,12 +7,10 @@ from functools import cached_property
 from math import hypot, inf
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import Friction, Impulse, OneSided, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.mechanism.parts import Anchor
 
 MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
-Pressing = RestitutionPenalty | OneSided | Impulse
-"""Law of a contact of the scene."""
 UPPER, LOWER = 1.0, -1.0
 _WALLS = {UPPER: "upper wall", LOWER: "lower wall", 0.0: "axis"}
 _CORNERS = {UPPER: "upper corner", LOWER: "lower corner", 0.0: "middle"}
@@ -32,7 +30,7 @@ class FaceContact:
     start: Anchor
     end: Anchor
     side: float
-    law: Pressing
+    law: PressingLaw
     friction: Friction | None = None
 
     @property
@@ -64,7 +62,7 @@ class CircleContact:
     second: Anchor
     radii: tuple[float, float]
     inside: bool
-    law: Pressing
+    law: PressingLaw
     friction: Friction | None = None
 
     @property
@@ -103,7 +101,7 @@ class CurveContact:
     carrier: int
     side: float
     radius: float
-    law: Pressing
+    law: PressingLaw
     friction: Friction | None = None
 
     @property
@@ -137,7 +135,7 @@ class TurnStop:
     second: Anchor
     bound: float
     way: float
-    law: Pressing
+    law: PressingLaw
     friction: None = None
 
     @property

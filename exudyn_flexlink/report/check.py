@@ -139,10 +139,10 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
     ]
     for name, rope in scene.ropes.items():
         side, begins = ("longer", "pulls") if rope.acts == "tension" else ("shorter", "pushes")
-        what = f"{begins} where {side} than {number(rope.length or 0.0)} m"
+        what = f"{_where(rope)}, {begins} where {side} than {number(rope.length or 0.0)} m"
         if rope.preload:
             what += f", from {number(rope.preload)} N on"
-        rows.append([name, _where(rope), *_spring_numbers(rope), what])
+        rows.append([name, what, *_spring_numbers(rope)])
     for name in scene.bodies:
         for kind, what in (("stretch", "rods stretch"), ("hinge", "hinges")):
             own = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
@@ -155,18 +155,6 @@ class LinearSpring(Part):
         "a sign; left out: as assembled. One of length 0 between points draws them together, its "
         "damper in every direction too",
     )
-
-    @property
-    def striking(self) -> str:
-        """Where it pulls or pushes, 'body.point'; along a joint that is told by the joint alone."""
-        return next((point for point in reversed(self.points or ()) if point != GROUND), GROUND)
-
-    struck: ClassVar[None] = None
-
-    @property
-    def law(self) -> LinearSpring:
-        """What tells its force where it acts on one side."""
-        return self
 
     @model_validator(mode="after")
     def _acts_on_one_side(self) -> LinearSpring:

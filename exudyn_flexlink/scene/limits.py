@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import degrees
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -22,6 +22,9 @@ from exudyn_flexlink.quantities import (
 )
 from exudyn_flexlink.scene.base import GROUND, ByType, Part, refuse
 from exudyn_flexlink.scene.contacts import ImpulseLaw
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.scene.forces import LinearSpring
 
 
 class _StopPenalty(Part):
@@ -140,9 +143,22 @@ class Stop:
         return f"{self.joint} stops at {self.told(self.at)}"
 
 
+@dataclass(frozen=True)
+class Rope:
+    """A rope or a buffer as a contact; `striking` is a point that it acts on, 'body.point'."""
+
+    law: LinearSpring
+    striking: str
+    struck: None = None
+
+
+def moving(points: tuple[str, str]) -> str:
+    """Return the second of two points, the first where that is the ground."""
+    return next(point for point in reversed(points) if point != GROUND)
+
+
 def stops_of(joint: str, limits: Limits, points: tuple[str, str]) -> Iterator[tuple[str, Stop]]:
     """Give the stops of a joint of these points, by their names."""
-    striking = next(point for point in reversed(points) if point != GROUND)
     for end, at in (("from", limits.from_), ("to", limits.to)):
         if at is not None:
-            yield f"{joint}.{end}", Stop(joint, end, at, limits, striking)
+            yield f"{joint}.{end}", Stop(joint, end, at, limits, moving(points))

@@ -14,7 +14,7 @@ from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
 from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, Spring
 from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
-from exudyn_flexlink.scene.limits import TURNED, Stop, stops_of
+from exudyn_flexlink.scene.limits import TURNED, Rope, Stop, moving, stops_of
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, Outputs, Run, Solver
@@ -82,9 +82,15 @@ class Scene(Part):
         return {n: s for n, s in springs if isinstance(s, LinearSpring) and s.acts != "both"}
 
     @property
-    def all_contacts(self) -> dict[str, Contact | Stop | LinearSpring]:
+    def all_contacts(self) -> dict[str, Contact | Stop | Rope]:
         """Contacts of the scene, then stops of its joints, then ropes and buffers, by name."""
-        return {**self.contacts, **self.stops, **self.ropes}
+        ropes = {name: Rope(own, moving(self._ends(own))) for name, own in self.ropes.items()}
+        return {**self.contacts, **self.stops, **ropes}
+
+    def _ends(self, spring: LinearSpring) -> tuple[str, str]:
+        joint = self.joints.get(spring.joint or "")
+        assert spring.points or isinstance(joint, PrismaticJoint)  # names are checked
+        return spring.points or joint.points
 
     def unit_of(self, contact: str, unit: str) -> str:
         """Unit of what is told of a contact, by that of points: a hinge's stop turns."""

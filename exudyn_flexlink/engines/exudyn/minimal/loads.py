@@ -242,8 +242,9 @@ class _Spring:
     ) -> None:
         senses = () if isinstance(law.applied, Formula) and not law.senses else (sense,)
         self._size = LoadSize(layout, kinematics, Size(law.applied, senses))
-        self._sensor = _sensor(layout, kinematics, sense)
-        assert not isinstance(self._sensor, _Place)
+        sensor = _sensor(layout, kinematics, sense)
+        assert not isinstance(sensor, _Place)  # a spring has a length or an angle
+        self._sensor = sensor
         self.sizes = [self._size]
 
     def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
