@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
+from exudyn_flexlink.laws import SpringTable
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Assembly,
@@ -128,12 +129,17 @@ def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
 
 
 def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
-    """Name the drive whose expression has no value at the start."""
+    """Name the drive or the spring whose expression, or table, has no value at the start."""
     path: tuple[str | int, ...] = ("drives",)
     for name, drive in scene.drives.items():
         values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
         if any(isinstance(one, Expression) and one.text == error.text for one in values):
             path = ("drives", name, "value")
+    for name, spring in scene.springs.items():
+        key = "force" if isinstance(spring, LinearSpring) else "torque"
+        law = getattr(spring, key)
+        if error.text == (law.text if isinstance(law, Expression) else name):
+            path = ("springs", name, key)
     return Mistake(path, str(error), "as the mechanism starts")
 
 
@@ -159,6 +165,12 @@ def penetrations(scene: Scene, assembly: Assembly) -> list[Mistake]:
     state = assembly.state
     for contact in assembly.mechanism.contacts:
         if contact.name not in scene.contacts:
+            law, depth = contact.law, -float(approach(contact, state.q, state.v).gap)
+            if isinstance(law, SpringTable) and depth > law.depths[-1]:
+                message = f"the table ends {law.depths[-1]:.3g} m from 'length', it starts at "
+                hint = "give the table more rows: no force is made up beyond them"
+                path = ("springs", contact.name, "force")
+                found.append(Mistake(path, f"{message}{depth:.3g} m", hint))
             continue
         at = approach(contact, state.q, state.v)
         pressed = on_the_contact(contact, float(at.place)) and at.gap < -TOUCHING

@@ -16,6 +16,18 @@ from exudyn_flexlink.mechanism.prescribed import Antiderivative, Applied, Formul
 ROUNDED = 1e-12  # of a table's range: so little beyond its end is its end
 
 
+class TableEndError(NoValueError):
+    """A spring, `text`, has left its table at a time (s), for a place (m or rad) beyond it."""
+
+    advice = "give the table more rows: no force is made up beyond them"
+
+    def __init__(self, name: str, place: float, time: float) -> None:
+        ArithmeticError.__init__(
+            self, f"the table of '{name}' ends before {place:.6g}, where it is at t = {time:.6g} s"
+        )
+        self.text, self.time = name, time
+
+
 class PlaceTable(Applied):
     """Values between rows, by a length or an angle that is sensed: `rule` linear or cubic.
 
@@ -40,14 +52,13 @@ class PlaceTable(Applied):
         self.antiderivative = self._values.antiderivative()
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
-        """Values (n,) where something is sensed (n,); NoValueError beyond the rows."""
+        """Values (n,) where something is sensed (n,); TableEndError beyond the rows."""
         place, *sides = sensed
         low, high = self.ends
         beyond = np.maximum(low - place, place - high) > ROUNDED * (high - low)
         if beyond.any():
             k = int(np.argmax(beyond))
-            where = f"the table of '{self._name}' at {place[k]:.6g}"
-            raise NoValueError(where, float(np.ravel(time)[k]))
+            raise TableEndError(self._name, float(place[k]), float(np.ravel(time)[k]))
         if not sides:
             return np.asarray(self._values(place))
         piece = (1 - np.array(sides)).sum(axis=0).astype(int)

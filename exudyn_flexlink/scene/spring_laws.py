@@ -68,8 +68,10 @@ class ByOwn:
         """Read a formula; raise pydantic's error if it is none."""
         if isinstance(value, Expression):
             return value
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            value = repr(value)
         if not isinstance(value, str):
-            refuse(f"expected a table or a formula of '{self._own}', got {in_words_of(value)}")
+            refuse(f"expected a table or a formula of '{self._own}', got {value!r}")
         try:
             found = parse_expression(value, self._own)
         except ExpressionError as error:
@@ -100,8 +102,3 @@ class ByOwn:
 
 def _branch(value: Any) -> str:
     return TAG + "table" if isinstance(value, (dict, _SpringTable)) else TAG
-
-
-def in_words_of(value: object) -> str:
-    """Say what was given in place of a formula."""
-    return f"the number {value}" if isinstance(value, (int, float)) else f"{value!r}"
