@@ -1,11 +1,14 @@
 """Ropes, buffers, springs by a table or a formula: closed forms and independent integrations."""
 
-from math import sqrt
+import re
+from math import cos, pi, sqrt
 
 import numpy as np
 import pytest
 from test_physics_impulse import balanced
-from test_physics_tools import alone
+from test_physics_tools import alone, scene
+
+from exudyn_flexlink.engines import simulate
 
 G = 9.81
 CATCH = """
@@ -154,3 +157,38 @@ def test_a_spring_by_a_table_or_a_formula_keeps_energy(where, force, start, spee
         energy(place) - energy(start), abs=1e-11
     )
     assert balanced(result)
+
+
+def test_a_torsional_spring_by_a_formula_swings_like_a_pendulum():
+    """Of torque m g l sin(angle), from 60 deg: the period by the arithmetic-geometric mean."""
+    text = """
+bodies:
+  wheel: {type: rigid, mass: 1, inertia: 0.05, points: {c: [0, 0], rim: [0.1, 0]}}
+joints:
+  axle: {type: revolute, points: [ground, wheel.c], at: [0, 0]}
+springs:
+  spring: {type: torsional, joint: axle, torque: 4 N m * sin(angle)}
+initial: {angles: {wheel: 60 deg}}
+"""
+    a, b = 1.0, cos(pi / 6)
+    for _ in range(6):
+        a, b = (a + b) / 2, sqrt(a * b)
+    period = 2 * pi * sqrt(0.05 / 4) / a
+    end = f"run: {{duration: {period!r}, sample: {period / 8!r}}}\naccuracy: {{tolerance: 1.0e-11}}"
+    result = alone(text + end)
+    assert result.poses[[2, 4, 8], 0, 2] == pytest.approx([0, -pi / 3, pi / 3], abs=1e-9)
+    assert result.energy.stored[0] == 0
+    assert result.energy.kinetic.max() == pytest.approx(2, rel=1e-9)
+    assert balanced(result)
+
+
+@pytest.mark.parametrize("more", ["", ", acts: compression, length: 0.2"])
+def test_a_run_stops_where_a_table_ends(more):
+    force = "force: {points: [[0.15, -400], [0.2, -40]]}"
+    text = BUFFER.format(where=ALONG, force=force, time=0.1, sample=0.01)
+    text = text.replace(", acts: compression, length: 0.2", more)
+    text = text.replace("way: 0.3}, ", "way: 0.19}, ")
+    result = simulate(scene(text), measure=False)
+    assert not result.outcome.completed
+    assert re.search("the table of .*'buffer' ends", result.outcome.reason)
+    assert result.poses[-1, 0, 0] == pytest.approx(0.3 + 0.15, abs=1e-6)

@@ -5,7 +5,14 @@ from math import pi, sqrt
 
 import pytest
 from test_physics_impulse import balanced, impacts
-from test_physics_tools import alone
+from test_physics_tools import alone, scene
+
+from exudyn_flexlink.effects import idealise, with_impact
+from exudyn_flexlink.observables import force_peaks
+from exudyn_flexlink.report.contacts import strike_table
+from exudyn_flexlink.scene import ImpulseLaw
+from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.sweeps.rows import standard_row
 
 G = 9.81
 ROD = """
@@ -154,3 +161,36 @@ def test_a_hinge_lets_go_of_a_stop_with_a_damper():
     assert touch.separation_speed == pytest.approx(2.626158241, rel=1e-9)
     assert amplitudes(result, [touch.end, 1.0]) == pytest.approx([0.6223268582], abs=1e-4)
     assert balanced(result)
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+def test_a_slide_comes_back_from_its_stop_with_its_restitution(formulation):
+    """Both formulations: e of the speed, above the transition speed, without gravity."""
+    text = SLIDE.format(law="{stiffness: 1e6, restitution: 0.7}", time=0.3)
+    text = text.replace("gravity: 9.81", "").replace(
+        "guide: 0.5}", "guide: 0.5}, speeds_along: {guide: -3}"
+    )
+    result = alone(text, f"solver.formulation={formulation}", "accuracy.tolerance=1e-6")
+    (touch,) = result.intervals["guide.from"]
+    assert touch.begin == pytest.approx(0.5 / 3, abs=1e-6)
+    assert touch.separation_speed == pytest.approx(2.1, rel=2e-3)
+
+
+def test_without_impact_joints_are_free_and_impulses_take_the_restitution():
+    own = scene(SLIDE.format(law="{stiffness: 1e6, restitution: 0.7}", time=1))
+    assert idealise(own, ["impact"]).stops == {}
+    assert with_impact(own, "impulse").stops["guide.from"].law == ImpulseLaw(restitution=0.7)
+    damped = scene(SLIDE.format(law="{stiffness: 1e6, damping: 7}", time=1))
+    with pytest.raises(SceneError, match=r"joints\.guide\.limits\.law: no restitution is known"):
+        with_impact(damped, "impulse")
+
+
+def test_what_is_told_of_a_hinge_is_told_as_angles_and_torques():
+    law = "{stiffness: 3000, restitution: 0.6}"
+    result = rod(f"{{from: -90 deg, law: {law}}}", -50, 0.4)
+    peak = force_peaks(result)["contact torque of hinge.from"]
+    assert peak.unit == "N m"
+    assert peak.value == pytest.approx(result.extremes["hinge.from.torque_N_m"].greatest[0])
+    assert "hinge.from.penetration_rad" in result.extremes
+    assert "hinge.from.greatest_approach_speed_rad_per_s" in standard_row(result)
+    assert "rad/s" in strike_table(result, "hinge.from", 3).units
