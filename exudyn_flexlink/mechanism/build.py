@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import cos, pi, sin
+from math import pi
 from typing import TypeVar
 
 from exudyn_flexlink import scene as specs
@@ -12,10 +12,7 @@ from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
 from exudyn_flexlink.laws import (
     Friction,
     Impulse,
-    PressingLaw,
     RestitutionPenalty,
-    SpringDamper,
-    SpringTable,
 )
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
@@ -24,7 +21,6 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
-    TurnStop,
 )
 from exudyn_flexlink.mechanism.model import (
     LinearSpring,
@@ -36,7 +32,6 @@ from exudyn_flexlink.mechanism.model import (
     RotarySpring,
     Sense,
     Size,
-    Slide,
     Sliding,
     Slot,
     TorqueMotor,
@@ -45,13 +40,12 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
-from exudyn_flexlink.mechanism.spring_laws import PlaceTable, SpringLaw
+from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import (
     ContactLaw,
-    ForceTable,
     ImpulseLaw,
     RevoluteJoint,
     SleeveJoint,
@@ -117,8 +111,8 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         forces=tuple(_force(bodies, n, d) for n, d in _of(drives, specs.ForceDrive).items()),
         contacts=(
             *(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
-            *(_stop(bodies, n, stop) for n, stop in scene.stops.items()),
-            *(_rope(bodies, n, spring) for n, spring in scene.ropes.items()),
+            *(stop(bodies, n, own) for n, own in scene.stops.items()),
+            *(rope(bodies, n, own) for n, own in scene.ropes.items()),
         ),
         bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
@@ -179,29 +173,20 @@ def _rotary_spring(
             stiffness = inertia * (2 * pi * spring.frequency) ** 2
         if spring.damping_ratio is not None:
             damping = 2 * spring.damping_ratio * (stiffness * inertia) ** 0.5
-    law = _spring_law(name, spring.torque)
+    law = spring_law(name, spring.torque)
     return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle, law)
 
 
 def _linear_spring(bodies: Bodies, name: str, spec: specs.LinearSpring) -> LinearSpring:
     """Return a spring and damper between two points, or along a prismatic joint."""
     stiffness, damping, length = spec.stiffness, spec.damping, spec.length
-    law = _spring_law(name, spec.force)
+    law = spring_law(name, spec.force)
     if spec.joint is None:
         assert spec.points is not None  # the scene checks that there is one of both
         first, second = (bodies.anchor(point, spec.at) for point in spec.points)
         return LinearSpring(name, first, second, stiffness, damping, length, law=law)
     slide = bodies.slide(spec.joint)
     return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide, law)
-
-
-def _spring_law(name: str, given: specs.ForceLaw | specs.TorqueLaw | None) -> SpringLaw | None:
-    """Return the force of a spring by a table or a formula."""
-    if given is None:
-        return None
-    if isinstance(given, Expression):
-        return SpringLaw(Formula(given))
-    return SpringLaw(PlaceTable(name, given.points, given.rule))
 
 
 def _contact(
@@ -226,54 +211,6 @@ def _contact(
         curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
         return CurveContact(name, point, curve, carrier, side, contact.radius, *laws)
     return FaceContact(name, point, *_ends(bodies, contact), side, *laws)
-
-
-def _stop(bodies: Bodies, name: str, stop: specs.Stop) -> Contact:
-    """Return a hinge's stop, or a face across a slide at a length of it."""
-    way, law = 1.0 if stop.end == "from" else -1.0, stop.law
-    pressing: PressingLaw
-    if isinstance(law, ImpulseLaw):
-        pressing = Impulse(law.restitution)
-    elif law.restitution is None:
-        pressing = SpringDamper(law.stiffness, law.damping or 0.0)
-    else:
-        slow = law.transition_speed or RestitutionPenalty.transition_speed
-        pressing = RestitutionPenalty(law.stiffness, law.restitution, slow)
-    joint = bodies.scene.joints[stop.joint]
-    if isinstance(joint, RevoluteJoint):
-        return TurnStop(name, *bodies.ends(joint), stop.at, way, pressing)
-    face = _across(bodies, bodies.slide(stop.joint), stop.at)
-    return FaceContact(name, *face, -way, pressing)
-
-
-def _rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
-    """Return a rope or a buffer: a point in or outside a circle, or a face across a slide."""
-    rope, length = spec.acts == "tension", spec.length or 0.0
-    law: PressingLaw = SpringDamper(spec.stiffness, spec.damping, spec.preload)
-    if isinstance(spec.force, ForceTable):
-        rows = sorted((abs(place - length), abs(force)) for place, force in spec.force.points)
-        depths, forces = zip(*rows, strict=True)
-        law = SpringTable(depths, forces, spec.damping)
-    if spec.joint is not None:
-        face = _across(bodies, bodies.slide(spec.joint), length)
-        return FaceContact(name, *face, 1.0 if rope else -1.0, law)
-    assert spec.points is not None  # the scene checks that there is one of both
-    first, second = (bodies.anchor(point, spec.at) for point in spec.points)
-    return CircleContact(name, first, second, (0.0, length), rope, law)
-
-
-FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
-
-
-def _across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
-    """Return what slides, and a face across its line at a length (m); right of it is longer."""
-    half = FACE / 2 * max(part.reach for part in bodies.parts) or FACE
-    along_x, along_y = cos(slide.direction), sin(slide.direction)
-    x, y = slide.first.x + at * along_x, slide.first.y + at * along_y
-    start, end = (
-        Anchor(slide.first.part, x - side * along_y, y + side * along_x) for side in (-half, half)
-    )
-    return slide.second, start, end
 
 
 def _penalty(law: ContactLaw) -> RestitutionPenalty:

@@ -52,8 +52,8 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RigidBody, Scene, split_point
 
 BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
-SHOWN = ("curve", "ring", "rope", *BODIES)
-LABELLED = {"curve": "curve", "face": "stop", "rope": "rope or buffer"}
+SHOWN = ("curve", "ring", "rope", "stop", *BODIES)
+LABELLED = {"curve": "", "stop": "stop", "rope": "rope or buffer"}
 NEAR = 1e-9  # m: points nearer than this are named together
 BAND = 7.0  # points, of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
@@ -103,11 +103,7 @@ class Sketch:
     @cached_property
     def shown(self) -> list[Drawn]:
         """Curves, bodies, circles, ropes and stops, as lines."""
-        stops = {*self.scene.stops, *self.scene.ropes}
-        return [
-            *self.drawn(SHOWN),
-            *(own for own in self.drawn(["face"]) if own.line.name in stops),
-        ]
+        return self.drawn(SHOWN)
 
     def drawn(self, kinds: Collection[str]) -> list[Drawn]:
         """Lines of some kinds."""
@@ -150,8 +146,7 @@ class Sketch:
                 label = f"walls of {body}" if own.kind == "wall" else body
                 bodies[body] = Line2D([], [], label=label, **look)
             elif own.kind in LABELLED:
-                label = curve if own.kind == "curve" else LABELLED[own.kind]
-                curves[label] = Line2D([], [], label=label, **look)
+                curves[own.kind] = Line2D([], [], label=LABELLED[own.kind] or curve, **look)
         return [*bodies.values(), *curves.values()]
 
     def draw_path(self, axes: Axes, done: slice) -> None:
@@ -210,7 +205,7 @@ def _look(scene: Scene, own: Drawn) -> dict[str, Any]:
         "wall": {"linewidth": 2.0, "zorder": 2},
         "guide": {"linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2},
         "ring": {"linewidth": sized(1.2), "zorder": 3},
-        "face": {"linewidth": sized(2.2), "zorder": 3},
+        "stop": {"linewidth": sized(2.2), "zorder": 3},
         "rope": {"linewidth": sized(1.2), "zorder": 3},
         "bar": {"linewidth": sized(2.2), "zorder": 4},
         "link": {"linewidth": 1.5, "marker": ".", "markersize": sized(3), "zorder": 4},

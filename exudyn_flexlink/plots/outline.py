@@ -146,12 +146,13 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
 
 
 def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
-    """Faces, stops of hinges and ropes."""
+    """Faces, stops and ropes."""
     for own in model.contacts:
         if isinstance(own, FaceContact):
-            yield Drawn("face", RED, through(own.name, own.start, own.end))
+            kind = "face" if own.name in scene.contacts else "stop"
+            yield Drawn(kind, RED, through(own.name, own.start, own.end))
         elif isinstance(own, TurnStop):
-            yield Drawn("face", RED, through(own.name, *stop_ray(model, own)))
+            yield Drawn("stop", RED, through(own.name, *stop_ray(model, own)))
         elif own.name in scene.ropes and isinstance(own, CircleContact):
             yield Drawn("rope", GREEN, through(own.name, own.first, own.second))
 

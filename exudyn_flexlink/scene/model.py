@@ -88,9 +88,11 @@ class Scene(Part):
         return {**self.contacts, **self.stops, **ropes}
 
     def _ends(self, spring: LinearSpring) -> tuple[str, str]:
-        joint = self.joints.get(spring.joint or "")
-        assert spring.points or isinstance(joint, PrismaticJoint)  # names are checked
-        return spring.points or joint.points
+        if spring.points is not None:
+            return spring.points
+        joint = self.joints[spring.joint or ""]
+        assert isinstance(joint, PrismaticJoint)  # names are checked
+        return joint.points
 
     def unit_of(self, contact: str, unit: str) -> str:
         """Unit of what is told of a contact, by that of points: a hinge's stop turns."""
