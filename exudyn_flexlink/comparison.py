@@ -83,7 +83,9 @@ class Seen:
     @property
     def impacts(self) -> tuple[str, ...]:
         """Kinds of the contacts' laws: penalty, impulse."""
-        return tuple(dict.fromkeys(c.law.type for c in self.result.scene.contacts.values()))
+        scene = self.result.scene
+        struck = (*scene.contacts.values(), *scene.stops.values())
+        return tuple(dict.fromkeys(own.law.type for own in struck))
 
 
 @dataclass(frozen=True)
@@ -244,7 +246,7 @@ def compare(first: Result, second: Result, names: tuple[str, str] | None = None)
         spans = [f"{run.time[0]:.6g} to {run.time[-1]:.6g} s" for run in (first, second)]
         raise ValueError(f"the runs have no time in common: {' and '.join(spans)}")
     time, points = common_times(first, second), common_points(first, second)
-    contacts = [name for name in first.scene.contacts if name in second.scene.contacts]
+    contacts = [name for name in first.scene.all_contacts if name in second.scene.all_contacts]
     known = min(run.error.known_until for run in (first, second))
     return Comparison(
         point,
@@ -260,7 +262,7 @@ def compare(first: Result, second: Result, names: tuple[str, str] | None = None)
 def _check_one_scene(first: Result, second: Result) -> None:
     for what, of in (
         ("watched points", watched_point),
-        ("contacts", lambda scene: list(scene.contacts)),
+        ("contacts", lambda scene: list(scene.all_contacts)),
         ("struck bodies", struck_bodies),
         ("struck bodies' motions", lambda scene: {b: m.word for b, m in measures(scene).items()}),
     ):

@@ -22,11 +22,12 @@ from exudyn_flexlink.scene import (
     SleeveJoint,
     SlotJoint,
     Spring,
+    Stop,
     TorsionalSpring,
     references,
     split_point,
 )
-from exudyn_flexlink.source import Mistake, SceneError
+from exudyn_flexlink.source import KeyPath, Mistake, SceneError
 
 IMPACTS = ("penalty", "impulse")
 
@@ -37,8 +38,8 @@ def idealise(scene: Scene, without: Iterable[str]) -> Scene:
     - ``clearance``: sleeves and revolute joints are ideal: the link slides on its guide's axis, the
       journal stays in the middle of its bearing.
     - ``flexibility``: flexible bodies are rigid rods of the same length, mass and section.
-    - ``impact``: contacts go, and the bodies that are there only to be struck, with their joints,
-      springs and initial values. Walls and bearings stay: they go with the
+    - ``impact``: contacts and limits of joints go, and the bodies that are there only to be struck,
+      with their joints, springs and initial values. Walls and bearings stay: they go with the
       clearance.
     - ``friction``: contacts, walls and bearings are smooth.
     - ``damping``: hinges and springs lose nothing; contacts and walls keep their restitution, as
@@ -124,7 +125,7 @@ def _lossless(spring: Spring) -> Spring:
         return spring.model_copy(update={"damping": 0.0}) if spring.damping else spring
     if not spring.damping and not spring.damping_ratio:
         return spring
-    damper = spring.stiffness is None and spring.frequency is None
+    damper = spring.stiffness is None and spring.frequency is None and spring.torque is None
     stiffness = 0.0 if damper else spring.stiffness
     update = {"stiffness": stiffness, "damping": None, "damping_ratio": None}
     return spring.model_copy(update=update)
@@ -140,7 +141,8 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
     """Take contacts out, and the bodies that only they reach, with what holds those."""
     gone = _only_struck(scene)
     bodies = {name: body for name, body in scene.bodies.items() if name not in gone}
-    joints = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
+    kept = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
+    joints = {n: _limited(j, None) for n, j in kept.items()}
     return {
         "contacts": {},
         "curves": {name: curve for name, curve in scene.curves.items() if curve.on not in gone},
@@ -221,7 +223,8 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     """Return the scene with every contact's law an ``impulse`` or a ``penalty``, same restitution.
 
     Raises:
-        SceneError: a contact has no stiffness, so that there is no penalty to go back to.
+        SceneError: a contact has no stiffness, so that there is no penalty to go back to, or a
+            stop has a damper in place of a restitution.
         ValueError: there is no such impact.
 
     """
@@ -230,20 +233,46 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     if impact == "penalty":
         _require_stiffness(scene)
         return scene
+    lossy = [stop for stop in scene.stops.values() if stop.law.restitution is None]
+    if lossy:
+        raise SceneError(scene.document, [Mistake(_law_of(own), UNKNOWN, HINT) for own in lossy])
     laws = {n: ImpulseLaw(restitution=c.law.restitution) for n, c in scene.contacts.items()}
     contacts = {n: c.model_copy(update={"law": laws[n]}) for n, c in scene.contacts.items()}
-    return scene.changed(contacts=contacts)
+    rigid = {s.joint: ImpulseLaw(restitution=s.law.restitution) for s in scene.stops.values()}
+    joints = {n: _limited(j, rigid[n]) if n in rigid else j for n, j in scene.joints.items()}
+    return scene.changed(contacts=contacts, joints=joints)
+
+
+UNKNOWN = "no restitution is known, which an impulse needs"
+HINT = "give a 'restitution' in place of 'damping'"
+
+
+def _law_of(stop: Stop) -> tuple[str, ...]:
+    return (*stop.path[:-1], "law")
+
+
+def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
+    """Return a joint with another law of its limits, if it has some; None: without limits."""
+    limits = getattr(joint, "limits", None)
+    if limits is None:
+        return joint
+    changed = None if law is None else limits.model_copy(update={"law": law})
+    return joint.model_copy(update={"limits": changed})
 
 
 def _require_stiffness(scene: Scene) -> None:
+    laws: list[tuple[KeyPath, object]] = [
+        *((("contacts", name, "law"), contact.law) for name, contact in scene.contacts.items()),
+        *((_law_of(stop), stop.law) for stop in scene.stops.values()),
+    ]
     mistakes = [
         Mistake(
-            ("contacts", name, "law"),
+            path,
             "no stiffness is known, which a penalty needs",
             "give 'type: penalty' and a 'stiffness'",
         )
-        for name, contact in scene.contacts.items()
-        if not isinstance(contact.law, ContactLaw)
+        for path, law in laws
+        if isinstance(law, ImpulseLaw)
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)

@@ -175,7 +175,7 @@ def assemble_scene(scene: Scene) -> Assembly:
     except CannotMoveError as error:
         raise SceneError(scene.document, [speed_mistake(error)]) from error
     mistakes = [
-        *penetrations(assembly),
+        *penetrations(scene, assembly),
         *pressed_walls(assembly),
         *outside_guides(scene, assembly),
         *redundancies(scene, assembly),

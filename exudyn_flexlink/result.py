@@ -96,11 +96,13 @@ class EngineSettings:
 class ContactHistory:
     """How a point met a face, or a circle another: when it touched, and samples of its motion.
 
+    Of a hinge's stop gaps are angles (rad) and forces torques (N m), of its touches, too.
+
     Gap (m, positive when apart), place along the face, or around the second circle, (m) and force
     (N) at the samples.
     """
 
-    gap: Annotated[FloatArray, Variable("time", "m", "gap between what may touch")]
+    gap: Annotated[FloatArray, Variable("time", "m", "gap of what may touch; rad at a hinge")]
     place: Annotated[FloatArray, Variable("time", "m", "place along the face or the circle")]
     force: Annotated[FloatArray, Variable("time", "N", "normal force")]
     touches: Intervals

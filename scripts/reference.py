@@ -146,12 +146,13 @@ def model_file() -> Iterator[str]:
 def reached(value: Schema, parts: Schema) -> list[str]:
     """Names of the definitions that a key refers to, and those that they refer to, in order."""
     found: list[str] = []
-    for name in references(value):
+    left = references(value)
+    while left:
+        name = left.pop(0)
         if name not in found:
             found.append(name)
-            deeper = [references(key) for key in parts[name]["properties"].values()]
-            found += [inner for inners in deeper for inner in inners if inner not in found]
-    return list(dict.fromkeys(found))
+            left = [*references(parts[name]["properties"]), *left]
+    return found
 
 
 def references(value: Any) -> list[str]:

@@ -19,29 +19,29 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_375,
-    "engines/exudyn/minimal": 4_825,
+    "engines": 2_400,
+    "engines/exudyn/minimal": 5_055,
     "engines/exudyn/redundant": 3_360,
-    "engines/lagrangian": 2_050,
-    "mechanism": 4_800,
-    "scene": 3_185,
-    "expressions": 1_245,
+    "engines/lagrangian": 2_055,
+    "mechanism": 5_135,
+    "scene": 3_580,
+    "expressions": 1_250,
     "curves": 1_435,
-    "observables": 1_940,
+    "observables": 1_950,
     "accuracy": 940,
     "stability": 880,
     "verification": 440,
     "storage": 2_040,
     "sweeps": 1_515,
-    "plots": 3_295,
-    "report": 1_915,
+    "plots": 3_325,
+    "report": 1_955,
     "page": 335,
     "animation": 1_685,
     "cli": 2_730,
     "api": 1_895,
-    "": 4_825,
+    "": 4_980,
 }
-WHOLE = {PACKAGE: 49_350, "tests": 25_930, "scripts": 8_420}
+WHOLE = {PACKAGE: 50_590, "tests": 26_350, "scripts": 8_440}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -33,7 +33,7 @@ from exudyn_flexlink.plots.style import BLACK, GREY
 INK, PALE, TOUCH, GLOW = BLACK, GREY, "#E5401A", "#FF7A22"
 
 WIDTHS = {"curve": 1.4, "face": 5.0, "wall": 2.6, "guide": 9.0, "spring": 1.5, "ring": 1.6,
-          "spoke": 1.2, "bar": 3.0, "link": 3.0}  # fmt: skip
+          "rope": 1.5, "stop": 4.0, "spoke": 1.2, "bar": 3.0, "link": 3.0}  # fmt: skip
 """Widths of lines, in pixels of a picture that is `WIDE` pixels wide."""
 WIDE = 620.0
 THINNEST, BROADEST = 0.75, 1.5  # times those widths, in small and in large pictures

@@ -93,7 +93,7 @@ class Result(PlainResult):
         """
         return observables.joint_force(self, name)
 
-    @takes(contact=among(lambda own: own.scene.contacts, "contact"))
+    @takes(contact=among(lambda own: own.scene.all_contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
         """Return the strikes of a contact in order, each a burst of touches.
 

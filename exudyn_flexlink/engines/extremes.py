@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.integrate.turning import ROUNDING, StepPolynomial, TurnSeeker, highest
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, OneSided, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact, approach
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes
@@ -34,7 +34,7 @@ class ExtremeSeeker:
         self._polynomial = StepPolynomial(nodes)
         self._seeker = TurnSeeker(len(self._watched.names))
         self._pressed: list[list[tuple[FloatArray, ...]]] = [[] for _ in contacts]
-        self._laws: dict[RestitutionPenalty, list[int]] = {}
+        self._laws: dict[RestitutionPenalty | OneSided, list[int]] = {}
         for k, contact in enumerate(contacts):
             if not isinstance(contact.law, Impulse):  # rigid: no depth tells its force
                 self._laws.setdefault(contact.law, []).append(k)
@@ -70,7 +70,7 @@ class ExtremeSeeker:
 
     def _press(
         self,
-        law: RestitutionPenalty,
+        law: RestitutionPenalty | OneSided,
         which: list[int],
         steps: tuple[FloatArray, FloatArray],
         motion: tuple[FloatArray, FloatArray],
@@ -134,7 +134,8 @@ class ExtremeSeeker:
         for k, contact in enumerate(self.contacts):
             if contact.name in self._watched.contacts:
                 force, depth = self._of_contact(k)
-                found |= dict(zip(Watched.of_contact(contact.name), (force, depth), strict=True))
+                names = self._watched.of_contact(contact.name)
+                found |= dict(zip(names, (force, depth), strict=True))
         return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.problem import Press, Pressing
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import RestitutionPenalty, SpringDamper
 from exudyn_flexlink.mechanism import Channel, Contact
 
 
@@ -33,19 +33,40 @@ def law_numbers(contacts: Sequence[Contact | Channel]) -> FloatArray:
     for own in contacts:
         law, rub = own.law, own.friction
         gives = (0.0, 0.0, 1.0)
-        if not isinstance(law, Impulse):
+        if isinstance(law, RestitutionPenalty):
             gives = law.elastic, law.lossy, law.transition_speed
         found.append((*gives, rub.coefficient if rub else 0.0, rub.slip_speed if rub else 1.0))
     return np.asarray(np.array(found).reshape(-1, 5).T, dtype=np.float64)
 
 
-def press_by(laws: Sequence[RestitutionPenalty]) -> Press:
-    """Forces of contacts and their slopes, by gaps and rates (..., c, 2); none where they open."""
-    numbers = np.array([(law.elastic, law.lossy, law.transition_speed) for law in laws]).T
+def press_by(laws: Sequence[RestitutionPenalty | SpringDamper]) -> Press:
+    """Forces of contacts and their slopes, by gaps and rates (..., c, 2); none where they open.
+
+    What lets go before it opens is followed beyond.
+    """
+    lets_go = np.array([isinstance(law, SpringDamper) for law in laws])
+    numbers = np.array([_rising(law) for law in laws]).T
+    preload, damping = np.array([_letting_go(law) for law in laws]).T
 
     def press(touching: FloatArray) -> Pressing:
-        gap = touching[..., 0]
-        found, closed = pressing(numbers, gap, touching[..., 1]), gap < 0
-        return found._replace(force=found.force * closed, stiffness=found.stiffness * closed)
+        gap, rate = touching[..., 0], touching[..., 1]
+        found, closed = pressing(numbers, gap, rate), (gap < 0) | lets_go
+        force = found.force * closed
+        if lets_go.any():
+            force = force + preload - damping * rate
+            found = found._replace(damping=found.damping + damping)
+        return found._replace(force=force, stiffness=found.stiffness * closed)
 
     return press
+
+
+def _rising(law: RestitutionPenalty | SpringDamper) -> tuple[float, float, float]:
+    """Elastic and lossy part of a stiffness (N/m), and the transition speed (m/s)."""
+    if isinstance(law, SpringDamper):
+        return law.stiffness, 0.0, 1.0
+    return law.elastic, law.lossy, law.transition_speed
+
+
+def _letting_go(law: RestitutionPenalty | SpringDamper) -> tuple[float, float]:
+    """Preload (N) and damping (N s/m) of a law that lets go."""
+    return (law.preload, law.damping) if isinstance(law, SpringDamper) else (0.0, 0.0)

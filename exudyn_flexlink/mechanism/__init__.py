@@ -17,6 +17,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    TurnStop,
     deepest_allowed,
     pair_sides,
     pairs,
@@ -65,6 +66,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches
 from exudyn_flexlink.mechanism.model import (
+    Apart,
     LinearSpring,
     Mechanism,
     Motor,

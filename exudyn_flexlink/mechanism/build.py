@@ -9,7 +9,11 @@ from typing import TypeVar
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import (
+    Friction,
+    Impulse,
+    RestitutionPenalty,
+)
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -36,10 +40,18 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.scene import ContactLaw, ImpulseLaw, RevoluteJoint, SleeveJoint, Table, Value
+from exudyn_flexlink.scene import (
+    ContactLaw,
+    ImpulseLaw,
+    RevoluteJoint,
+    SleeveJoint,
+    Table,
+    Value,
+)
 from exudyn_flexlink.source import Mistake, SceneError
 
 Spec = TypeVar("Spec")
@@ -84,7 +96,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
             *bodies.springs,
         ),
         linear_springs=(
-            *(_linear_spring(bodies, n, s) for n, s in linear.items()),
+            *(_linear_spring(bodies, n, s) for n, s in linear.items() if n not in scene.ropes),
             *bodies.linear_springs,
         ),
         speed_motors=tuple(
@@ -97,7 +109,11 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
             for n, d in _of(drives, specs.TorqueDrive).items()
         ),
         forces=tuple(_force(bodies, n, d) for n, d in _of(drives, specs.ForceDrive).items()),
-        contacts=tuple(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
+        contacts=(
+            *(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
+            *(stop(bodies, n, own) for n, own in scene.stops.items()),
+            *(rope(bodies, n, own) for n, own in scene.ropes.items()),
+        ),
         bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
         gravity=scene.gravity,
@@ -157,18 +173,20 @@ def _rotary_spring(
             stiffness = inertia * (2 * pi * spring.frequency) ** 2
         if spring.damping_ratio is not None:
             damping = 2 * spring.damping_ratio * (stiffness * inertia) ** 0.5
-    return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle)
+    law = spring_law(name, spring.torque)
+    return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle, law)
 
 
 def _linear_spring(bodies: Bodies, name: str, spec: specs.LinearSpring) -> LinearSpring:
     """Return a spring and damper between two points, or along a prismatic joint."""
     stiffness, damping, length = spec.stiffness, spec.damping, spec.length
+    law = spring_law(name, spec.force)
     if spec.joint is None:
         assert spec.points is not None  # the scene checks that there is one of both
         first, second = (bodies.anchor(point, spec.at) for point in spec.points)
-        return LinearSpring(name, first, second, stiffness, damping, length)
+        return LinearSpring(name, first, second, stiffness, damping, length, law=law)
     slide = bodies.slide(spec.joint)
-    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide)
+    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide, law)
 
 
 def _contact(

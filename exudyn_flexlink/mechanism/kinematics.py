@@ -9,6 +9,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.model import (
+    Apart,
     Mechanism,
     Motor,
     PointForce,
@@ -124,6 +125,9 @@ def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
         return turning(sense.first, sense.second, x)
     if isinstance(sense, Sliding):
         return speed_along(sense.slide, q, v) if sense.is_speed else length_along(sense.slide, q)
+    if isinstance(sense, Apart):
+        between = anchor_position(sense.second, q) - anchor_position(sense.first, q)
+        return np.asarray(np.hypot(between[..., 0], between[..., 1]))
     return np.asarray(anchor_position(sense.point, q)[..., sense.axis])
 
 

@@ -16,6 +16,7 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact, Contact
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
+from exudyn_flexlink.mechanism.spring_laws import SpringLaw
 
 KNOT_TIME = 1e-12  # s: instants so near to each other are one
 
@@ -68,7 +69,8 @@ class Slot:
 class RotarySpring:
     """Torsional spring and damper between two parts: N m/rad, N m s/rad.
 
-    `rest_angle` (rad) is that of the second part relative to the first; None: as assembled.
+    `rest_angle` (rad) is that of the second part relative to the first; None: as assembled. A
+    `law` adds a torque by the angle.
     """
 
     name: str
@@ -77,6 +79,7 @@ class RotarySpring:
     stiffness: float
     damping: float
     rest_angle: float | None
+    law: SpringLaw | None = None
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ class LinearSpring:
     It acts along the line between them, without force at `length` (m); None: as assembled. One of
     length 0 draws the second anchor to the first in every direction, as does its damper. Along a
     `slide` it acts on how far that is out: then its length has a sign, and its anchors are those of
-    the slide.
+    the slide. A `law` adds a force by the length.
     """
 
     name: str
@@ -96,6 +99,7 @@ class LinearSpring:
     damping: float
     length: float | None
     slide: Slide | None = None
+    law: SpringLaw | None = None
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,21 @@ class Sliding:
     is_speed: bool
 
 
-Sense = Turning | Placed | Sliding
+@dataclass(frozen=True)
+class Apart:
+    """Senses how far apart two anchors are, m."""
+
+    first: Anchor
+    second: Anchor
+
+
+Sense = Turning | Placed | Sliding | Apart
+
+
+def _length_sense(spring: LinearSpring) -> Sliding | Apart:
+    if spring.slide is not None:
+        return Sliding(spring.slide, is_speed=False)
+    return Apart(spring.first, spring.second)
 
 
 @dataclass(frozen=True)
@@ -238,6 +256,15 @@ class Mechanism:
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:
         """Springs at angles, then those between anchors."""
         return (*self.springs, *self.linear_springs)
+
+    @property
+    def spring_laws(self) -> list[tuple[SpringLaw, Sense]]:
+        """Springs by a table or a formula, and what it is of."""
+        found: list[tuple[SpringLaw | None, Sense]] = [
+            *((s.law, Turning(s.first, s.second, is_speed=False)) for s in self.springs),
+            *((s.law, _length_sense(s)) for s in self.linear_springs),
+        ]
+        return [(law, sense) for law, sense in found if law is not None]
 
     @property
     def turned_by_drives(self) -> list[tuple[int, int]]:

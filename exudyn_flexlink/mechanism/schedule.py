@@ -19,7 +19,7 @@ from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
-from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene, SpeedDrive
+from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene, SpeedDrive, TorsionalSpring
 from exudyn_flexlink.source import Mistake
 
 FEWEST = 2000  # of a run, however short: enough for any figure
@@ -37,6 +37,12 @@ ELASTIC_STEPS = 2.0  # times the steps there: 60 lose 1e-5 of the energy in an i
 # (`scripts/rounding.py`); without a strike 4e-15 m, from where on steps are as short as can be.
 ROUNDINGS = 5e3
 NO_SMALL_PART = 0.1  # of what a mechanism reaches: an error that hides how it moves
+
+
+NO_JUMPS = (
+    "redundant coordinates need a penalty law; speeds that jump are for the formulation 'minimal' "
+    "and for the engine 'lagrangian'"
+)
 
 
 @dataclass(frozen=True)
@@ -131,7 +137,9 @@ def formulation(scene: Scene) -> str:
 
 
 def beyond_redundant(scene: Scene) -> list[Mistake]:
-    """Return the contacts that Exudyn's own solver does not know: at curves, and where speeds jump.
+    """Return the contacts that Exudyn's own solver does not know.
+
+    Those at curves, at stops of hinges or with a damper, ropes, and where speeds jump.
 
     It is what steps redundant coordinates, with beams or without.
     """
@@ -141,11 +149,22 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
             found.append(Mistake(("contacts", name), message))
         elif isinstance(contact.law, ImpulseLaw):
-            message = (
-                "redundant coordinates need a penalty law; speeds that jump are for the "
-                "formulation 'minimal' and for the engine 'lagrangian'"
-            )
-            found.append(Mistake(("contacts", name, "law"), message))
+            found.append(Mistake(("contacts", name, "law"), NO_JUMPS))
+    for name, spring in scene.springs.items():
+        key = "torque" if isinstance(spring, TorsionalSpring) else "force"
+        if getattr(spring, key) is not None and name not in scene.ropes:
+            message = "Exudyn's own solver has linear springs alone: take 'formulation: minimal'"
+            found.append(Mistake(("springs", name, key), message))
+    for name in scene.ropes:
+        message = "Exudyn's own solver has no springs of one side: take 'formulation: minimal'"
+        found.append(Mistake(("springs", name, "acts"), message))
+    for stop in scene.stops.values():
+        if stop.turns or getattr(stop.law, "restitution", None) is None:
+            what = "of hinges" if stop.turns else "with a damper"
+            message = f"Exudyn's own solver has no stops {what}: take 'formulation: minimal'"
+            found.append(Mistake(stop.path, message))
+        elif isinstance(stop.law, ImpulseLaw):
+            found.append(Mistake((*stop.path[:-1], "law"), NO_JUMPS))
     return found
 
 

@@ -142,7 +142,7 @@ def _facts(result: Result) -> Table:
 
 
 def _strikes(result: Result, pictures: Mapping[str, Picture]) -> Section:
-    contacts = result.scene.contacts
+    contacts = result.scene.all_contacts
     tables = [strike_table(result, contact, MOST_STRIKES) for contact in contacts]
     texts = [f"{told.caption}: none." for told in tables if not told.rows]
     answers = response_table(result)

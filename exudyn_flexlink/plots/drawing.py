@@ -63,7 +63,7 @@ def mechanism(
     instants of a turn.
     What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
     """
-    found = [one for name in result.scene.contacts for one in strikes(result, name)]
+    found = [one for name in result.scene.all_contacts for one in strikes(result, name)]
     first = min(found, key=lambda strike: strike.begin, default=None) if instants is None else None
     shown = _instants(result, first) if instants is None else [(time, "") for time in instants]
     if not shown:
@@ -160,7 +160,7 @@ def _zoom_of(sketch: Sketch, result: Result, strike: Strike) -> _Zoom | None:
     """
     until = min(strike.begin + ZOOM_TIME * (strike.end - strike.begin), float(result.time[-1]))
     samples = [result.sample_at(t) for t in np.linspace(strike.begin, until, ZOOM_INSTANTS)]
-    body = split_point(result.scene.contacts[strike.contact].striking)[0]
+    body = split_point(result.scene.all_contacts[strike.contact].striking)[0]
     # Of the body that strikes, the half at its end is to be seen.
     halves = [line[len(line) // 2 :] for line in sketch.lines(body, samples[0])]
     points = np.concatenate([sketch.track[samples[0] : samples[-1] + 1], *halves])
@@ -190,7 +190,7 @@ def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
     if strike is None:
         return [(time, "") for time in _over_a_turn(result)]
     chosen = [(float(result.time[0]), "start"), (strike.begin, FIRST)]
-    if result.scene.contacts[strike.contact].struck is not None:
+    if result.scene.all_contacts[strike.contact].struck is not None:
         response = lever_response(result, strike.contact)
         peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
         chosen.append((peak, f"{response.body} farthest"))

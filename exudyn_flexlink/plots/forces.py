@@ -123,7 +123,8 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
         axes.plot(1e3 * since[inside], force, color=colour, marker=".", markersize=sized(2.5),
                   linewidth=0.8, label=label)  # fmt: skip
     axes.set_xlabel("time since the first touch (ms)")
-    axes.set_ylabel("contact force\n(N)")
+    unit = " or ".join(dict.fromkeys(result.scene.unit_of(name, "N") for name in zooms))
+    axes.set_ylabel(f"contact force\n({unit})")
     legend_outside(axes)
 
 
@@ -150,7 +151,7 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
 
 def _acts(result: Result, force: Force) -> bool:
     """Tell whether a force is ever there; a touch may be shorter than what is between samples."""
-    contact = result.contacts.get(force.name) if force.quantity == "contact force" else None
+    contact = result.contacts.get(force.name) if force.quantity.startswith("contact") else None
     touched = contact is not None and len(contact.touches) > 0
     return touched or bool(np.any(force.size))
 

@@ -116,7 +116,7 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
 
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
-    found = [strike for name in result.scene.contacts for strike in strikes(result, name)]
+    found = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
     begins = [strike.begin for strike in found]
     before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in found])
     x = np.interp(begins, result.time, turned_since_start(result)) - before

@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     Slot,
+    TurnStop,
     anchor_position,
     angle_of,
     left_of,
@@ -44,6 +45,7 @@ from exudyn_flexlink.scene import (
 ROUND = 73  # points of a circle, the last on the first
 COILS = 6  # of a linear spring
 _BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
+RAY = 0.4  # of the length of what turns: a stop of its hinge
 MARGIN = 0.05  # of the size of what is shown, around it
 THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs some height
 
@@ -127,11 +129,11 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     tracks: list[Slot | CurveContact] = [*model.slots, *on_curves]
     for track in tracks:
         yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
-    for face in faces(model):
-        yield Drawn("face", RED, through(face.name, face.start, face.end))
+    yield from _drawn_faces(scene, model)
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    circles = [(own.name, *circle) for own in model.contacts for circle in circles_of(own)]
+    round_ones = [own for own in model.contacts if own.name not in scene.ropes]
+    circles = [(own.name, *circle) for own in round_ones for circle in circles_of(own)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
@@ -144,6 +146,18 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
             yield Drawn("spring", GREEN, through(spring.name, spring.first, spring.second))
     for body in scene.bodies:
         yield from _drawn_body(scene, model, body)
+
+
+def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
+    """Faces, stops and ropes."""
+    for own in model.contacts:
+        if isinstance(own, FaceContact):
+            kind = "face" if own.name in scene.contacts else "stop"
+            yield Drawn(kind, RED, through(own.name, own.start, own.end))
+        elif isinstance(own, TurnStop):
+            yield Drawn("stop", RED, through(own.name, *stop_ray(model, own)))
+        elif own.name in scene.ropes and isinstance(own, CircleContact):
+            yield Drawn("rope", GREEN, through(own.name, own.first, own.second))
 
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
@@ -197,6 +211,17 @@ def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
 def faces(model: Mechanism) -> list[FaceContact]:
     """Contacts of a point with a face."""
     return [contact for contact in model.contacts if isinstance(contact, FaceContact)]
+
+
+def stop_ray(model: Mechanism, stop: TurnStop) -> tuple[Anchor, Anchor]:
+    """A short ray from a hinge to where the centre of what turns, or its x-axis, is at the stop."""
+    base, moving, angle = stop.first, stop.second, stop.bound
+    if moving.part == GROUND:
+        base, moving, angle = moving, base, -angle
+    part = model.parts[moving.part]
+    away = complex(*part.centre) - complex(moving.x, moving.y)
+    tip = RAY * part.reach * np.exp(1j * (angle + np.angle(away)))
+    return base, Anchor(base.part, base.x + tip.real, base.y + tip.imag)
 
 
 def coil(ends: FloatArray) -> FloatArray:

@@ -106,7 +106,7 @@ def _scale(response: LeverResponse) -> tuple[float, str]:
 
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
     """Tick every impact at the lower edge: impulses have no duration that a span could show."""
-    own = [n for n, c in result.scene.contacts.items() if c.struck == body]
+    own = [n for n, c in result.scene.all_contacts.items() if c.struck == body]
     hits = [
         interval.begin for n in own for interval in result.contacts[n].touches if interval.impact
     ]

@@ -31,7 +31,8 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RigidBody, Scene
 
 BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
-SHOWN = ("curve", "ring", *BODIES)
+SHOWN = ("curve", "ring", "rope", "stop", *BODIES)
+LABELLED = {"curve": "", "stop": "stop", "rope": "rope or buffer"}
 NEAR = 0.06  # of what is shown: names of points nearer than this would hide each other
 BAND = 7.0  # points, of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
@@ -69,7 +70,7 @@ class Sketch:
 
     @cached_property
     def shown(self) -> list[Drawn]:
-        """Curves, bodies and circles, as lines."""
+        """Curves, bodies, circles, ropes and stops, as lines."""
         return self.drawn(SHOWN)
 
     def drawn(self, kinds: Collection[str]) -> list[Drawn]:
@@ -113,8 +114,8 @@ class Sketch:
                 told = f"{body} {(letters or {}).get(body, '')}".rstrip()
                 label = f"walls of {told}" if own.kind == "wall" else told
                 bodies[body] = Line2D([], [], label=label, **look)
-            elif own.kind == "curve":
-                curves[curve] = Line2D([], [], label=curve, **look)
+            elif own.kind in LABELLED:
+                curves[own.kind] = Line2D([], [], label=LABELLED[own.kind] or curve, **look)
         return [*bodies.values(), *curves.values()]
 
     def draw_path(self, axes: Axes, done: slice) -> None:
@@ -182,6 +183,8 @@ def _look(scene: Scene, own: Drawn) -> dict[str, Any]:
         "wall": {"linewidth": 2.0, "zorder": 2},
         "guide": {"linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2},
         "ring": {"linewidth": sized(1.2), "zorder": 3},
+        "stop": {"linewidth": sized(2.2), "zorder": 3},
+        "rope": {"linewidth": sized(1.2), "zorder": 3},
         "bar": {"linewidth": sized(2.2), "zorder": 4},
         "link": {"linewidth": 1.5, "marker": ".", "markersize": sized(3), "zorder": 4},
     }

@@ -141,7 +141,7 @@ def notes(study: Study) -> list[str]:
         )
     found += _of_rods(study, "rods" in kinds)
     if not stiffnesses(study.scene):
-        why = "strike by impulses" if study.scene.contacts else "there is no contact"
+        why = "strike by impulses" if study.scene.all_contacts else "there is no contact"
         found.append(f"contact compliance: none, {why}")
     elif "contact" not in kinds:
         found.append("contact compliance: not told, there was no time to vary it")

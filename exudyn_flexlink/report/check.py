@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
+from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
@@ -22,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     resolutions,
     turn_goal,
 )
+from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.parts import (
     curve_lines,
@@ -43,10 +45,12 @@ from exudyn_flexlink.scene import (
     RevoluteJoint,
     Scene,
     SleeveJoint,
+    SlidePenalty,
     SlotJoint,
     Spring,
     Table,
     TorsionalSpring,
+    TurnPenalty,
     Value,
 )
 
@@ -133,6 +137,12 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
         for spring in mechanism.all_springs
         if spring.name in scene.springs
     ]
+    for name, rope in scene.ropes.items():
+        side, begins = ("longer", "pulls") if rope.acts == "tension" else ("shorter", "pushes")
+        what = f"{_where(rope)}, {begins} where {side} than {number(rope.length or 0.0)} m"
+        if rope.preload:
+            what += f", from {number(rope.preload)} N on"
+        rows.append([name, what, *_spring_numbers(rope)])
     for name in scene.bodies:
         for kind, what in (("stretch", "rods stretch"), ("hinge", "hinges")):
             own = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]
@@ -154,10 +164,16 @@ def _placed(at: tuple[float, float] | None) -> str:
     return "" if at is None else f" at ({number(at[0])}, {number(at[1])}) m"
 
 
-def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
-    force, change = ("N", "m") if isinstance(spring, LinearSpring) else ("N m", "rad")
+def _spring_numbers(spring: RotarySpring | LinearSpring | specs.LinearSpring) -> list[str]:
+    force, change = ("N m", "rad") if isinstance(spring, RotarySpring) else ("N", "m")
+    rest = "no spring"
+    if isinstance(spring, specs.LinearSpring):
+        rest = "a table"  # of what has no stiffness and acts on one side
+    elif spring.law is not None:
+        own = spring.law.applied
+        rest = str(own.expression) if isinstance(own, Formula) else "a table"
     return [
-        f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else "no spring",
+        f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else rest,
         f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
     ]
 
@@ -186,7 +202,7 @@ def _value(value: Value, unit: str) -> str:
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = [[name, str(c), *_law(c.law)] for name, c in scene.contacts.items()]
+    rows = [[name, str(c), *_law(c.law)] for name, c in {**scene.contacts, **scene.stops}.items()]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
@@ -205,7 +221,12 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     return section("Contacts", rows)
 
 
-def _law(law: Law) -> list[str]:
+def _law(law: Law | SlidePenalty | TurnPenalty) -> list[str]:
+    if isinstance(law, (SlidePenalty, TurnPenalty)):
+        unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
+        damped = f"c {number(law.damping or 0.0)} {unit[1]}"
+        lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
+        return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
     restitution = f"restitution {number(law.restitution)}"
     if not isinstance(law, ContactLaw):
         return ["rigid, by impulse", restitution, ""]

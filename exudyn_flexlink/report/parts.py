@@ -30,7 +30,16 @@ from exudyn_flexlink.mechanism import (
     wound_at_start,
 )
 from exudyn_flexlink.report.text import Table, listed, number, section, table
-from exudyn_flexlink.scene import ContactLaw, FlexibleBody, Law, RevoluteJoint, Scene, SleeveJoint
+from exudyn_flexlink.scene import (
+    ContactLaw,
+    FlexibleBody,
+    Law,
+    RevoluteJoint,
+    Scene,
+    SleeveJoint,
+    SlidePenalty,
+    TurnPenalty,
+)
 
 MODES = 4
 STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
@@ -80,7 +89,7 @@ def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
     for joint, springs in _springs_of_joints(scene, mechanism).items():
         stiffness = sum(spring.stiffness for spring in springs)
         held = _held_by(joint, mechanism)
-        if held is None or stiffness <= 0:
+        if held is None or stiffness <= 0 or any(spring.law for spring in springs):
             continue
         turns = isinstance(springs[0], RotarySpring)
         parts, welds = mechanism.parts, mechanism.welds
@@ -171,20 +180,25 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     kinds = (SleeveJoint, RevoluteJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
-    laws: dict[str, Law] = {n: j.acting for n, j in walled.items() if j.acting is not None}
-    laws |= {name: contact.law for name, contact in scene.contacts.items()}
+    laws: dict[str, Law | SlidePenalty | TurnPenalty] = {
+        n: j.acting for n, j in walled.items() if j.acting is not None
+    }
+    laws |= {name: own.law for name, own in {**scene.contacts, **scene.stops}.items()}
+    lossy = [n for n, own in laws.items() if own.restitution is not None and own.restitution < 1]
     rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
+    damped += [n for n, own in scene.stops.items() if getattr(own.law, "damping", None)]
+    damped += [n for n, own in scene.ropes.items() if own.damping]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
         _effect("clearance", [n for n, j in walled.items() if j.clearance > 0]),
         _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
-        _effect("impact", list(scene.contacts)),
+        _effect("impact", [*scene.contacts, *scene.stops]),
         _effect("friction", rough),
         _effect("damping", list(dict.fromkeys(damped))),
-        _effect("restitution below 1", [n for n, law in laws.items() if law.restitution < 1]),
+        _effect("restitution below 1", lossy),
         _effect("gravity", gravity if any(scene.gravity) else []),
     ]
     return Table("Effects", rows)

@@ -48,7 +48,7 @@ def run_text(result: Result) -> str:
     ending = "Completed" if result.outcome.completed else "Stopped before its end"
     blocks = [
         [f"{ending}: {result.scene.title}", *lines_of(cost_table(result))],
-        *(_strikes(result, contact) for contact in result.scene.contacts),
+        *(_strikes(result, contact) for contact in result.scene.all_contacts),
         lines_of(response_table(result)),
         *(guide_lines(result, joint) for joint in joints_with_play(result)),
         lines_of(error_table(result)),

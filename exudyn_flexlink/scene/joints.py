@@ -25,6 +25,7 @@ from exudyn_flexlink.scene.base import (
     split_point,
 )
 from exudyn_flexlink.scene.contacts import ContactLaw
+from exudyn_flexlink.scene.limits import SlideLimits, TurnLimits
 
 _EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
 
@@ -83,6 +84,7 @@ class RevoluteJoint(PointsJoint):
     law: Annotated[ContactLaw | None, _gives_way("a bearing needs")] = Field(
         None, description="force between journal and bearing; with clearance, idle if that is 0"
     )
+    limits: TurnLimits | None = Field(None, description="stops at a least and a greatest angle")
 
     @property
     def acting(self) -> ContactLaw | None:
@@ -126,6 +128,7 @@ class PrismaticJoint(PointsJoint):
         "ground's if that is 'ground'"
     )
     angle: Angle = Field(0.0, description="of the second body relative to the first")
+    limits: SlideLimits | None = Field(None, description="stops at a least and a greatest length")
 
     @field_validator("axis")
     @classmethod

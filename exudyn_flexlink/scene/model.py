@@ -12,8 +12,9 @@ from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
-from exudyn_flexlink.scene.joints import Joint
+from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, Spring
+from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
+from exudyn_flexlink.scene.limits import TURNED, Rope, Stop, moving, stops_of
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, Outputs, Run, Solver
@@ -63,6 +64,40 @@ class Scene(Part):
     def document(self) -> Document:
         """The file this scene was read from; an empty one if it was built in Python."""
         return self._document
+
+    @property
+    def stops(self) -> dict[str, Stop]:
+        """Stops of the joints' limits, by names such as 'hinge.to'."""
+        return {
+            name: stop
+            for joint, own in self.joints.items()
+            if isinstance(own, (RevoluteJoint, PrismaticJoint)) and own.limits
+            for name, stop in stops_of(joint, own.limits, own.points)
+        }
+
+    @property
+    def ropes(self) -> dict[str, LinearSpring]:
+        """Springs that act on one side, ropes and buffers, by name."""
+        springs = self.springs.items()
+        return {n: s for n, s in springs if isinstance(s, LinearSpring) and s.acts != "both"}
+
+    @property
+    def all_contacts(self) -> dict[str, Contact | Stop | Rope]:
+        """Contacts of the scene, then stops of its joints, then ropes and buffers, by name."""
+        ropes = {name: Rope(own, moving(self._ends(own))) for name, own in self.ropes.items()}
+        return {**self.contacts, **self.stops, **ropes}
+
+    def _ends(self, spring: LinearSpring) -> tuple[str, str]:
+        if spring.points is not None:
+            return spring.points
+        joint = self.joints[spring.joint or ""]
+        assert isinstance(joint, PrismaticJoint)  # names are checked
+        return joint.points
+
+    def unit_of(self, contact: str, unit: str) -> str:
+        """Unit of what is told of a contact, by that of points: a hinge's stop turns."""
+        stop = self.stops.get(contact)
+        return TURNED.get(unit, unit) if stop is not None and stop.turns else unit
 
     @classmethod
     def from_parts(cls, sections: Mapping[str, Any], document: Document) -> Scene:

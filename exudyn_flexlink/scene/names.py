@@ -222,6 +222,9 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
         if getattr(parts.get("joints", name), "law", None) is not None:
             message = f"'{name}' is a joint with contacts of its own"
             yield Mistake(path, message, "give it another name", on_key=True)
+        if getattr(parts.get("springs", name), "acts", "both") != "both":
+            message = f"'{name}' is a spring that acts on one side, a contact of its own"
+            yield Mistake(path, message, "give it another name", on_key=True)
         if isinstance(contact, PointOnCurve):
             if isinstance(parts.get("curves", contact.curve), LapsSpec):
                 message = f"'{contact.curve}' is another curve in each lap"

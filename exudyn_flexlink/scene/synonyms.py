@@ -38,10 +38,10 @@ OTHER_WORDS: dict[str, str] = {
     "prismatic": "slider sliding slide translational translation slide_joint",
     # types of springs, drives, contacts and laws
     "torsional": "torsion rotational rotary angular torsional_spring",
-    "linear": "spring damper dashpot coil translational axial linear_spring",
+    "linear": "spring damper dashpot coil translational axial linear_spring rope cable string "
+    "tether bungee buffer bumper",
     "speed": "motor velocity angular_velocity angular_speed rotation omega rpm",
     "torque": "moment couple motor_torque",
-    "force": "load point_force thrust",
     "motion": "position displacement angle prescribed",
     "point_on_line": "impact stop collision point_line point_segment contact",
     "point_on_curve": "cam cam_follower point_curve roller_on_curve wall floor ground",
@@ -89,8 +89,12 @@ OTHER_WORDS: dict[str, str] = {
     "centre": "center c position at",
     "radius": "r diameter",
     "semi_axes": "axes a semiaxes",
-    "from": "start first points",
-    "to": "end last until",
+    "from": "start first points min minimum lower lower_limit",
+    "to": "end last until max maximum upper upper_limit",
+    "limits": "limit stop stops end_stop end_stops bounds range joint_limits",
+    "acts": "one_sided unilateral side only tension_only compression_only",
+    "preload": "pretension prestress initial_tension pre_tension F0",
+    "force": "load point_force thrust tension table",
     "closed": "cyclic periodic",
     # keys of the state at time 0, of the run and of its accuracy
     "positions": "position places q x",

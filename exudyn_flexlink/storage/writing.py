@@ -75,7 +75,7 @@ def _summary(result: Result) -> dict[str, Any]:
         **first,
         "strikes": {
             name: [strike_data(strike, scene) for strike in strikes(result, name)]
-            for name in scene.contacts
+            for name in scene.all_contacts
         },
         "levers": {
             body: peak_data(lever_response(result, name))
@@ -98,7 +98,7 @@ def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
     absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
     names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
     return {
-        column_of(names.get(key) or key, units.get(key, "")): value
+        column_of(names.get(key) or key, scene.unit_of(strike.contact, units.get(key, ""))): value
         for key, value in vars(strike).items()
         if key not in absent
     }

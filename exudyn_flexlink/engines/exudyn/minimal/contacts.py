@@ -31,7 +31,7 @@ from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, OneSided, RestitutionPenalty, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -39,7 +39,13 @@ NEAR_END = 1e-4  # of the face: there the point is about to leave it
 
 
 class MinimalContact:
-    """A contact of any shape; both parts may be anywhere in the tree, or on the ground."""
+    """A contact of any shape; both parts may be anywhere in the tree, or on the ground.
+
+    Where it `lets_go`, its force ends before its gap opens.
+    """
+
+    lets_go = False
+    along_table: TableFollower | None = None  # if its law is one
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
         self._shape = shape_of(layout, contact)
@@ -66,6 +72,10 @@ class MinimalContact:
             else:
                 self._shape.free()
 
+    def pressed_by(self, touch: Touch) -> float:
+        """How far (m) a contact that presses is from letting go: its depth."""
+        return -touch.gap
+
     def left_since(self, touch: Touch) -> float:
         """Time (s) since a point that presses slid off the end of its face; negative: until then.
 
@@ -81,7 +91,7 @@ class MinimalContact:
         return self._normal_row(self._look(x, v))
 
     def _normal_row(self, look: Look) -> FloatArray:
-        return self._row(look, look.normal, (look.at, look.at))
+        return self._row(look, look.normal, (look.at, look.at), look.moment)
 
     def _row(
         self, look: Look, way: Vector, at: tuple[Vector, Vector], arm: float = 0.0
@@ -111,19 +121,83 @@ class RigidContact(MinimalContact):
         return look.touch, self._normal_row(look), bend
 
 
+class TableFollower:
+    """Follows the depth of a contact along a table of forces, from row to row."""
+
+    def __init__(self, contact: PenaltyContact, name: str, table: SpringTable) -> None:
+        self._contact, self.name, self._table = contact, name, table
+        self.number: int | None = None  # of the piece, while the contact presses
+
+    def follow(self, depth: float | None) -> None:
+        """Follow the piece of a depth (m) from here on, if none is; None: nothing presses."""
+        if depth is None or self.number is None:
+            self.number = None if depth is None else self._table.number(depth)
+
+    def law(self, depth: float) -> SpringDamper:
+        """Law of the piece that is followed; while nothing presses, of that of a depth (m)."""
+        own = self._table.number(depth) if self.number is None else self.number
+        return self._table.piece(own)
+
+    def left(self, x: FloatArray, _: FloatArray) -> tuple[float, float]:
+        """How far (m) the depth is from the end and the start of the piece."""
+        assert self.number is not None  # only what presses comes to a piece's end
+        depth, depths = self._contact.depth(x), self._table.depths
+        behind = depth - depths[self.number] if self.number else inf
+        return depths[self.number + 1] - depth, behind
+
+    def next_piece(self, way: int) -> bool:
+        """Go on along the next piece (way 1), or the one before (-1); False if there is none."""
+        assert self.number is not None  # only what presses comes to a piece's end
+        self.number += way
+        return self.number < len(self._table.depths) - 1
+
+
 class PenaltyContact(MinimalContact):
     """A contact with a penalty force, and friction if it has any."""
 
-    def __init__(self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty) -> None:
+    def __init__(
+        self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty | OneSided
+    ) -> None:
         super().__init__(layout, contact)
         self.law, self.friction = law, contact.friction
+        self.lets_go = not isinstance(law, RestitutionPenalty)
+        self._softness = law.half_period(1.0) ** 2 if self.lets_go else 0.0  # m/N, but for pi^2
+        if isinstance(law, SpringTable):
+            self.along_table = TableFollower(self, contact.name, law)
+
+    def follow(self, x: FloatArray, *, presses: bool) -> None:
+        """Take up a state in which the contact goes on, begins or ends."""
+        super().follow(x, presses=presses)
+        own = self.along_table
+        if own is not None:
+            own.follow(self.depth(x) if presses else None)
+
+    def depth(self, x: FloatArray) -> float:
+        """Penetration (m) at coordinates of the tree; negative while apart."""
+        return -self.touch(x, np.zeros(len(x))).gap
+
+    def acting(self, touch: Touch) -> RestitutionPenalty | SpringDamper:
+        """The law, or that of the piece of a table that acts."""
+        if isinstance(self.law, SpringTable):
+            assert self.along_table is not None
+            return self.along_table.law(-touch.gap)
+        return self.law
 
     def force(self, touch: Touch) -> float:
-        """Pressing force, N; none while apart."""
+        """Pressing force, N; none while apart. One that lets go is followed smoothly beyond."""
+        law = self.acting(touch)
+        if isinstance(law, SpringDamper):
+            return law.preload - law.stiffness * touch.gap - law.damping * touch.gap_rate
         if touch.gap >= 0:
             return 0.0
-        rising = tanh(-touch.gap_rate / self.law.transition_speed)
-        return -touch.gap * (self.law.elastic + self.law.lossy * rising)
+        rising = tanh(-touch.gap_rate / law.transition_speed)
+        return -touch.gap * (law.elastic + law.lossy * rising)
+
+    def pressed_by(self, touch: Touch) -> float:
+        """Depth (m), or what of it the force still takes to let go if that is less."""
+        if isinstance(self.law, RestitutionPenalty):
+            return super().pressed_by(touch)
+        return min(-touch.gap, self.force(touch) * self._softness)
 
     def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[Vector, Vector]:
         """Add the generalised forces.
@@ -137,8 +211,9 @@ class PenaltyContact(MinimalContact):
         rub = self._rub(press, touch)
         (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
         fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
-        add_force(onto, look.first, look.at, (fx, fy), arm * rub)
-        add_force(onto, look.second, look.at, (-fx, -fy), -arm * rub)
+        turned = press * look.moment + arm * rub
+        add_force(onto, look.first, look.at, (fx, fy), turned)
+        add_force(onto, look.second, look.at, (-fx, -fy), -turned)
         power = -press * touch.gap_rate - rub * touch.slip
         return (press, power), (touch.gap, touch.gap_rate)
 
@@ -155,7 +230,7 @@ class PenaltyContact(MinimalContact):
         if look.bend == 0 and self.friction is None:
             return None
         touch = look.touch
-        pressing = press_by([self.law])(np.array([[touch.gap, touch.gap_rate]]))
+        pressing = press_by([self.acting(touch)])(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
         past = self._row(look, look.along, (look.at, look.centre))
         stiffness = -press * look.bend * np.outer(past, past)

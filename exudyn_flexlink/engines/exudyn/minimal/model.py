@@ -180,9 +180,8 @@ class MinimalModel:
             force += self.all_springs.pull(state.x, state.v)
         supply = np.zeros(len(t))
         if self.loads.any:
-            applied = self.loads.push(t, state.x, state.v)
+            applied, supply = self.loads.push_and_supply(t, state.x, state.v)
             force += applied
-            supply += (applied * state.v).sum(axis=1)
         pushes, touching = self._push(state.x, state.v, force)
         wall = self.walls.push(state.x, state.v)
         if wall is not None:
@@ -281,7 +280,9 @@ class MinimalModel:
         # Closed gaps let a force through to the same motions by which they let a gap open.
         projector = self.rigid.projector(at)
         rows = rows if projector is None else rows @ projector.free.T
-        return rows, press_by([contact.law for contact in acting])
+        return rows, press_by(
+            [contact.acting(contact.touch(state.x, state.v)) for contact in acting]
+        )
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move any point, at most."""

@@ -243,11 +243,18 @@ class RunReader:
             checks=checks(
                 self.run.stepper,
                 recorder,
-                float(recorder.seeker.deepest.max(initial=0.0)),
+                self._deepest(),
             ),
             warnings=warnings,
             outcome=outcome,
         )
+
+    def _deepest(self) -> float:
+        """Largest penetration, m; of stops and ropes it is a stretch, or an angle."""
+        scene, seeker = self.run.scene, self.run.recorder.seeker
+        others = {*scene.stops, *scene.ropes}
+        own = [contact.name not in others for contact in seeker.contacts]
+        return float(seeker.deepest[own].max(initial=0.0))
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step

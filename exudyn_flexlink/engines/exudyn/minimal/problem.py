@@ -17,7 +17,9 @@ from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    PenaltyContact,
     RigidContact,
+    TableFollower,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
@@ -74,7 +76,8 @@ class MinimalProblem:
     def __post_init__(self) -> None:
         x, v = self.model.start
         gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
-        self.model.touches.start(np.array(gaps))
+        springs = [contact.lets_go for contact in self.model.contacts]
+        self.model.touches.start(np.where(springs, 0.0, gaps))
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
@@ -83,7 +86,24 @@ class MinimalProblem:
         self._walls = len(self.model.contacts)  # number of the first pair of link and guide
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
+        self._begin_pressed()
         self.impacts = Impacts(self.model, self._finder, self.recorder)
+
+    def _begin_pressed(self) -> None:
+        """Let ropes and buffers press that are stretched or compressed at time 0."""
+        for k, contact in enumerate(self.model.contacts):
+            touch = self._finder.touches[k]
+            if (
+                isinstance(contact, PenaltyContact)
+                and contact.lets_go
+                and contact.pressed_by(touch) > 0
+            ):
+                self._change(0.0, k, Change.CLOSES, touch)
+                contact.follow(self.model.start[0], presses=True)
+                stored = float(contact.law.stored_energy(-touch.gap))
+                self.recorder.leap(
+                    k, 0.0, stored, 0.0
+                )  # what it stores counts as lost until it ends
 
     @property
     def over(self) -> bool:
@@ -202,8 +222,11 @@ class MinimalProblem:
         contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
         touch = contact.touch(end.x, end.v)
         slid = contact.left_since(touch) if presses else 0.0
-        # The force of a law begins at zero, however near; a reaction tells by itself where it ends.
+        # The force of a law begins at zero, however near; a reaction tells by itself where it ends,
+        # and so does a force that lets go.
         tells = isinstance(contact, RigidContact) == presses
+        if contact.lets_go:
+            tells = presses or self._finder.let_go(what.contact)
         if slid or tells or meets(touch, step.end) or touch.gap_rate == 0:
             return slid
         return touch.gap / touch.gap_rate
@@ -230,6 +253,10 @@ class MinimalProblem:
             point, way = event.what
             if isinstance(point, OnCurve):
                 point.next_piece(way)
+            elif isinstance(point, TableFollower):
+                if not point.next_piece(way):
+                    self.stop_reason = f"the table of forces of '{point.name}' ends there"
+                    self.stop_advice = "give it more rows: no force is made up beyond them"
             elif not point.next_piece(way, event.time):
                 self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
@@ -258,7 +285,7 @@ class MinimalProblem:
         """Let a contact begin or end."""
         touch = self._finder.touches[k]
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
-        self._jumped = what is Change.SLIDES_OFF
+        self._jumped = what is Change.SLIDES_OFF or self.model.contacts[k].lets_go
         if k < self._of_scene:
             self.recorder.keep_last(before=self._jumped)
         self._change(time, k, what, touch)

@@ -21,7 +21,6 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_VALUE_ADVICE,
     no_solution_advice,
 )
 from exudyn_flexlink.engines.interrupts import interrupts
@@ -95,7 +94,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
         except NoConvergenceError as error:
             complaint = _no_convergence(run, error)
         except NoValueError as error:  # of a drive, as it goes on past a knot, or at a sample
-            complaint = str(error), NO_VALUE_ADVICE
+            complaint = str(error), error.advice
     if run.stepper.time < run.problem.end * (1 - 1e-9):
         run.recorder.keep_last()  # stopped early
     run.recorder.flush()
@@ -110,7 +109,7 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time
     trouble = run.model.trouble
     if trouble is not None and abs(trouble.time - time) < NEAR * run.problem.end:
-        return str(trouble), NO_VALUE_ADVICE
+        return str(trouble), trouble.advice
     shortest = instant(time, EVENT_TIME)
     advice = no_solution_advice(run.model.assembly, tolerance, shortest, time)
     return f"{NO_SOLUTION} ({error})", advice

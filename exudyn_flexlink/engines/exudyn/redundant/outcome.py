@@ -17,11 +17,11 @@ from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_VALUE_ADVICE,
     no_solution_advice,
     versions,
 )
 from exudyn_flexlink.engines.histories import Histories
+from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.mechanism import (
     Assembly,
     Motor,
@@ -222,7 +222,7 @@ def _plain(complaint: str) -> str:
 
 def _advice(prepared: Prepared, complaint: str) -> str:
     if prepared.system.errors:
-        return NO_VALUE_ADVICE
+        return NoValueError.advice
     if "singular" in complaint:
         return LOCKED_ADVICE
     return no_solution_advice(prepared.assembly, prepared.scene.accuracy.tolerance)

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
 from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
 
 Law = Callable[..., Any]
@@ -224,11 +224,9 @@ class _Place:
         return (x + rx, y + ry), (u - spin * ry, w + spin * rx), angle, spin
 
 
-def _law(
-    system: System, law: RestitutionPenalty | Impulse | Friction, free: float, kind: str
-) -> Any:
+def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) -> Any:
     """Return a symbolic function for items of a kind, one for all contacts of the same law."""
-    assert not isinstance(law, Impulse)  # `run` refuses it
+    assert isinstance(law, (RestitutionPenalty, Friction))  # `run` refuses others
     key = law, free, kind
     if key not in system.laws:
         force = _sliding(law) if isinstance(law, Friction) else _pressing(law, free)
