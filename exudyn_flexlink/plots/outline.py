@@ -267,9 +267,9 @@ def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
     found = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
     if len(model.slots) == 1:
         found["P"] = model.slots[0].anchor
-    for (start, end), body in lettered(scene).items():
-        found[start] = point_anchor(scene, model, f"{body}.start")
-        found[end] = point_anchor(scene, model, f"{body}.end")
+    for letters, body in lettered(scene).items():
+        for letter, end in zip(letters, ("start", "end"), strict=True):
+            found[letter] = point_anchor(scene, model, f"{body}.{end}")
     return found
 
 
