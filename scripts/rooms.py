@@ -38,11 +38,11 @@ CEILINGS = {
     "report": 1_915,
     "page": 335,
     "animation": 1_655,
-    "cli": 2_635,
+    "cli": 2_645,
     "api": 1_355,
     "": 3_580,
 }
-WHOLE = {PACKAGE: 47_435, "tests": 25_215, "scripts": 7_970}
+WHOLE = {PACKAGE: 47_445, "tests": 25_215, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
