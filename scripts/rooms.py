@@ -32,7 +32,7 @@ CEILINGS = {
     "stability": 870,
     "verification": 440,
     "storage": 1_990,
-    "fitting": 795,
+    "fitting": 800,
     "sweeps": 1_505,
     "plots": 3_015,
     "report": 1_915,
