@@ -32,7 +32,7 @@ CEILINGS = {
     "stability": 880,
     "verification": 440,
     "storage": 2_040,
-    "fitting": 795,
+    "fitting": 800,
     "sweeps": 1_510,
     "plots": 3_190,
     "report": 1_915,
