@@ -19,7 +19,7 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_370,
+    "engines": 2_375,
     "engines/exudyn/minimal": 4_830,
     "engines/exudyn/redundant": 3_365,
     "engines/lagrangian": 2_055,
@@ -42,7 +42,7 @@ CEILINGS = {
     "api": 1_895,
     "": 4_025,
 }
-WHOLE = {PACKAGE: 49_125, "tests": 25_800, "scripts": 8_240}
+WHOLE = {PACKAGE: 49_140, "tests": 25_820, "scripts": 8_240}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
