@@ -33,15 +33,15 @@ CEILINGS = {
     "verification": 440,
     "storage": 2_040,
     "sweeps": 1_515,
-    "plots": 3_300,
+    "plots": 3_295,
     "report": 1_915,
     "page": 335,
-    "animation": 1_690,
+    "animation": 1_685,
     "cli": 2_730,
     "api": 1_895,
-    "": 4_825,
+    "": 4_830,
 }
-WHOLE = {PACKAGE: 49_370, "tests": 25_930, "scripts": 8_420}
+WHOLE = {PACKAGE: 49_360, "tests": 25_940, "scripts": 8_420}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
