@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_685,
     "cli": 2_730,
     "api": 1_895,
-    "": 4_980,
+    "": 4_985,
 }
-WHOLE = {PACKAGE: 50_590, "tests": 26_350, "scripts": 8_440}
+WHOLE = {PACKAGE: 50_590, "tests": 26_370, "scripts": 8_440}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

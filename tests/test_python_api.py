@@ -292,10 +292,10 @@ def test_ctrl_c_in_python_gives_what_was_computed(engine, settings):
 
 
 def test_ctrl_c_in_the_second_run_keeps_the_first():
-    scene, pressed = fl.load_scene("smooth", turns=1).with_({"bodies.link.rods": 3}), []
+    scene, pressed = fl.load_scene("smooth", turns=8).with_({"bodies.link.rods": 3}), []
 
     def press(done):
-        if done > engines.FIRST and not pressed:
+        if engines.FIRST < done < 1 and not pressed:
             pressed.append(done)
             signal.raise_signal(signal.SIGINT)
 
@@ -303,6 +303,12 @@ def test_ctrl_c_in_the_second_run_keeps_the_first():
     assert pressed
     assert result.outcome.completed
     assert any("second run" in warning for warning in result.warnings)
+
+
+def test_ctrl_c_at_the_end_keeps_the_run():
+    scene = fl.load_scene("smooth", turns=0.01).with_({"bodies.link.rods": 2})
+    press = lambda done: done == 1 and signal.raise_signal(signal.SIGINT)  # noqa: E731
+    assert fl.simulate(scene, progress=press).outcome.completed
 
 
 def test_what_progress_raises_is_raised():

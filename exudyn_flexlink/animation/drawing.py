@@ -178,9 +178,7 @@ def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
     }
     for name, marker in (("S", "o"), ("O", "+")):
         if name in at:
-            rim: dict[str, Any] = {}
-            if name == "S":
-                rim = {"mec": "white", "mew": place.points(1.0)}
+            rim: dict[str, Any] = {"mec": "white", "mew": place.points(1.0)} if name == "S" else {}
             place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9), **rim)
     for first, names in together(at, NEAR * size).items():
         away = 0, place.points(7)

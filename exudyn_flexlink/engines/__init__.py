@@ -67,7 +67,10 @@ def simulate(
     made = partial(_measured if measure else _run, scene, engine)
     result = aside(partial(made, at_once=at_once) if measure else made, progress)
     if progress is not None and result.outcome.reason != INTERRUPTED:
-        progress(1.0)
+        try:
+            progress(1.0)
+        except KeyboardInterrupt:  # the run is whole
+            raise LateInterruptError(result) from None
     return result
 
 

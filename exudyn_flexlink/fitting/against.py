@@ -133,8 +133,8 @@ def _best_shift(result: Result, series: Series) -> float:
 
     time, (begin, end) = series.time, result.time[[0, -1]].tolist()
     needed = max(int(np.ceil(OVERLAP * len(time))), 2)
-    if len(time) < needed or end <= begin:
-        raise NoOverlapError("a shift needs two rows or more, and a run that lasts")
+    if time[-1] <= time[0] or end <= begin:
+        raise NoOverlapError("a shift needs a series and a run that last")
 
     def mean_square(shift: float) -> float:
         rows = _within(result, time + shift)
@@ -149,7 +149,7 @@ def _best_shift(result: Result, series: Series) -> float:
 
     # Between these ends so many rows can be in the run: the last ones, or the first.
     low, high = begin - float(time[-needed]), end - float(time[needed - 1])
-    step = max(float(np.median(np.diff(time))) / 2, (high - low) / MOST_SHIFTS)
+    step = max(float(np.median(np.diff(np.unique(time)))) / 2, (high - low) / MOST_SHIFTS)
     tried = np.arange(np.floor(low / step), np.ceil(high / step) + 1) * step  # 0 among them
     tried = tried[np.argsort(np.abs(tried))]
     squares = np.array([mean_square(shift) for shift in tried.tolist()])

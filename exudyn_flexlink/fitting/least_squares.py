@@ -25,6 +25,7 @@ from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
 from exudyn_flexlink.source import SceneError
 
+MOST_SAMPLES = 20  # times as many as the motion needs, so that measured instants are among them
 PART = 0.1  # of a standard error: what the integrator may add
 FINER = 0.1  # of the tolerance, or of a given step: that of the run that tells the integrator's
 MOST_ROUNDS = 4  # of a tolerance that is made smaller
@@ -160,8 +161,10 @@ class _Search:
         end = float(time[-1])
         wanted = kept_interval(scene.changed(run=Run(duration=end)), mechanism, end)
         wanted = min(wanted, scene.run.sample or inf)
-        spacing = float(np.min(np.diff(time), initial=end))
-        if np.allclose(time / spacing, np.round(time / spacing), rtol=0, atol=1e-6):
+        spacing = float(np.min(np.diff(np.unique(time)), initial=end))
+        if spacing > wanted / MOST_SAMPLES and np.allclose(
+            time / spacing, np.round(time / spacing), rtol=0, atol=1e-6
+        ):
             wanted = spacing / float(np.ceil(spacing / wanted * (1 - 1e-9)))
         return Run(duration=end, sample=wanted)
 

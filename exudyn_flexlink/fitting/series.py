@@ -131,7 +131,7 @@ class _Reading:
         return found
 
     def _numbers(self, column: int, dimension: Dimension) -> FloatArray:
-        """Numbers (M,) of a column, in SI; of the time they must rise."""
+        """Numbers (M,) of a column, in SI; those of the time must not fall."""
         name, last = self._cells.names[column], -np.inf
         found = np.full(len(self._cells.rows), np.nan)
         factor = 1.0
@@ -144,8 +144,8 @@ class _Reading:
             if not isfinite(found[i]):
                 told = f"'{name}': expected a finite number, got '{row[column][:40]}'"
                 self._mistakes.append(self._at(i, column, told))
-            elif dimension is Dimension.TIME and found[i] <= last:
-                self._mistakes.append(self._at(i, column, f"'{name}': times must increase"))
+            elif dimension is Dimension.TIME and found[i] < last:
+                self._mistakes.append(self._at(i, column, f"'{name}': times must not fall"))
             last = found[i]
         return found
 

@@ -293,8 +293,8 @@ def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
     if len(model.slots) == 1:
         found["P"] = model.slots[0].anchor
     for letters, body in lettered(scene).items():
-        found[letters[0]] = point_anchor(scene, model, f"{body}.start")
-        found[letters[1]] = point_anchor(scene, model, f"{body}.end")
+        for letter, end in zip(letters, ("start", "end"), strict=True):
+            found[letter] = point_anchor(scene, model, f"{body}.{end}")
     return found
 
 
