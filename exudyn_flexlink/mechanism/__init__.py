@@ -65,6 +65,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches
 from exudyn_flexlink.mechanism.model import (
+    JointFriction,
     LinearSpring,
     Mechanism,
     Motor,

@@ -65,6 +65,22 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class JointFriction:
+    """Dry friction in a joint: it brakes by a bound, and holds up to that.
+
+    The bound is `constant` (N m, along a slide N) and, by the force in the joint, `share` of that:
+    of a pin its coefficient times its radius (m), of a slide its coefficient, by what is across the
+    line. Where it is regularised, `slip_speed` (rad/s or m/s) is what it needs to act in full.
+    """
+
+    name: str
+    joint: Pin | Slide
+    constant: float
+    share: float
+    slip_speed: float
+
+
+@dataclass(frozen=True)
 class RotarySpring:
     """Torsional spring and damper between two parts: N m/rad, N m s/rad.
 
@@ -189,6 +205,7 @@ class Mechanism:
     bearings: tuple[CircleContact, ...]
     channels: tuple[Channel, ...]
     gravity: tuple[float, float]
+    frictions: tuple[JointFriction, ...] = ()
     pulses: tuple[float, ...] = ()  # instants (s) within short pulses of drives
     unfound: tuple[str, ...] = ()  # where such pulses were not looked for, in words
 

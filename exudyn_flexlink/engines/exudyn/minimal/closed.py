@@ -64,7 +64,7 @@ class ClosedCoordinates:
         self._size = float(lengths.max())
         self._hinges = np.flatnonzero(kinematics.hinge)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        self._known = np.array(sorted(layout.motors), dtype=int)
+        self._known = np.array(layout.known, dtype=int)
         self._prescribed = bool(layout.motors or self.closures.motors)
         self._start = start[0]
         self._solver = ClosureSolver(self.closures, self._size)
@@ -256,6 +256,25 @@ class ClosedCoordinates:
         moved = np.zeros((len(y), 2))
         moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
         return moved[: self._links]
+
+    def held_by_loops(self, at: TreeState, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What `forces` (n, links) of constraints leave on each coordinate, without the closures'.
+
+        Those are told as well: (n, joints, 2) on the second points of the joints that close loops.
+        """
+        y, split = np.hstack([at.x, at.places]), self._split
+        where = self.closures.where(y)
+        jacobian = self.closures.jacobian(where)
+        square = jacobian[:, split.rows][:, :, split.dependent]
+        whole = np.hstack([forces, np.zeros((len(y), y.shape[1] - self._links))])
+        multipliers = np.zeros(jacobian.shape[:2])
+        turned = np.swapaxes(square, 1, 2)
+        multipliers[:, split.rows] = np.linalg.solve(turned, whole[:, split.dependent, None])[
+            ..., 0
+        ]
+        left = forces - (multipliers[:, None] @ jacobian[:, :, : self._links])[:, 0]
+        own = self.closures.forces(where, multipliers)
+        return left, np.stack([own.real, own.imag], axis=-1)
 
     def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""

@@ -103,7 +103,7 @@ def _of_closures(
 ) -> Reactions:
     closures, motors = coordinates.closures, model.layout.motors
     at = closures.where_on(x, _track(coordinates, places))
-    multipliers, rest = _multipliers(closures.jacobian(at), sorted(motors), forces)
+    multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
     found = Reactions()
     in_joints = closures.forces(at, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.

@@ -27,6 +27,7 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     PieceEnd,
     TurnsMade,
 )
+from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionChange
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
@@ -108,6 +109,7 @@ class MinimalProblem:
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self._finder.kinks.take_sides(time, q, v)
+        self._finder.frictions.settle(time, q, v)
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
@@ -197,6 +199,8 @@ class MinimalProblem:
             return self._finder.walls.late(what.contact - self._walls, end, step.end)
         if isinstance(what, KinkPassed):
             return self._finder.kinks.late(what, end, step.end)
+        if isinstance(what, FrictionChange):
+            return self._finder.frictions.late(what, step)
         if not isinstance(what, ContactChange):
             return 0.0
         contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
@@ -235,6 +239,10 @@ class MinimalProblem:
                 self.stop_advice = "lengthen the curve, or end the run before"
         elif isinstance(event.what, KinkPassed):
             self._finder.kinks.cross(event.what)
+        elif isinstance(event.what, FrictionChange):
+            self._jumped = not event.bends
+            self.recorder.keep_last(before=self._jumped)
+            self._finder.frictions.cross(event.time, event.what)
         elif event.what.contact >= self._walls:
             self._change_walls(event.time, event.what.contact - self._walls)
         elif event.what.contact in self.model.rigid.all:
