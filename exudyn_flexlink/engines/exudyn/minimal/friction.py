@@ -72,7 +72,9 @@ class JointFrictions:
     ) -> None:
         self.all, self._coordinates = frictions, coordinates
         count = len(frictions)
-        self.rows = np.array([_row(layout, own) for own in frictions]).reshape(count, -1)
+        self.rows = np.array([_row(layout, own) for own in frictions]).reshape(
+            count, len(layout.links)
+        )
         self._constant = np.array([own.constant for own in frictions])
         self._share = np.array([own.share for own in frictions])
         self._slides = np.array([not isinstance(own.joint, Pin) for own in frictions], dtype=bool)
