@@ -122,6 +122,26 @@ class SleeveHistory:
 
 
 @dataclass(frozen=True)
+class FrictionHistory:
+    """How dry friction braked a joint: on its second body, and the energy that it took (J).
+
+    It rests from `begin` to `end` (s) each time; inf where it still does as the run ends. Redundant
+    coordinates hold nothing: there it creeps, and never rests.
+    """
+
+    torque: Annotated[
+        FloatArray, Variable("time", "N m", "friction in a joint; along a slide a force, N")
+    ]
+    lost: Annotated[FloatArray, Variable("time", "J", "energy lost by friction in a joint")]
+    begin: Annotated[FloatArray, Variable(".", "s", "begin of a rest")]
+    end: Annotated[FloatArray, Variable(".", "s", "end of a rest")]
+
+    def rest_until(self, end: float) -> float:
+        """Time (s) at rest up to the end (s) of a run."""
+        return float(np.sum(np.minimum(self.end, end) - self.begin))
+
+
+@dataclass(frozen=True)
 class Extremes:
     """Where a quantity turns: `time` (K,) s, never falling, and its `value` (K,) there.
 
@@ -261,6 +281,7 @@ class Result:
     warnings: tuple[str, ...]
     outcome: Outcome
     error: MeasuredError = NOT_ASKED
+    frictions: Mapping[str, FrictionHistory] = field(default_factory=dict)  # of joints with any
 
     def __post_init__(self) -> None:
         """Let nobody change what a run gave: it would be saved as the run."""
@@ -305,6 +326,9 @@ def later(result: Result, by: float) -> Result:
     histories: dict[str, Any] = {
         kind: {k: replace(x, touches=moved(x.touches)) for k, x in getattr(result, kind).items()}
         for kind in kinds
+    }
+    histories["frictions"] = {
+        k: replace(x, begin=x.begin + by, end=x.end + by) for k, x in result.frictions.items()
     }
     extremes = {k: replace(x, time=x.time + by) for k, x in result.extremes.items()}
     laps = tuple(replace(lap, time=lap.time + by) for lap in result.laps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import inf
 from threading import Event as Asked
 
 import numpy as np
@@ -30,7 +31,14 @@ from exudyn_flexlink.mechanism import (
     turned,
 )
 from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
-from exudyn_flexlink.result import EnergyHistory, EngineSettings, Event, Outcome, Result
+from exudyn_flexlink.result import (
+    EnergyHistory,
+    EngineSettings,
+    Event,
+    FrictionHistory,
+    Outcome,
+    Result,
+)
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 
@@ -247,7 +255,17 @@ class RunReader:
             ),
             warnings=warnings,
             outcome=outcome,
+            frictions=self._frictions(),
         )
+
+    def _frictions(self) -> dict[str, FrictionHistory]:
+        found, own = {}, self.kept.own
+        for k, friction in enumerate(self.model.frictions.all):
+            rests = self.model.frictions.rests[k]
+            begin, end = np.array([(*rest, inf)[:2] for rest in rests]).reshape(-1, 2).T
+            lost = self.kept.totals[:, 2 + k]
+            found[friction.name] = FrictionHistory(own.friction[:, k], lost, begin, end)
+        return found
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step
