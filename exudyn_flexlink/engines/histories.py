@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Contact, Mechanism, approach, pair_sides, pairs
-from exudyn_flexlink.result import ContactHistory, SleeveHistory
+from exudyn_flexlink.result import ContactHistory, FrictionHistory, SleeveHistory
+
+STANDS = 1e-9  # rad/s or m/s: a joint with friction that is slower rests
+SHORTEST_REST = 1e-9  # s
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,24 @@ class Histories:
             own.name: -push_of(own, self.poses, self.rates, self.forces[:, first + k])
             for k, own in enumerate(self.mechanism.bearings)
         }
+
+
+def friction_histories(
+    mechanism: Mechanism, time: FloatArray, *columns: FloatArray
+) -> dict[str, FrictionHistory]:
+    """Of joints with friction, by name: `columns` (samples, joints) are speeds, T and losses.
+
+    Their joints rest between samples at which they stand still: an event has a sample.
+    """
+    found = {}
+    for k, friction in enumerate(mechanism.frictions):
+        speed, torque, lost = (column[:, k] for column in columns)
+        edges = np.flatnonzero(np.diff(np.abs(speed) <= STANDS, prepend=False, append=False))
+        begin, last = time[edges[::2]], edges[1::2] - 1
+        end = np.where(last == len(time) - 1, inf, time[last])
+        rests = end - begin > SHORTEST_REST  # what turns back does not rest
+        found[friction.name] = FrictionHistory(torque, lost, begin[rests], end[rests])
+    return found
 
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:

@@ -258,23 +258,21 @@ class ClosedCoordinates:
         return moved[: self._links]
 
     def held_by_loops(self, at: TreeState, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What `forces` (n, links) of constraints leave on each coordinate, without the closures'.
+        """What `forces` (n, k, links) of constraints leave on coordinates but for the closures'.
 
-        Those are told as well: (n, joints, 2) on the second points of the joints that close loops.
+        Those are told as well: (n, k, joints, 2) on the second points of joints that close loops.
         """
         y, split = np.hstack([at.x, at.places]), self._split
         where = self.closures.where(y)
         jacobian = self.closures.jacobian(where)
         square = jacobian[:, split.rows][:, :, split.dependent]
-        whole = np.hstack([forces, np.zeros((len(y), y.shape[1] - self._links))])
-        multipliers = np.zeros(jacobian.shape[:2])
-        turned = np.swapaxes(square, 1, 2)
-        multipliers[:, split.rows] = np.linalg.solve(turned, whole[:, split.dependent, None])[
-            ..., 0
-        ]
-        left = forces - (multipliers[:, None] @ jacobian[:, :, : self._links])[:, 0]
-        own = self.closures.forces(where, multipliers)
-        return left, np.stack([own.real, own.imag], axis=-1)
+        whole = np.pad(forces, [(0, 0), (0, 0), (0, y.shape[1] - self._links)])
+        multipliers = np.zeros((*forces.shape[:2], self.closures.count))
+        # F = J^T of the closures times multipliers, on the dependent coordinates.
+        multipliers[:, :, split.rows] = whole[:, :, split.dependent] @ np.linalg.inv(square)
+        left = forces - multipliers @ jacobian[:, :, : self._links]
+        own = [self.closures.forces(where, multipliers[:, k]) for k in range(forces.shape[1])]
+        return left, np.stack([np.real(own), np.imag(own)], axis=-1).swapaxes(0, 1)
 
     def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""

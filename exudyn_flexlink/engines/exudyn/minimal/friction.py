@@ -9,7 +9,9 @@ A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with error
 `contacts.BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
 zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
 sense, within the bounds: a least-squares problem (J. J. Moreau, in *Nonsmooth Mechanics and
-Applications*, Springer 1988; P. B. Stark and R. L. Parker, Comput. Stat. 10 (1995) 129).
+Applications*, Springer 1988; P. B. Stark and R. L. Parker, Comput. Stat. 10 (1995) 129). Where more
+joints rest than there are freedoms between them, as in a loop, their T are those that use the least
+part of their bounds: they slide when none other would hold.
 
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
 There is one T of every R as long as share |D| is less than 1; beyond, friction locks.
@@ -17,10 +19,12 @@ There is one T of every R as long as share |D| is less than 1; beyond, friction 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import lsq_linear
+from scipy.optimize import linprog, lsq_linear
+from scipy.sparse.csgraph import connected_components
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
@@ -32,9 +36,12 @@ from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
-NOT_PUSHED = 1e-12  # of the parts that a prescribed acceleration sums up: less is zero
+NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
+AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which reaches it
+COUPLED = 1e-9  # of joints that move each other: less is rounding
 DRIVEN = 1e-12  # of the row of a joint: what it moves of the independent coordinates, if prescribed
 MOST_ROUNDS, ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
+FEW_ROUNDS = 8  # likewise, where each tells some digits more
 LEAST_BOUND = 1e-30  # N m or N: of what no force presses together
 LOCKS = "friction in joint '{}' locks it: the force in the joint grows with it without end"
 LOCKS_ADVICE = "less 'coefficient', or a smaller 'radius'"
@@ -44,51 +51,44 @@ class LockedError(ArithmeticError):
     """Friction by the force in a joint has no answer, or more than one."""
 
 
-class _Answer(NamedTuple):
-    """Accelerations (n, independent), T in held joints (n, held), forces R (n, joints, 2)."""
+class _Known(NamedTuple):
+    """All joints at instants (n,), with what T does.
 
-    accelerations: FloatArray
-    holding: FloatArray
-    felt: FloatArray
-
-
-class _Rows(NamedTuple):
-    """Of all joints at instants (n,): g (n, joints, independent), c and speeds (n, joints)."""
+    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations that no T gives, with
+    `given`, that part of them which drives give, and `mobility` (n, joints, joints) those by a unit
+    of each T; `rate` and `place` are of joints. R are `felt` (n, joints, 2) without T, and `by`
+    (n, joints, joints, 2) a unit of each, the last.
+    """
 
     free: FloatArray
-    bend: FloatArray
+    away: FloatArray
+    given: FloatArray
+    mobility: FloatArray
     rate: FloatArray
     place: FloatArray
+    felt: FloatArray
+    by: FloatArray
 
 
 class JointFrictions:
-    """Those of a layout: which way (joints,) each slides, +1 or -1; 0 where it rests.
-
-    `rests` are the times at rest of each, beginnings and ends (s).
-    """
+    """Those of a layout: which way (joints,) each slides, +1 or -1; 0 where it rests."""
 
     def __init__(
         self, layout: TreeLayout, frictions: tuple[JointFriction, ...], coordinates: Coordinates
     ) -> None:
         self.all, self._coordinates = frictions, coordinates
-        count = len(frictions)
-        self.rows = np.array([_row(layout, own) for own in frictions]).reshape(
-            count, len(layout.links)
-        )
+        count, links = len(frictions), len(layout.links)
+        self.rows = np.array([_row(layout, own) for own in frictions]).reshape(count, links)
         self._constant = np.array([own.constant for own in frictions])
         self._share = np.array([own.share for own in frictions])
         self._slides = np.array([not isinstance(own.joint, Pin) for own in frictions], dtype=bool)
-        self._felt = {k: layout.felt[own.name] for k, own in enumerate(frictions)
-                      if own.name in layout.felt}  # fmt: skip
-        self._closing: dict[int, int] = {}
-        if isinstance(coordinates, ClosedCoordinates):
-            names = [joint.name for joint in coordinates.closures.joints]
-            sharing = ((k, own.name) for k, own in enumerate(frictions) if own.share > 0)
-            self._closing = {k: names.index(name) for k, name in sharing if name in names}
+        sharing = {own.name: k for k, own in enumerate(frictions) if own.share > 0}
+        self._felt = {k: layout.felt[name] for name, k in sharing.items() if name in layout.felt}
+        closing = [joint.name for joint in layout.closures]
+        self._closing = {k: closing.index(name) for name, k in sharing.items() if name in closing}
         self.way = np.zeros(count)
-        self._side = np.ones(count)  # of a slide, on which its force presses
+        self.side = np.ones(count)  # of a slide, on which its force presses
         self._place = np.full(count, np.nan)  # where joints rest
-        self.rests: list[list[list[float]]] = [[] for _ in frictions]
         self.trouble: LockedError | None = None  # of the last evaluation that failed
 
     @property
@@ -96,128 +96,129 @@ class JointFrictions:
         """Numbers of the joints that rest."""
         return np.flatnonzero(self.way == 0)
 
-    # --- rows ---------------------------------------------------------------------------------
+    @property
+    def has_sides(self) -> IndexArray:
+        """Numbers of slides that rub by their force."""
+        return np.flatnonzero(self._slides & (self._share > 0))
 
-    def _look(self, state: TreeState) -> _Rows:
-        free = np.broadcast_to(
-            self.rows @ state.transform.matrix,
-            (len(state.x), len(self.all), state.transform.matrix.shape[-1]),
-        )
-        at = (own @ self.rows.T for own in (state.b, state.v, state.x))
-        return _Rows(free, *at)
+    # --- what is known ------------------------------------------------------------------------
 
     def driven(self, state: TreeState) -> BoolArray:
         """Tell of which joints (joints,) a drive prescribes the speed, at one state."""
         moved = np.abs(self.rows @ state.transform.matrix).max(axis=-1, initial=0.0)
         return np.asarray(moved <= DRIVEN * np.abs(self.rows).max(axis=1))
 
+    def _look(self, at: Evaluation) -> _Known:
+        """Look at states (n,) without friction."""
+        kept, state = at.kept, at.kept.state
+        count, joints = len(at.force), len(self.all)
+        free = np.broadcast_to(
+            self.rows @ state.transform.matrix, (count, joints, at.force.shape[1])
+        )
+        forces = np.concatenate([at.force[:, None], free], axis=1)
+        moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
+        given = state.b @ self.rows.T
+        mobility = moved[:, 1:] @ np.swapaxes(free, 1, 2)
+        away = given + (free @ moved[:, 0, :, None])[..., 0]
+        felt = np.zeros((count, 1 + joints, joints, 2))
+        if self._share.any():
+            whole = np.concatenate(
+                [kept.force[:, None], np.broadcast_to(self.rows, (count, *self.rows.shape))], axis=1
+            )
+            bends = moved @ np.swapaxes(
+                np.broadcast_to(
+                    state.transform.matrix, (count, *state.transform.matrix.shape[-2:])
+                ),
+                1,
+                2,
+            )
+            bends[:, 0] += state.b
+            felt = self._force(state, bends @ kept.mass - whole)
+        places = state.v @ self.rows.T, state.x @ self.rows.T
+        by = np.swapaxes(felt[:, 1:], 1, 2)
+        return _Known(free, away, given, mobility, *places, felt[:, 0], by)
+
     def _force(self, state: TreeState, excess: FloatArray) -> FloatArray:
-        """Forces R (n, joints, 2) by what accelerations leave of the forces (n, links).
+        """Forces R (n, k, joints, 2) by what accelerations leave of the forces (n, k, links).
 
         Of a pin both components, in axes of its own; of a slide that across its line alone.
         """
-        found = np.zeros((len(excess), len(self.all), 2))
-        if not self._share.any():
-            return found
+        found = np.zeros((*excess.shape[:2], len(self.all), 2))
         if isinstance(self._coordinates, ClosedCoordinates):
             excess, own = self._coordinates.held_by_loops(state, excess)
             for k, joint in self._closing.items():
-                found[:, k] = own[:, joint]
+                found[:, :, k] = own[:, :, joint]
         for k, links in self._felt.items():
-            found[:, k, : len(links)] = excess[:, links]
+            found[:, :, k, : len(links)] = excess[:, :, links]
         return found
 
     # --- equations ----------------------------------------------------------------------------
 
-    def _answers(
-        self, at: Evaluation, rows: _Rows, held: IndexArray, moving: IndexArray
-    ) -> tuple[_Answer, _Answer, FloatArray]:
-        """What the forces do without T in `moving` joints, and what a unit of each of those does.
-
-        The second has an axis of these before that of instants. Some of the joints are `held`.
-        Last are inverse mobilities (n, held, held).
-        """
-        g = rows.free[:, held]
-        arms = np.linalg.solve(at.mass, np.swapaxes(g, 1, 2))
-        inverse = least_inverse(g @ arms)
-        off, kept = np.nan_to_num(rows.place - self._place)[:, held], at.kept
-        wanted = -rows.bend[:, held] - 2 * BAUMGARTE * rows.rate[:, held] - BAUMGARTE**2 * off
-
-        def answer(
-            free: FloatArray, whole: FloatArray, asked: FloatArray | float, b: FloatArray | float
-        ) -> _Answer:
-            z = np.linalg.solve(at.mass, free[..., None])[..., 0]
-            hold = (inverse @ (asked - (g @ z[..., None])[..., 0])[..., None])[..., 0]
-            z = z + (arms @ hold[..., None])[..., 0]
-            whole = whole + hold @ self.rows[held]
-            excess = (kept.mass @ (b + kept.state.transform.expanded(z))[..., None])[..., 0] - whole
-            return _Answer(z, hold, self._force(kept.state, excess))
-
-        known = answer(at.force, kept.force, wanted, kept.state.b)
-        units = [
-            answer(rows.free[:, j], np.broadcast_to(self.rows[j], kept.force.shape), 0.0, 0.0)
-            for j in moving.tolist()
-        ]
-        columns = [np.array(column) for column in zip(*units, strict=True)] if units else []
-        shape = (0, len(at.force))
-        none = _Answer(np.zeros((*shape, at.force.shape[1])), np.zeros((*shape, len(held))),
-                       np.zeros((*shape, len(self.all), 2)))  # fmt: skip
-        return known, _Answer(*columns) if units else none, inverse
-
     def act(self, at: Evaluation) -> Evaluation:
-        """Return evaluations at instants (n,) with friction, as all joints slide or rest now."""
-        held, moving, kept = self.held, np.flatnonzero(self.way), at.kept
-        rows = self._look(kept.state)
-        torque = np.zeros((len(at.force), len(self.all)))
-        torque[:, moving] = -(self.way * self._constant)[moving]
-        felt = np.zeros((*torque.shape, 2))
-        if len(held) or self._share.any():
-            known, units, _ = self._answers(at, rows, held, moving)
-            if self._share[moving].any():
-                torque[:, moving] = self._braking(known.felt, units.felt, moving)
-            own = torque[:, moving].T[..., None]
-            torque[:, held] = known.holding + (own * units.holding).sum(axis=0)
-            felt = known.felt + (own[..., None] * units.felt).sum(axis=0)
-        whole = kept.force + torque @ self.rows
-        free = at.force + (torque[:, None] @ rows.free)[:, 0]
-        bound = self._constant + self._share * np.linalg.norm(felt, axis=-1)
-        told = np.stack([torque, bound, felt[..., 0]], axis=-1)
-        return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
-
-    def _braking(self, known: FloatArray, units: FloatArray, moving: IndexArray) -> FloatArray:
-        """T (n, moving) of joints that slide, by Newton's method: bounds and T follow each other.
+        """Return evaluations at instants (n,) with friction, as all joints slide or rest now.
 
         Raises:
-            LockedError: there is none, or more than one.
+            LockedError: friction by the forces in joints has no answer, or more than one.
 
         """
-        share, way, slides = self._share[moving], self.way[moving], self._slides[moving]
-        known, by = known[:, moving], np.moveaxis(units[:, :, moving], 0, 2)  # n, j, k, 2
-        self._require_one(share, by, moving)
-        braked = np.tile(-way * self._constant[moving], (len(known), 1))
+        held, moving, known, kept = self.held, np.flatnonzero(self.way), self._look(at), at.kept
+        torque = np.zeros(known.rate.shape)
+        torque[:, moving] = -(self.way * self._constant)[moving]
+        inverse = scaled_inverse(known.mobility[:, held[:, None], held])
+        off = np.nan_to_num(known.place - self._place)
+        wanted = (-known.away - 2 * BAUMGARTE * known.rate - BAUMGARTE**2 * off)[:, held]
+        by_moving = -inverse @ known.mobility[:, held[:, None], moving]
+        alone = (inverse @ wanted[..., None])[..., 0]
+        if self._share[moving].any():
+            felt = known.felt + np.einsum("njhi,nh->nji", known.by[:, :, held], alone)
+            by = known.by[:, :, moving] + np.einsum(
+                "njhi,nhm->njmi", known.by[:, :, held], by_moving
+            )
+            torque[:, moving] = self._braking(felt[:, moving], by[:, moving], moving)
+        torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
+        bound = self._bound(known, torque)
+        for block in _dependent(known.mobility[0], held):
+            for _ in range(FEW_ROUNDS if self._share.any() else 1):
+                own = torque[:, block], bound[:, block], known.free[:, block]
+                torque[:, block] = _least_part(*own)
+                bound = self._bound(known, torque)
+        felt = _felt(known, torque)
+        told = np.stack([torque, bound, felt[..., 0]], axis=-1)
+        whole = kept.force + torque @ self.rows
+        free = at.force + (torque[:, None] @ known.free)[:, 0]
+        return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
+
+    def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
+        return self._constant + self._share * np.linalg.norm(_felt(known, torque), axis=-1)
+
+    def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
+        """T (n, moving) of joints that slide, by Newton's method: bounds and T follow each other.
+
+        R are `known` (n, moving, 2) without them, and `by` (n, moving, moving, 2) a unit of each.
+        """
+        share, way, side = self._share[which], self.way[which], self.side[which]
+        self._require_one(share, by, which)
+        of_slide = np.stack([side, np.zeros(len(side))], axis=-1)
+        braked = np.tile(-way * self._constant[which], (len(known), 1))
         for _ in range(MOST_ROUNDS):
-            felt = known + (by * braked[:, None, :, None]).sum(axis=2)
-            size = np.linalg.norm(felt, axis=-1)
-            along = felt / np.maximum(size, LEAST_BOUND)[..., None]
-            signed = np.where(slides, self._side[moving] * felt[..., 0], size)
-            along[:, slides] = np.stack([self._side[moving][slides], 0 * way[slides]], axis=-1)
-            slope = (by * along[:, :, None]).sum(axis=-1)
-            off = braked + way * (self._constant[moving] + share * signed)
-            change = np.linalg.solve(
-                np.eye(len(moving)) + (way * share)[:, None] * slope, off[..., None]
-            )[..., 0]
+            felt = known + np.einsum("njki,nk->nji", by, braked)
+            along = felt / np.maximum(np.linalg.norm(felt, axis=-1), LEAST_BOUND)[..., None]
+            along = np.where(self._slides[which, None], of_slide, along)
+            off = braked + way * (self._constant[which] + share * (felt * along).sum(axis=-1))
+            slope = (way * share)[:, None] * np.einsum("njki,nji->njk", by, along)
+            change = np.linalg.solve(np.eye(len(way)) + slope, off[..., None])[..., 0]
             braked = braked - change
             if np.abs(change).max() <= ROUNDING * np.abs(braked).max():
                 break
         return braked
 
     def _require_one(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
-        grown = share * np.linalg.norm(by, axis=-1).sum(axis=-1)  # n, j
+        grown = share * np.linalg.norm(by, axis=-1).sum(axis=-1)  # n, joints
+        self.trouble = None
         if grown.max(initial=0.0) >= 1:
             name = self.all[which[int(grown.max(axis=0).argmax())]].name
             self.trouble = LockedError(LOCKS.format(name))
             raise self.trouble
-        self.trouble = None
 
     def projector(self, at: Evaluation) -> Projector | None:
         """What the joints that rest let through at one state; None if none does."""
@@ -226,69 +227,53 @@ class JointFrictions:
             return None
         g = self.rows[held] @ at.kept.state.transform.matrix
         arms = np.linalg.solve(at.mass, g.T)
-        back = g.T @ least_inverse(g @ arms)
+        back = g.T @ scaled_inverse(g @ arms)
         return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ g)
 
     # --- which rest ---------------------------------------------------------------------------
 
-    def settle(self, time: float, at: Evaluation) -> None:
+    def settle(self, at: Evaluation) -> None:
         """Tell which joints slide, and which way, at a state (1,) without friction.
 
         Raises:
-            LockedError: friction by the forces in joints has no answer.
+            LockedError: friction by the forces in joints has no answer, or more than one.
 
         """
-        state, before = at.kept.state, self.way.copy()
-        rows, every = self._look(state), np.arange(len(self.all))
-        rate = rows.rate[0]
-        way = np.where(np.abs(rate) > STILL, np.sign(rate), 0.0)
-        known, units, _ = self._answers(at, rows, np.zeros(0, dtype=int), every)
-        felt, by = known.felt[0], np.moveaxis(units.felt[:, 0], 0, 1)  # j, k, 2
-        self._require_one(self._share, by[None], every)
-        driven = self.driven(state.pick(0))
-        pushed = rows.bend[0] * (np.abs(rows.bend[0]) > NOT_PUSHED * np.abs(state.b[0]).max())
-        way = np.where(driven & (way == 0), np.sign(pushed), way)
-        resting = np.flatnonzero((way == 0) & ~driven)
-        torque = np.zeros(len(self.all))
+        before, known, every = self.way, self._look(at), np.arange(len(self.all))
+        self._require_one(self._share, known.by, every)
+        way = np.where(np.abs(known.rate[0]) > STILL, np.sign(known.rate[0]), 0.0)
+        driven = self.driven(at.kept.state.pick(0))
+        given = known.given[0]
+        pushed = np.abs(given) > NO_ACCELERATION * np.abs(at.kept.state.b).max()
+        way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
+        resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(every)))
         for _ in range(MOST_ROUNDS):
-            force = felt + (by * torque[None, :, None]).sum(axis=1)
-            bound = self._constant + self._share * np.linalg.norm(force, axis=-1)
+            bound = self._bound(known, torque)
             found = -way * bound
-            found[resting] = _holding(at, rows, found, bound, resting)
+            found[0, resting] = 0.0
+            found[0, resting] = _holding(at, known, found[0], bound[0, resting], resting)
             change, torque = np.abs(found - torque).max(), found
             if change <= ROUNDING * np.abs(torque).max():
                 break
-        at_bound = np.abs(torque[resting]) >= bound[resting]
-        way[resting] = np.where(at_bound, -np.sign(torque[resting]), 0.0)
-        self._side = np.where(force[:, 0] < 0, -1.0, 1.0)
+        parts = known.mobility[0] * torque[0]
+        left = known.away[0] + parts.sum(axis=1)
+        moves = np.abs(left) > NO_ACCELERATION * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
+        slide = moves & (np.abs(torque[0]) >= bound[0])
+        way[resting] = np.where(slide, -np.sign(torque[0]), 0.0)[resting]
+        self.side = np.where(_felt(known, torque)[0, :, 0] < 0, -1.0, 1.0)
         fresh = (way == 0) & ((before != 0) | np.isnan(self._place))
-        self._place = np.where(fresh, rows.place[0], self._place)
-        for k in every.tolist():
-            self.turn(k, float(way[k]), time)
+        self._place = np.where(fresh, known.place[0], self._place)
+        self.way = way
 
-    def turn(self, k: int, way: float, time: float) -> None:
-        """Let a joint slide this way from a time (s) on, or rest."""
-        if way == 0 and not (self.rests[k] and len(self.rests[k][-1]) == 1):
-            self.rests[k].append([time])
-        elif way != 0 and self.rests[k] and len(self.rests[k][-1]) == 1:
-            self.rests[k][-1].append(time)
-        self.way = self.way.copy()
-        self.way[k] = way
+    def slide(self, k: int, friction: FloatArray) -> None:
+        """Let joint k slide, and all that are at their bounds, by `friction` (joints, 2 or more).
 
-    def change_side(self, k: int) -> None:
-        """The force of a slide presses from its other side."""
-        self._side = self._side.copy()
-        self._side[k] *= -1
-
-    @property
-    def side(self) -> FloatArray:
-        """On which side (joints,) the force of a slide presses; of a pin without meaning."""
-        return self._side
-
-    @property
-    def has_sides(self) -> IndexArray:
-        """Numbers of slides that rub by their force."""
-        return np.flatnonzero(self._slides & (self._share > 0))
+        That is the T of each, and its bound.
+        """
+        torque, bound = friction[:, 0], friction[:, 1]
+        starts = (self.way == 0) & (np.abs(torque) >= (1 - AT_BOUND) * bound) & (bound > 0)
+        starts[k] = True
+        self.way = np.where(starts, -np.sign(torque), self.way)
 
 
 def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
@@ -300,18 +285,70 @@ def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
     return sign * np.eye(len(layout.links))[link]
 
 
+def _felt(known: _Known, torque: FloatArray) -> FloatArray:
+    """Forces R (n, joints, 2) with all T (n, joints)."""
+    return np.asarray(known.felt + np.einsum("njki,nk->nji", known.by, torque))
+
+
+def scaled_inverse(mobility: FloatArray) -> FloatArray:
+    """Inverse of mobilities (..., c, c), least where joints depend; zero where none can move."""
+    own = np.diagonal(mobility, axis1=-2, axis2=-1)
+    scale = np.divide(1.0, np.sqrt(own), where=own > 0, out=np.zeros(own.shape))
+    both = scale[..., :, None] * scale[..., None, :]
+    return np.asarray(least_inverse(mobility * both) * both)
+
+
 def _holding(
-    at: Evaluation, rows: _Rows, torque: FloatArray, bound: FloatArray, resting: IndexArray
+    at: Evaluation, known: _Known, torque: FloatArray, bound: FloatArray, resting: IndexArray
 ) -> FloatArray:
     """T (resting,) of joints at rest, within their bounds, at one state; others have theirs."""
     if not len(resting):
         return np.zeros(0)
-    g, root = rows.free[0, resting], np.linalg.cholesky(at.mass[0])
-    others = torque.copy()
-    others[resting] = 0.0
-    z = np.linalg.solve(at.mass[0], at.force[0] + others @ rows.free[0])
+    g, root = known.free[0, resting], np.linalg.cholesky(at.mass[0])
     arms = np.linalg.solve(at.mass[0], g.T)
-    z = z + arms @ (least_inverse(g @ arms) @ rows.bend[0, resting])
-    most = np.maximum(bound[resting], LEAST_BOUND)
+    # Accelerations that drives give joints are those of some motion of the independent ones.
+    given = arms @ (scaled_inverse(g @ arms) @ known.given[0, resting])
+    z = np.linalg.solve(at.mass[0], at.force[0] + torque @ known.free[0]) + given
+    most = np.maximum(bound, LEAST_BOUND)
     found = lsq_linear(root.T @ arms * most, -root.T @ z, (-1.0, 1.0), "bvls", tol=1e-15)
     return np.asarray(np.where(found.active_mask, found.active_mask, found.x) * most)
+
+
+# --- more joints at rest than freedoms ------------------------------------------------------------
+
+
+def _dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
+    """Joints at rest that move each other, where more do than there are freedoms between them."""
+    own = mobility[np.ix_(held, held)]
+    held = held[np.diag(own) > 0]
+    if len(held) < 2:
+        return
+    scale = 1 / np.sqrt(np.diag(mobility)[held])
+    coupled = mobility[np.ix_(held, held)] * scale[:, None] * scale
+    count, group_of = connected_components(np.abs(coupled) > COUPLED)
+    for group in range(count):
+        block = np.flatnonzero(group_of == group)
+        if np.linalg.matrix_rank(coupled[np.ix_(block, block)], COUPLED, hermitian=True) < len(
+            block
+        ):
+            yield held[block]
+
+
+def _least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArray:
+    """T (n, block) that do the same as some, by the least largest part of their bounds."""
+    found = np.empty_like(torque)
+    for i, (own, most, rows) in enumerate(
+        zip(torque, np.maximum(bound, LEAST_BOUND), g, strict=True)
+    ):
+        arms = rows.T * most  # (independent, block)
+        whole, count = arms @ (own / most), len(own)
+        within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
+        size = max(float(np.abs(arms).max()), LEAST_BOUND)
+        answer = linprog(
+            np.append(np.zeros(count), 1.0), within, np.zeros(2 * count),
+            np.hstack([arms, np.zeros((len(arms), 1))]) / size, whole / size, (None, None),
+        )  # fmt: skip
+        part = own / most if answer.x is None else answer.x[:count]
+        part = part + np.linalg.pinv(arms, rcond=COUPLED) @ (whole - arms @ part)
+        found[i] = part * most
+    return found

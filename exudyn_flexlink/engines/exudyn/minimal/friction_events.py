@@ -54,7 +54,7 @@ class FrictionWatch:
         if self._own.all:
             states = self._model.states(np.array([time]), q[None], v[None])
             inside = self._model.window.all_inside(np.array([time]))
-            self._own.settle(time, self._model.without_reactions(inside, states))
+            self._own.settle(self._model.without_reactions(inside, states))
 
     def events(self, step: Step) -> list[Event]:
         """What happens first to each joint within a step."""
@@ -112,9 +112,11 @@ class FrictionWatch:
         k = change.joint
         if change.what is Happens.SLIDES:
             at = self._model.evaluate(time, *self._model.coordinates.independent())
-            self._own.turn(k, -float(np.sign(at.kept.friction[k, 0])), time)
+            self._own.slide(k, at.kept.friction)
         elif change.what is Happens.CHANGES_SIDES:
-            self._own.change_side(k)
+            self._own.side = (
+                np.where(np.arange(len(self._own.all)) == k, -1.0, 1.0) * self._own.side
+            )
 
 
 def _speed(row: FloatArray, way: float) -> Value:

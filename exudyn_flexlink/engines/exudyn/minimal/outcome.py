@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import inf
 from threading import Event as Asked
 
 import numpy as np
@@ -17,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder, TreeKept
 from exudyn_flexlink.engines.exudyn.reporting import versions
-from exudyn_flexlink.engines.histories import Histories, push_of
+from exudyn_flexlink.engines.histories import Histories, friction_histories, push_of
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
@@ -259,13 +258,9 @@ class RunReader:
         )
 
     def _frictions(self) -> dict[str, FrictionHistory]:
-        found, own = {}, self.kept.own
-        for k, friction in enumerate(self.model.frictions.all):
-            rests = self.model.frictions.rests[k]
-            begin, end = np.array([(*rest, inf)[:2] for rest in rests]).reshape(-1, 2).T
-            lost = self.kept.totals[:, 2 + k]
-            found[friction.name] = FrictionHistory(own.friction[:, k], lost, begin, end)
-        return found
+        own, lost = self.kept.own, self.kept.totals[:, 2:]
+        speeds = own.v @ self.model.frictions.rows.T
+        return friction_histories(self.mechanism, self.time, speeds, own.friction, lost)
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step
