@@ -11,6 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact, Contact
@@ -78,6 +81,10 @@ class JointFriction:
     constant: float
     share: float
     slip_speed: float
+
+    def regularised(self, speed: FloatArray) -> FloatArray:
+        """T by the constant part of the bound where nothing holds, at speeds (...)."""
+        return np.asarray(-self.constant * np.tanh(speed / self.slip_speed))
 
 
 @dataclass(frozen=True)

@@ -130,6 +130,8 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
     for kind, lacks in ((WeldJoint, "no welds"), (PrismaticJoint, "no such joints")):
         for name in _joints(scene, kind):
             yield ("joints", name), lacks
+    for friction in mechanism.frictions:
+        yield ("joints", friction.name, "friction"), "no friction in joints"
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody) and body.stretch:
             yield ("bodies", name, "stretch"), "rods that do not stretch"
