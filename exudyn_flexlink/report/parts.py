@@ -174,6 +174,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     laws: dict[str, Law] = {n: j.acting for n, j in walled.items() if j.acting is not None}
     laws |= {name: contact.law for name, contact in scene.contacts.items()}
     rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
+    rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
