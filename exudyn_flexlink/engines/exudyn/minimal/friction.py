@@ -14,7 +14,7 @@ joints rest than there are freedoms between them, as in a loop, their T are thos
 part of their bounds: they slide when none other would hold.
 
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
-There is one T of every R as long as share |D| is less than 1; beyond, friction locks.
+There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
 """
 
 from __future__ import annotations
@@ -43,12 +43,16 @@ DRIVEN = 1e-12  # of the row of a joint: what it moves of the independent coordi
 MOST_ROUNDS, ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
 FEW_ROUNDS = 8  # likewise, where each tells some digits more
 LEAST_BOUND = 1e-30  # N m or N: of what no force presses together
-LOCKS = "friction in joint '{}' locks it: the force in the joint grows with it without end"
-LOCKS_ADVICE = "less 'coefficient', or a smaller 'radius'"
+LOCKS_ADVICE = "a smaller 'coefficient' or 'radius'"
 
 
 class LockedError(ArithmeticError):
     """Friction by the force in a joint has no answer, or more than one."""
+
+    def __init__(self, joint: str) -> None:
+        """Take the name of the joint."""
+        self.joint = joint
+        super().__init__(f"friction locks joint '{joint}': the force in it grows with its friction")
 
 
 class _Known(NamedTuple):
@@ -213,12 +217,14 @@ class JointFrictions:
         return braked
 
     def _require_one(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
-        grown = share * np.linalg.norm(by, axis=-1).sum(axis=-1)  # n, joints
+        """Require that bounds grow by less than T does, in whatever units."""
         self.trouble = None
-        if grown.max(initial=0.0) >= 1:
-            name = self.all[which[int(grown.max(axis=0).argmax())]].name
-            self.trouble = LockedError(LOCKS.format(name))
-            raise self.trouble
+        grown = share[:, None] * np.linalg.norm(by, axis=-1)
+        if not share.any() or np.abs(np.linalg.eigvals(grown)).max(initial=0.0) < 1:
+            return
+        worst = np.diagonal(grown, axis1=-2, axis2=-1).max(axis=0).argmax()
+        self.trouble = LockedError(self.all[which[worst]].name)
+        raise self.trouble
 
     def projector(self, at: Evaluation) -> Projector | None:
         """What the joints that rest let through at one state; None if none does."""

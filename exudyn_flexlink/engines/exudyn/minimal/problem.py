@@ -84,6 +84,7 @@ class MinimalProblem:
         self._walls = len(self.model.contacts)  # number of the first pair of link and guide
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
+        self._finder.frictions.settle(0.0, *self.model.coordinates.independent())
         self.impacts = Impacts(self.model, self._finder, self.recorder)
 
     @property

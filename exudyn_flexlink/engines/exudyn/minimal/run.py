@@ -75,7 +75,11 @@ def prepare(
     accuracy = scene.accuracy
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     goal = _goal(scene, assembly, layout)
-    problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
+    try:
+        problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
+    except LockedError as error:
+        own = Mistake(("joints", error.joint, "friction"), f"{error}, as it starts", LOCKS_ADVICE)
+        raise SceneError(scene.document, [own]) from error
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
