@@ -22,7 +22,7 @@ from exudyn_flexlink.mechanism.prescribed import Formula
 REACHED = 1e-2
 # Of the largest value so far, and at least of 1 in its SI unit: what the solver leaves of a rest.
 REST = 1e-10
-STEEP = 3.0  # slip speeds: where friction of a joint has 0.995 of its bound
+STEEP = 10.0  # slip speeds: where friction of a joint is its bound, but for 4e-9
 
 
 @dataclass(frozen=True, slots=True)
