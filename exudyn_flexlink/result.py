@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.intervals import FrictionHistory, Interval, Intervals
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.variables import Variable
@@ -119,26 +119,6 @@ class SleeveHistory:
     force: Annotated[FloatArray, Variable("time .pairs", "N", "normal force")]
     touches: Intervals
     deepest: Annotated[float, Variable("", "m", "largest penetration")]
-
-
-@dataclass(frozen=True)
-class FrictionHistory:
-    """How dry friction braked a joint: on its second body, and the energy that it took (J).
-
-    It rests from `begin` to `end` (s) each time; inf where it still does as the run ends. Redundant
-    coordinates hold nothing: there it creeps, and never rests.
-    """
-
-    torque: Annotated[
-        FloatArray, Variable("time", "N m", "friction in a joint; along a slide a force, N")
-    ]
-    lost: Annotated[FloatArray, Variable("time", "J", "energy lost by friction in a joint")]
-    begin: Annotated[FloatArray, Variable(".", "s", "begin of a rest")]
-    end: Annotated[FloatArray, Variable(".", "s", "end of a rest")]
-
-    def rest_until(self, end: float) -> float:
-        """Time (s) at rest up to the end (s) of a run."""
-        return float(np.sum(np.minimum(self.end, end) - self.begin))
 
 
 @dataclass(frozen=True)

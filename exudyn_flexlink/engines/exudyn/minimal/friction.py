@@ -19,17 +19,20 @@ There is one T as long as the eigenvalues of share |D| are less than 1; beyond, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linprog, lsq_linear
-from scipy.sparse.csgraph import connected_components
+from scipy.optimize import lsq_linear
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import BAUMGARTE, Projector
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.friction_sharing import (
+    LEAST_BOUND,
+    dependent,
+    least_part,
+)
 from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.mechanism import JointFriction, Pin
@@ -38,11 +41,9 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
 NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
 AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which reaches it
-COUPLED = 1e-9  # of joints that move each other: less is rounding
-DRIVEN = 1e-12  # of the row of a joint: what it moves of the independent coordinates, if prescribed
+DRIVEN = 1e-12  # of the row of a joint: less of an independent coordinate is rounding
 MOST_ROUNDS, ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
 FEW_ROUNDS = 8  # likewise, where each tells some digits more
-LEAST_BOUND = 1e-30  # N m or N: of what no force presses together
 LOCKS_ADVICE = "a smaller 'coefficient' or 'radius'"
 
 
@@ -109,16 +110,19 @@ class JointFrictions:
 
     def driven(self, state: TreeState) -> BoolArray:
         """Tell of which joints (joints,) a drive prescribes the speed, at one state."""
-        moved = np.abs(self.rows @ state.transform.matrix).max(axis=-1, initial=0.0)
-        return np.asarray(moved <= DRIVEN * np.abs(self.rows).max(axis=1))
+        return ~np.asarray(self._free(state).any(axis=-1))
+
+    def _free(self, state: TreeState) -> FloatArray:
+        """Return g (..., joints, independent); of what a drive prescribes without rounding: 0."""
+        free = self.rows @ state.transform.matrix
+        largest = np.abs(self.rows).max(axis=1, initial=0.0)[:, None]
+        return np.asarray(np.where(np.abs(free) > DRIVEN * largest, free, 0.0))
 
     def _look(self, at: Evaluation) -> _Known:
         """Look at states (n,) without friction."""
         kept, state = at.kept, at.kept.state
         count, joints = len(at.force), len(self.all)
-        free = np.broadcast_to(
-            self.rows @ state.transform.matrix, (count, joints, at.force.shape[1])
-        )
+        free = np.broadcast_to(self._free(state), (count, joints, at.force.shape[1]))
         forces = np.concatenate([at.force[:, None], free], axis=1)
         moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
         given = state.b @ self.rows.T
@@ -181,10 +185,10 @@ class JointFrictions:
             torque[:, moving] = self._braking(felt[:, moving], by[:, moving], moving)
         torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
         bound = self._bound(known, torque)
-        for block in _dependent(known.mobility[0], held):
+        for block in dependent(known.mobility[0], held):
             for _ in range(FEW_ROUNDS if self._share.any() else 1):
                 own = torque[:, block], bound[:, block], known.free[:, block]
-                torque[:, block] = _least_part(*own)
+                torque[:, block] = least_part(*own)
                 bound = self._bound(known, torque)
         felt = _felt(known, torque)
         told = np.stack([torque, bound, felt[..., 0]], axis=-1)
@@ -231,7 +235,7 @@ class JointFrictions:
         held = self.held
         if not len(held):
             return None
-        g = self.rows[held] @ at.kept.state.transform.matrix
+        g = self._free(at.kept.state)[held]
         arms = np.linalg.solve(at.mass, g.T)
         back = g.T @ scaled_inverse(g @ arms)
         return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ g)
@@ -318,43 +322,3 @@ def _holding(
     most = np.maximum(bound, LEAST_BOUND)
     found = lsq_linear(root.T @ arms * most, -root.T @ z, (-1.0, 1.0), "bvls", tol=1e-15)
     return np.asarray(np.where(found.active_mask, found.active_mask, found.x) * most)
-
-
-# --- more joints at rest than freedoms ------------------------------------------------------------
-
-
-def _dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
-    """Joints at rest that move each other, where more do than there are freedoms between them."""
-    own = mobility[np.ix_(held, held)]
-    held = held[np.diag(own) > 0]
-    if len(held) < 2:
-        return
-    scale = 1 / np.sqrt(np.diag(mobility)[held])
-    coupled = mobility[np.ix_(held, held)] * scale[:, None] * scale
-    count, group_of = connected_components(np.abs(coupled) > COUPLED)
-    for group in range(count):
-        block = np.flatnonzero(group_of == group)
-        if np.linalg.matrix_rank(coupled[np.ix_(block, block)], COUPLED, hermitian=True) < len(
-            block
-        ):
-            yield held[block]
-
-
-def _least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArray:
-    """T (n, block) that do the same as some, by the least largest part of their bounds."""
-    found = np.empty_like(torque)
-    for i, (own, most, rows) in enumerate(
-        zip(torque, np.maximum(bound, LEAST_BOUND), g, strict=True)
-    ):
-        arms = rows.T * most  # (independent, block)
-        whole, count = arms @ (own / most), len(own)
-        within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
-        size = max(float(np.abs(arms).max()), LEAST_BOUND)
-        answer = linprog(
-            np.append(np.zeros(count), 1.0), within, np.zeros(2 * count),
-            np.hstack([arms, np.zeros((len(arms), 1))]) / size, whole / size, (None, None),
-        )  # fmt: skip
-        part = own / most if answer.x is None else answer.x[:count]
-        part = part + np.linalg.pinv(arms, rcond=COUPLED) @ (whole - arms @ part)
-        found[i] = part * most
-    return found
