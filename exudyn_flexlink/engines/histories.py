@@ -13,9 +13,6 @@ from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Contact, Mechanism, approach, pair_sides, pairs
 from exudyn_flexlink.result import ContactHistory, FrictionHistory, SleeveHistory
 
-STANDS = 1e-9  # rad/s or m/s: a joint with friction that is slower rests
-SHORTEST_REST = 1e-9  # s
-
 
 @dataclass(frozen=True)
 class Histories:
@@ -77,18 +74,18 @@ class Histories:
 def friction_histories(
     mechanism: Mechanism, time: FloatArray, *columns: FloatArray
 ) -> dict[str, FrictionHistory]:
-    """Of joints with friction, by name: `columns` (samples, joints) are speeds, T and losses.
+    """Of joints with friction, by name; `columns` (samples, joints): whether it rests, T, losses.
 
-    Their joints rest between samples at which they stand still: an event has a sample.
+    Where one begins or ends to rest is a sample.
     """
     found = {}
     for k, friction in enumerate(mechanism.frictions):
-        speed, torque, lost = (column[:, k] for column in columns)
-        edges = np.flatnonzero(np.diff(np.abs(speed) <= STANDS, prepend=False, append=False))
+        resting, torque, lost = (column[:, k] for column in columns)
+        edges = np.flatnonzero(np.diff(resting.astype(bool), prepend=False, append=False))
         begin, last = time[edges[::2]], edges[1::2] - 1
         end = np.where(last == len(time) - 1, inf, time[last])
-        rests = end - begin > SHORTEST_REST  # what turns back does not rest
-        found[friction.name] = FrictionHistory(torque, lost, begin[rests], end[rests])
+        lasts = end > begin
+        found[friction.name] = FrictionHistory(torque, lost, begin[lasts], end[lasts])
     return found
 
 

@@ -8,8 +8,8 @@ bound of its friction,
 A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with errors dying out (see
 `contacts.BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
 zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
-sense, within the bounds: a least-squares problem (J. J. Moreau, in *Nonsmooth Mechanics and
-Applications*, Springer 1988; P. B. Stark and R. L. Parker, Comput. Stat. 10 (1995) 129). Where more
+sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988).
+Where more
 joints rest than there are freedoms between them, as in a loop, their T are those that use the least
 part of their bounds: they slide when none other would hold.
 
@@ -22,7 +22,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
@@ -32,13 +31,15 @@ from exudyn_flexlink.engines.exudyn.minimal.friction_sharing import (
     LEAST_BOUND,
     dependent,
     least_part,
+    scaled_inverse,
+    within_bounds,
 )
-from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
+HELD_STILL = 1e-5  # likewise, of a joint that is held: by how much steps err there, and more
 NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
 AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which reaches it
 DRIVEN = 1e-12  # of the row of a joint: less of an independent coordinate is rounding
@@ -94,6 +95,8 @@ class JointFrictions:
         self.way = np.zeros(count)
         self.side = np.ones(count)  # of a slide, on which its force presses
         self._place = np.full(count, np.nan)  # where joints rest
+        self.since = np.zeros(count)  # speed with which each left its rest: what steps err there
+        self.stopped: int | None = None  # number of the joint that has just come to rest
         self.trouble: LockedError | None = None  # of the last evaluation that failed
 
     @property
@@ -191,7 +194,8 @@ class JointFrictions:
                 torque[:, block] = least_part(*own)
                 bound = self._bound(known, torque)
         felt = _felt(known, torque)
-        told = np.stack([torque, bound, felt[..., 0]], axis=-1)
+        rests = np.broadcast_to(self.way == 0, torque.shape)
+        told = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
         whole = kept.force + torque @ self.rows
         free = at.force + (torque[:, None] @ known.free)[:, 0]
         return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
@@ -251,7 +255,10 @@ class JointFrictions:
         """
         before, known, every = self.way, self._look(at), np.arange(len(self.all))
         self._require_one(self._share, known.by, every)
-        way = np.where(np.abs(known.rate[0]) > STILL, np.sign(known.rate[0]), 0.0)
+        rate = known.rate[0]
+        still = np.abs(rate) <= np.where(before == 0, HELD_STILL, STILL)
+        still |= every == self.stopped
+        way = np.where(still, 0.0, np.sign(rate))
         driven = self.driven(at.kept.state.pick(0))
         given = known.given[0]
         pushed = np.abs(given) > NO_ACCELERATION * np.abs(at.kept.state.b).max()
@@ -261,7 +268,9 @@ class JointFrictions:
             bound = self._bound(known, torque)
             found = -way * bound
             found[0, resting] = 0.0
-            found[0, resting] = _holding(at, known, found[0], bound[0, resting], resting)
+            left = known.away[0] + known.mobility[0] @ found[0]
+            within = known.mobility[0][np.ix_(resting, resting)], left[resting]
+            found[0, resting] = within_bounds(*within, bound[0, resting])
             change, torque = np.abs(found - torque).max(), found
             if change <= ROUNDING * np.abs(torque).max():
                 break
@@ -269,21 +278,22 @@ class JointFrictions:
         left = known.away[0] + parts.sum(axis=1)
         moves = np.abs(left) > NO_ACCELERATION * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
         slide = moves & (np.abs(torque[0]) >= bound[0])
-        way[resting] = np.where(slide, -np.sign(torque[0]), 0.0)[resting]
+        way[resting] = np.where(slide, np.sign(left), 0.0)[resting]
         self.side = np.where(_felt(known, torque)[0, :, 0] < 0, -1.0, 1.0)
         fresh = (way == 0) & ((before != 0) | np.isnan(self._place))
         self._place = np.where(fresh, known.place[0], self._place)
-        self.way = way
+        self.way, self.since, self.stopped = way, np.where(still, rate, 0.0), None
 
-    def slide(self, k: int, friction: FloatArray) -> None:
-        """Let joint k slide, and all that are at their bounds, by `friction` (joints, 2 or more).
+    def slide(self, k: int, friction: FloatArray, v: FloatArray) -> None:
+        """Let joint k slide, and all that are at their bounds, by T and bounds (joints, 2 or more).
 
-        That is the T of each, and its bound.
+        `v` (links,) are the speeds then.
         """
         torque, bound = friction[:, 0], friction[:, 1]
         starts = (self.way == 0) & (np.abs(torque) >= (1 - AT_BOUND) * bound) & (bound > 0)
         starts[k] = True
         self.way = np.where(starts, -np.sign(torque), self.way)
+        self.since = np.where(starts, self.rows @ v, self.since)
 
 
 def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
@@ -298,27 +308,3 @@ def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
 def _felt(known: _Known, torque: FloatArray) -> FloatArray:
     """Forces R (n, joints, 2) with all T (n, joints)."""
     return np.asarray(known.felt + np.einsum("njki,nk->nji", known.by, torque))
-
-
-def scaled_inverse(mobility: FloatArray) -> FloatArray:
-    """Inverse of mobilities (..., c, c), least where joints depend; zero where none can move."""
-    own = np.diagonal(mobility, axis1=-2, axis2=-1)
-    scale = np.divide(1.0, np.sqrt(own), where=own > 0, out=np.zeros(own.shape))
-    both = scale[..., :, None] * scale[..., None, :]
-    return np.asarray(least_inverse(mobility * both) * both)
-
-
-def _holding(
-    at: Evaluation, known: _Known, torque: FloatArray, bound: FloatArray, resting: IndexArray
-) -> FloatArray:
-    """T (resting,) of joints at rest, within their bounds, at one state; others have theirs."""
-    if not len(resting):
-        return np.zeros(0)
-    g, root = known.free[0, resting], np.linalg.cholesky(at.mass[0])
-    arms = np.linalg.solve(at.mass[0], g.T)
-    # Accelerations that drives give joints are those of some motion of the independent ones.
-    given = arms @ (scaled_inverse(g @ arms) @ known.given[0, resting])
-    z = np.linalg.solve(at.mass[0], at.force[0] + torque @ known.free[0]) + given
-    most = np.maximum(bound, LEAST_BOUND)
-    found = lsq_linear(root.T @ arms * most, -root.T @ z, (-1.0, 1.0), "bvls", tol=1e-15)
-    return np.asarray(np.where(found.active_mask, found.active_mask, found.x) * most)

@@ -83,7 +83,7 @@ class FrictionWatch:
         driven = own.driven(step.begin.kept.state)
         for k, way in enumerate(own.way.tolist()):
             if way:
-                yield FrictionChange(k, Happens.RESTS), _speed(rows[k], way)
+                yield FrictionChange(k, Happens.RESTS), _speed(rows[k], way, own.since[k])
             elif driven[k]:
                 yield FrictionChange(k, Happens.SWEPT_ALONG), _stillness(rows[k])
             else:
@@ -103,7 +103,8 @@ class FrictionWatch:
         row = self._own.rows[change.joint]
         q, v = step.finish.q, step.finish.v
         state = self._model.state(step.end, q, v)
-        speed, slope = row @ state.v, row @ (state.b + state.transform.expanded(step.finish.a))
+        speed = row @ state.v - self._own.since[change.joint]
+        slope = row @ (state.b + state.transform.expanded(step.finish.a))
         near = abs(speed) <= abs(slope) * instant(step.end, EVENT_TIME)
         return 0.0 if near or slope == 0 else float(speed / slope)
 
@@ -112,15 +113,17 @@ class FrictionWatch:
         k = change.joint
         if change.what is Happens.SLIDES:
             at = self._model.evaluate(time, *self._model.coordinates.independent())
-            self._own.slide(k, at.kept.friction)
+            self._own.slide(k, at.kept.friction, at.kept.state.v)
+        elif change.what is Happens.RESTS:
+            self._own.stopped = k
         elif change.what is Happens.CHANGES_SIDES:
             self._own.side = (
                 np.where(np.arange(len(self._own.all)) == k, -1.0, 1.0) * self._own.side
             )
 
 
-def _speed(row: FloatArray, way: float) -> Value:
-    return lambda at: np.asarray(way * (at.state.v @ row))
+def _speed(row: FloatArray, way: float, since: float) -> Value:
+    return lambda at: np.asarray(way * (at.state.v @ row - since))
 
 
 def _stillness(row: FloatArray) -> Value:

@@ -62,7 +62,7 @@ class TreeForces(NamedTuple):
     mass: FloatArray  # (links, links)
     force: FloatArray  # (links,)
     pushes: FloatArray  # (contacts, 2): pressing force, N, and the power it takes, W
-    friction: FloatArray  # (joints, 3): torque or force of friction, its bound, and one by side
+    friction: FloatArray  # (joints, 4): torque or force of friction, bound, press, if it rests
     wall: WallPush | None  # what pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
@@ -199,7 +199,7 @@ class MinimalModel:
         wall = self.walls.push(state.x, state.v)
         if wall is not None:
             force += wall.force
-        rubbed = np.zeros((len(t), len(self.frictions.all), 3))
+        rubbed = np.zeros((len(t), len(self.frictions.all), 4))
         kept = TreeForces(t, state, mass, force, pushes, rubbed, wall, supply)
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
         mass, force = state.transform.reduced(mass), state.transform.reduced_rows(left)

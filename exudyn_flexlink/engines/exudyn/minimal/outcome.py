@@ -259,8 +259,7 @@ class RunReader:
 
     def _frictions(self) -> dict[str, FrictionHistory]:
         own, lost = self.kept.own, self.kept.totals[:, 2:]
-        speeds = own.v @ self.model.frictions.rows.T
-        return friction_histories(self.mechanism, self.time, speeds, own.friction, lost)
+        return friction_histories(self.mechanism, self.time, own.rests, own.friction, lost)
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step

@@ -41,6 +41,7 @@ class TreeKept(NamedTuple):
     a: FloatArray
     forces: FloatArray  # of motors, slots and loops
     friction: FloatArray  # (m, joints): torque or force on the second part, N m or N
+    rests: FloatArray  # (m, joints): 1 where friction holds a joint
 
 
 class _Waiting(NamedTuple):
@@ -169,7 +170,7 @@ class Recorder(BlockRecorder):
         if whole.wall is not None:
             press[:, len(self.model.contacts) + whole.wall.which] = whole.wall.press
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
-        own = TreeKept(state.x, state.v, a, forces, whole.friction[..., 0])
+        own = TreeKept(state.x, state.v, a, forces, *whole.friction[..., [0, 3]].T.swapaxes(1, 2))
         totals = np.zeros((count, 2 + self.frictions))
         return Kept(whole.t, self._places(state), press, pressed, totals, own)
 

@@ -131,7 +131,8 @@ class _RunReader:
             return {}
         speeds = [joint_speed(friction.joint, self.poses, self.rates) for friction in own]
         torques = [one.regularised(speed) for one, speed in zip(own, speeds, strict=True)]
-        columns = np.transpose(speeds), np.transpose(torques), self.kept.totals[:, 2:]
+        never, lost = np.zeros((len(self.kept.t), len(own))), self.kept.totals[:, 2:]
+        columns = never, np.transpose(torques), lost
         return friction_histories(self.mechanism, self.kept.t, *columns)
 
     def _creeping(self) -> Iterator[str]:
