@@ -67,19 +67,29 @@ def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
 
 
 def least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArray:
-    """T (n, block) that do the same as some, by the least largest part of their bounds."""
-    found = np.empty_like(torque)
+    """T (n, block) that do the same as some, by the least largest part of their bounds.
+
+    `g` (n, block, independent) is what each does. Where joints have one freedom between them all
+    take the same part; else that is a linear programme.
+    """
     bound = np.maximum(bound, LEAST_BOUND)
-    for i, (own, most, rows) in enumerate(zip(torque, bound, g, strict=True)):
-        arms = rows.T * most  # (independent, block)
-        whole, count = arms @ (own / most), len(own)
-        within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
-        size = max(float(np.abs(arms).max()), LEAST_BOUND)
-        answer = linprog(
-            np.append(np.zeros(count), 1.0), within, np.zeros(2 * count),
-            np.hstack([arms, np.zeros((len(arms), 1))]) / size, whole / size, (None, None),
-        )  # fmt: skip
-        part = own / most if answer.x is None else answer.x[:count]
-        part = part + np.linalg.pinv(arms, rcond=COUPLED) @ (whole - arms @ part)
-        found[i] = part * most
-    return found
+    arms = g * bound[..., None]
+    ways, sizes, _ = np.linalg.svd(arms, full_matrices=False)
+    if sizes.shape[1] < 2 or (sizes[:, 1] <= COUPLED * sizes[:, 0]).all():
+        by_motion = sizes[:, :1] * ways[..., 0]
+        done = (by_motion * torque / bound).sum(axis=1) / np.abs(by_motion).sum(axis=1)
+        return np.asarray(np.sign(by_motion) * done[:, None] * bound)
+    columns = zip(torque / bound, ways, sizes, strict=True)
+    return np.array([_least_largest(*own) for own in columns]) * bound
+
+
+def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Parts (block,) of bounds that move as some do, `ways` (block, motions), by the least one."""
+    arms = ways[:, sizes > COUPLED * sizes[0]].T
+    count, whole = len(part), arms @ part
+    within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
+    held = np.hstack([arms, np.zeros((len(arms), 1))])
+    cost = np.append(np.zeros(count), 1.0)
+    found = linprog(cost, within, np.zeros(2 * count), held, whole, (None, None))
+    least = part if found.x is None else found.x[:count]
+    return np.asarray(least + arms.T @ (whole - arms @ least))
