@@ -19,29 +19,29 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_315,
-    "engines/exudyn/minimal": 4_830,
-    "engines/exudyn/redundant": 3_145,
+    "engines": 2_335,
+    "engines/exudyn/minimal": 5_455,
+    "engines/exudyn/redundant": 3_210,
     "engines/lagrangian": 2_055,
-    "mechanism": 4_805,
-    "scene": 3_110,
+    "mechanism": 4_920,
+    "scene": 3_190,
     "expressions": 1_245,
     "curves": 1_435,
     "observables": 1_670,
     "accuracy": 940,
     "stability": 870,
     "verification": 440,
-    "storage": 1_915,
+    "storage": 1_925,
     "sweeps": 1_495,
     "plots": 2_950,
-    "report": 1_825,
-    "page": 335,
+    "report": 1_855,
+    "page": 345,
     "animation": 1_655,
     "cli": 2_445,
     "api": 1_190,
-    "": 3_560,
+    "": 3_620,
 }
-WHOLE = {PACKAGE: 45_850, "tests": 24_820, "scripts": 7_970}
+WHOLE = {PACKAGE: 46_875, "tests": 25_130, "scripts": 7_970}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

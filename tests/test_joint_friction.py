@@ -11,7 +11,9 @@ from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.report import run_text
 from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.storage import load, save
 
 ROD = """
 bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
@@ -283,3 +285,13 @@ def test_friction_that_no_engine_answers_is_refused():
     for settings, engine in (["solver.formulation=redundant"], "exudyn"), ([], "lagrangian"):
         with pytest.raises(NotRepresentableError, match=r"joints\.pin\.friction"):
             simulate(scene(rubbing(ROD, "{coefficient: 0.1, radius: 1 mm}"), *settings), engine)
+
+
+def test_a_saved_run_tells_its_friction(tmp_path):
+    whole = alone(rubbing(ROD, "{torque: 0.25}"), "accuracy.tolerance=1e-8")
+    save(whole, tmp_path)
+    read = load(tmp_path)
+    assert read.scene == whole.scene
+    np.testing.assert_array_equal(read.frictions["pin"].lost, whole.frictions["pin"].lost)
+    assert read.frictions["pin"].end.tolist() == [np.inf]
+    assert "pin 2.352 J 3.249 s from 6.751 s on" in " ".join(run_text(read).split())

@@ -114,11 +114,11 @@ def friction_table(result: Result) -> Table:
     """Return what dry friction took in each joint, and how long that rested."""
     end, rows = float(result.time[-1]), []
     for name, own in result.frictions.items():
-        rests = own.begin.size
-        rest = f"{number(own.rest_until(end))} s" if rests else "never"
-        last = f"from {number(float(own.begin[-1]))} s on" if np.isinf(own.end[-1:]).any() else ""
-        rows.append([name, f"{own.lost[-1]:.4g} J", rest, last])
-    return Table("Friction in joints", rows, ["", "lost", "at rest", ""])
+        lasts = bool(np.isinf(own.end[-1:]).any())
+        since = f"from {number(float(own.begin[-1]))} s on" if lasts else ""
+        rows.append([name, f"{own.lost[-1]:.4g}", number(own.rest_until(end)), since])
+    head, units = ["joint", "lost", "at rest", ""], ["", "J", "s", ""]
+    return Table("Friction in joints", rows, head, units)
 
 
 def error_table(result: Result) -> Table:

@@ -97,7 +97,7 @@ class PinFriction(Part):
     def _has_a_size(self) -> PinFriction:
         if not self.model_fields_set & {"torque", "coefficient"}:
             refuse("missing 'torque' or 'coefficient'", "e.g. friction: {torque: 0.2 N m}")
-        if "coefficient" in self.model_fields_set and self.radius is None:
+        if self.coefficient > 0 and self.radius is None:
             refuse("missing 'radius', that of the pin, on which the force in the joint rubs")
         if "coefficient" not in self.model_fields_set and self.radius is not None:
             refuse("a radius is for a 'coefficient'; a torque needs none", at="radius")

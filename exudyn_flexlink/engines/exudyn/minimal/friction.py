@@ -201,7 +201,9 @@ class JointFrictions:
         return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
-        return self._constant + self._share * np.linalg.norm(_felt(known, torque), axis=-1)
+        return np.asarray(
+            self._constant + self._share * np.linalg.norm(_felt(known, torque), axis=-1)
+        )
 
     def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
         """T (n, moving) of joints that slide, by Newton's method: bounds and T follow each other.
@@ -302,7 +304,7 @@ def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
     if isinstance(joint, Pin):
         return layout.turning_row(joint.first.part, joint.second.part)
     link, sign = layout.joints[joint.name]
-    return sign * np.eye(len(layout.links))[link]
+    return np.asarray(sign * np.eye(len(layout.links))[link])
 
 
 def _felt(known: _Known, torque: FloatArray) -> FloatArray:
