@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
-from exudyn_flexlink.laws import SpringTable
+from exudyn_flexlink.laws import Impulse, SpringTable
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Assembly,
@@ -18,6 +18,7 @@ from exudyn_flexlink.mechanism import (
     CircleContact,
     Contact,
     FaceContact,
+    Slide,
     always_redundant,
     anchor_position,
     approach,
@@ -26,7 +27,9 @@ from exudyn_flexlink.mechanism import (
     in_guides,
     on_the_contact,
     pairs,
+    shared_forces,
 )
+from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.scene import GROUND, LinearSpring, Scene
 from exudyn_flexlink.source import Mistake
 
@@ -263,6 +266,25 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             found.append(Mistake(("springs", spring.name), message, hint))
+    return found
+
+
+def rubbing_badly(assembly: Assembly) -> list[Mistake]:
+    """Friction in joints that has no answer, or that goes with nothing else in the scene."""
+    mechanism, found = assembly.mechanism, []
+    shared = shared_forces(assembly) if mechanism.frictions else set()
+    for friction in mechanism.frictions:
+        path = ("joints", friction.name, "friction")
+        if any(isinstance(contact.law, Impulse) for contact in mechanism.contacts):
+            message = "friction in joints does not go with contacts by impulse"
+            found.append(Mistake(path, message, "give the contacts a law with stiffness"))
+        if friction.share > 0 and friction.name in shared:
+            message = "the force in this joint is not known: other joints hold the same"
+            hint = "take one of them away; or give a torque, along a slide a force"
+            found.append(Mistake((*path, "coefficient"), message, hint))
+        if isinstance(friction.joint, Slide) and friction.name not in tree_layout(mechanism).joints:
+            message = "friction of a slide that closes a loop of slides is not known"
+            found.append(Mistake(path, message, "give it to another slide of the loop"))
     return found
 
 

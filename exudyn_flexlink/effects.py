@@ -16,6 +16,7 @@ from exudyn_flexlink.scene import (
     Joint,
     LinearSpring,
     PointsJoint,
+    PrismaticJoint,
     RevoluteJoint,
     RodBody,
     Scene,
@@ -41,7 +42,7 @@ def idealise(scene: Scene, without: Iterable[str]) -> Scene:
     - ``impact``: contacts and limits of joints go, and the bodies that are there only to be struck,
       with their joints, springs and initial values. Walls and bearings stay: they go with the
       clearance.
-    - ``friction``: contacts, walls and bearings are smooth.
+    - ``friction``: contacts, walls, bearings and joints are smooth.
     - ``damping``: hinges and springs lose nothing; contacts and walls keep their restitution, as
       part of the impact.
 
@@ -96,8 +97,13 @@ def _rigid(body: FlexibleBody) -> RodBody:
 
 def _without_friction(scene: Scene) -> dict[str, Any]:
     walls = {n: _smooth(j) for n, j in scene.joints.items() if getattr(j, "acting", None)}
+    rubbing = {
+        name: joint.model_copy(update={"friction": None})
+        for name, joint in scene.joints.items()
+        if isinstance(joint, (RevoluteJoint, PrismaticJoint)) and joint.friction is not None
+    }
     return {
-        "joints": {**scene.joints, **walls},
+        "joints": {**scene.joints, **walls, **rubbing},
         "contacts": {name: _smooth(contact) for name, contact in scene.contacts.items()},
     }
 

@@ -19,6 +19,7 @@ from exudyn_flexlink.assembly_mistakes import (
     penetrations,
     pressed_walls,
     redundancies,
+    rubbing_badly,
     speed_mistake,
     value_mistake,
     without_direction,
@@ -180,6 +181,7 @@ def assemble_scene(scene: Scene) -> Assembly:
         *outside_guides(scene, assembly),
         *redundancies(scene, assembly),
         *without_direction(scene, assembly),
+        *rubbing_badly(assembly),
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)

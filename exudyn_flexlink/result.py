@@ -11,7 +11,7 @@ import numpy as np
 
 from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.intervals import FrictionHistory, Interval, Intervals
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.units import Dimension
@@ -265,6 +265,7 @@ class Result:
     warnings: tuple[str, ...]
     outcome: Outcome
     error: MeasuredError = NOT_ASKED
+    frictions: Mapping[str, FrictionHistory] = field(default_factory=dict)  # of joints with any
 
     def __post_init__(self) -> None:
         """Let nobody change what a run gave: it would be saved as the run."""
@@ -310,6 +311,9 @@ def later(result: Result, by: float) -> Result:
     histories: dict[str, Any] = {
         kind: {k: replace(x, touches=moved(x.touches)) for k, x in getattr(result, kind).items()}
         for kind in kinds
+    }
+    histories["frictions"] = {
+        k: replace(x, begin=x.begin + by, end=x.end + by) for k, x in result.frictions.items()
     }
     extremes = {k: replace(x, time=x.time + by) for k, x in result.extremes.items()}
     laps = tuple(replace(lap, time=lap.time + by) for lap in result.laps)

@@ -72,6 +72,12 @@ CHANGES = {
         "initial={angles: {other: 0}}",
     ],
     "`revolute` with `clearance`": [ARM, HUB, "joints.hub.clearance=1 mm", f"joints.hub.{SETLAW}"],
+    "`revolute` with `friction: {torque}`": [ARM, HUB, "joints.hub.friction={torque: 0.1}"],
+    "`revolute` with `friction: {coefficient}`": [
+        ARM,
+        HUB,
+        "joints.hub.friction={coefficient: 0.1, radius: 5 mm}",
+    ],
     "`weld`": [
         ARM,
         HUB,
@@ -91,6 +97,11 @@ CHANGES = {
         ARM,
         HUB,
         "joints.hub.limits={to: 1, law: {stiffness: 1.0e5, restitution: 0.5}}",
+    ],
+    "`prismatic` with `friction: {force}`": [
+        OTHER,
+        "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0], "
+        "friction: {force: 1}}",
     ],
     "`sleeve` without clearance": [],
     "`sleeve` with `clearance`": ["joints.sleeve.clearance=0.1 mm", f"joints.sleeve.{SETLAW}"],
@@ -164,7 +175,7 @@ def table():
 
 
 def taken(label, column):
-    """Return "yes" or "no": whether a short run is made, or the changed part is refused by name."""
+    """Return "yes", "creeps", or "no": the changed part is refused by name."""
     changes = [*BASE, *SHORT, *CHANGES[label]]
     lagrangian = column == "Lagrangian"
     if not lagrangian:
@@ -175,6 +186,8 @@ def taken(label, column):
     except NotRepresentableError as error:
         changed = {tuple(change.split("=")[0].split(".")[:2]) for change in CHANGES[label]}
         return "no" if error.path[:2] in changed else f"no, but by {error}"
+    if any("creeps" in warning for warning in result.warnings):
+        return "creeps"
     return "yes" if result.outcome.completed else result.outcome.reason
 
 

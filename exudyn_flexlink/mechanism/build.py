@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     FaceContact,
 )
 from exudyn_flexlink.mechanism.model import (
+    JointFriction,
     LinearSpring,
     Mechanism,
     Motor,
@@ -117,6 +118,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
         gravity=scene.gravity,
+        frictions=tuple(_joint_frictions(bodies)),
     )
 
 
@@ -153,6 +155,20 @@ def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> 
         _penalty(law),
         _friction(law),
     )
+
+
+def _joint_frictions(bodies: Bodies) -> Iterator[JointFriction]:
+    """Return the friction of pins and slides that have some."""
+    for name, joint in bodies.scene.joints.items():
+        if isinstance(joint, RevoluteJoint) and joint.friction and joint.friction.acts:
+            own = joint.friction
+            share = own.coefficient * (own.radius or 0.0)
+            pin = Pin(name, *bodies.ends(joint))
+            yield JointFriction(name, pin, own.torque, share, own.slip_speed)
+        elif isinstance(joint, specs.PrismaticJoint) and joint.friction and joint.friction.acts:
+            along = joint.friction
+            sizes = along.force, along.coefficient, along.slip_speed
+            yield JointFriction(name, bodies.slide(name), *sizes)
 
 
 # --- springs and contacts ------------------------------------------------------------

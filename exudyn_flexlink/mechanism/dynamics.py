@@ -15,6 +15,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     anchor_velocity,
     force_at,
+    joint_speed,
     left_of,
     length_along,
     line_of,
@@ -25,7 +26,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     turning,
 )
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
-from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Slide
 from exudyn_flexlink.mechanism.parts import GROUND
 
 MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
@@ -46,7 +47,7 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
     """Generalised forces without those of constraints and contacts, (3 parts,): N, N m.
 
     Weight, centrifugal terms of parts whose origin is not their centre, springs, torques and forces
-    of drives.
+    of drives, regularised friction of joints.
     """
     forces = np.zeros((len(q), 3))
     gravity = np.asarray(mechanism.gravity)
@@ -64,6 +65,13 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
     for linear in mechanism.linear_springs:
         stretched = anchor_jacobian(linear.second, q) - anchor_jacobian(linear.first, q)
         forces += (stretched.T @ spring_force(linear, q, v)).reshape(forces.shape)
+    for friction in mechanism.frictions:
+        joint, size = friction.joint, float(friction.regularised(joint_speed(friction.joint, q, v)))
+        if isinstance(joint, Slide):
+            stretched = anchor_jacobian(joint.second, q) - anchor_jacobian(joint.first, q)
+            forces += (stretched.T @ (size * line_of(joint, q))).reshape(forces.shape)
+        else:
+            _add_torque(forces, joint.first.part, joint.second.part, size)
     for motor in mechanism.torque_motors:
         _add_torque(forces, motor.first, motor.second, size_at(motor.size, time, q, v))
     for force in mechanism.forces:

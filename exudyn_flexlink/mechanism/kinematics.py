@@ -12,6 +12,7 @@ from exudyn_flexlink.mechanism.model import (
     Apart,
     Mechanism,
     Motor,
+    Pin,
     PointForce,
     Sense,
     Size,
@@ -85,6 +86,13 @@ def speed_along(slide: Slide, q: FloatArray, v: FloatArray) -> FloatArray:
     across = along[..., 0] * between[..., 1] - along[..., 1] * between[..., 0]
     turning = angle_of(slide.first.part, v)
     return np.asarray(np.sum(along * moving, axis=-1) + turning * across)
+
+
+def joint_speed(joint: Pin | Slide, q: FloatArray, v: FloatArray) -> FloatArray:
+    """How fast (...) a joint turns or slides, rad/s or m/s."""
+    if isinstance(joint, Slide):
+        return speed_along(joint, q, v)
+    return turning(joint.first.part, joint.second.part, v)
 
 
 def slot_point(slot: Slot, q: FloatArray) -> FloatArray:

@@ -11,6 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact, Contact
@@ -63,6 +66,26 @@ class Slot:
     anchor: Anchor
     curve: Curve
     carrier: int = GROUND
+
+
+@dataclass(frozen=True)
+class JointFriction:
+    """Dry friction in a joint: it brakes by a bound, and holds up to that.
+
+    The bound is `constant` (N m, along a slide N) and, by the force in the joint, `share` of that:
+    of a pin its coefficient times its radius (m), of a slide its coefficient, by what is across the
+    line. Where it is regularised, `slip_speed` (rad/s or m/s) is what it needs to act in full.
+    """
+
+    name: str
+    joint: Pin | Slide
+    constant: float
+    share: float
+    slip_speed: float
+
+    def regularised(self, speed: FloatArray) -> FloatArray:
+        """T by the constant part of the bound where nothing holds, at speeds (...)."""
+        return np.asarray(-self.constant * np.tanh(speed / self.slip_speed))
 
 
 @dataclass(frozen=True)
@@ -207,6 +230,7 @@ class Mechanism:
     bearings: tuple[CircleContact, ...]
     channels: tuple[Channel, ...]
     gravity: tuple[float, float]
+    frictions: tuple[JointFriction, ...] = ()
     pulses: tuple[float, ...] = ()  # instants (s) within short pulses of drives
     unfound: tuple[str, ...] = ()  # where such pulses were not looked for, in words
 

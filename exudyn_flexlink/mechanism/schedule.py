@@ -19,7 +19,17 @@ from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
-from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene, SpeedDrive, TorsionalSpring
+from exudyn_flexlink.scene import (
+    ImpulseLaw,
+    PinFriction,
+    PointOnCurve,
+    PrismaticJoint,
+    RevoluteJoint,
+    Scene,
+    SlideFriction,
+    SpeedDrive,
+    TorsionalSpring,
+)
 from exudyn_flexlink.source import Mistake
 
 FEWEST = 2000  # of a run, however short: enough for any figure
@@ -128,22 +138,42 @@ def formulation(scene: Scene) -> str:
     """How Exudyn represents the scene: what it asks for, or the fastest.
 
     Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
-    for redundant ones, which know no impulses and no points on curves.
+    for redundant ones, which know no impulses and no points on curves, and in which friction of
+    joints holds nothing.
     """
     asked = scene.solver.formulation
-    if asked != "auto":
-        return asked
-    return "minimal" if scene.accuracy.step is None or beyond_redundant(scene) else "redundant"
+    return asked if asked != "auto" else fittest(scene)
+
+
+def fittest(scene: Scene) -> str:
+    """Formulation that 'auto' means."""
+    holds = scene.accuracy.step is None or any(_rubbing(scene)) or beyond_redundant(scene)
+    return "minimal" if holds else "redundant"
+
+
+def _rubbing(scene: Scene) -> Iterator[tuple[str, PinFriction | SlideFriction]]:
+    """Joints with dry friction, by name."""
+    for name, joint in scene.joints.items():
+        friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
+        if friction is not None and friction.acts:
+            yield name, friction
 
 
 def beyond_redundant(scene: Scene) -> list[Mistake]:
-    """Return the contacts that Exudyn's own solver does not know.
+    """Return what Exudyn's own solver does not know: contacts at curves, and where speeds jump.
 
-    Those at curves, at stops of hinges or with a damper, ropes, and where speeds jump.
-
-    It is what steps redundant coordinates, with beams or without.
+    Nor stops of hinges or with a damper, ropes, springs by tables, and friction by the force in a
+    joint. It steps redundant coordinates, with beams or without.
     """
-    found = []
+    rubbing = "friction by the force in a joint is for 'formulation: minimal'; or give a {}"
+    found = [
+        Mistake(
+            ("joints", name, "friction", "coefficient"),
+            rubbing.format("'torque'" if isinstance(own, PinFriction) else "'force'"),
+        )
+        for name, own in _rubbing(scene)
+        if own.coefficient > 0
+    ]
     for name, contact in scene.contacts.items():
         if isinstance(contact, PointOnCurve):
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"

@@ -25,6 +25,7 @@ from exudyn_flexlink.report import (
     energy_table,
     error_table,
     failure_text,
+    friction_table,
     guide_facts,
     guide_table,
     number,
@@ -106,7 +107,13 @@ def contents_of(result: Result) -> dict[str, Any]:
         _strikes(result, pictures),
         _touches(result, pictures),
         Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
-        Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
+        Section(
+            "energy",
+            "Energy",
+            (),
+            _of(pictures, "energy"),
+            _filled([energy_table(result), friction_table(result)]),
+        ),
         Section("effects", "Effects", tables=[effects]),
         Section("errors", "Errors", tables=_filled([errors, run_force_errors(result)])),
     ]

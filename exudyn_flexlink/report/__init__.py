@@ -19,6 +19,7 @@ from exudyn_flexlink.report.run import (
     energy_table,
     error_table,
     failure_text,
+    friction_table,
     idle_settings,
     positions_text,
     run_force_errors,

@@ -41,6 +41,7 @@ from exudyn_flexlink.scene import (
     ForceDrive,
     Joint,
     Law,
+    PinFriction,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
@@ -120,7 +121,27 @@ def _joined(joint: Joint) -> str:
     clearance = joint.clearance if isinstance(joint, RevoluteJoint) else 0.0
     play = f", clearance {number(clearance)} m" if clearance > 0 else ""
     idle = IDLE if isinstance(joint, RevoluteJoint) and joint.law and not joint.acting else ""
-    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{along}{play}{idle}"
+    told = f"{along}{play}{idle}{_rubs(joint)}"
+    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{told}"
+
+
+def _rubs(joint: Joint) -> str:
+    """By what dry friction brakes a joint."""
+    friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
+    if friction is None or not friction.acts:
+        return ""
+    if isinstance(friction, PinFriction):
+        constant, unit, place = (
+            friction.torque,
+            "N m",
+            f" at radius {number(friction.radius or 0)} m",
+        )
+    else:
+        constant, unit, place = friction.force, "N", ""
+    told = [f"{number(constant)} {unit}"] if constant > 0 else []
+    if friction.coefficient > 0:
+        told.append(f"coefficient {number(friction.coefficient)}{place}")
+    return f", friction {' and '.join(told)}"
 
 
 def _fit(sleeve: SleeveJoint) -> str:

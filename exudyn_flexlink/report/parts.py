@@ -186,6 +186,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     laws |= {name: own.law for name, own in {**scene.contacts, **scene.stops}.items()}
     lossy = [n for n, own in laws.items() if own.restitution is not None and own.restitution < 1]
     rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
+    rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
     damped += [n for n, own in scene.stops.items() if getattr(own.law, "damping", None)]

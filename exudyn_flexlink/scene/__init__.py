@@ -44,10 +44,12 @@ from exudyn_flexlink.scene.forces import (
 )
 from exudyn_flexlink.scene.joints import (
     Joint,
+    PinFriction,
     PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
     SleeveJoint,
+    SlideFriction,
     SlotJoint,
     WeldJoint,
 )

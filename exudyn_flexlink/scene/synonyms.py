@@ -85,7 +85,10 @@ OTHER_WORDS: dict[str, str] = {
     "value": "speed torque omega moment magnitude amplitude velocity angular_velocity",
     "ramp": "ramp_time rise_time run_up",
     "restitution": "e cor epsilon coefficient_of_restitution restitution_coefficient",
-    "friction": "mu friction_coefficient",
+    "friction": "mu friction_coefficient coulomb dry_friction stiction friction_torque "
+    "friction_force",
+    "coefficient": "mu mu_dynamic mu_static friction_coefficient coulomb",
+    "slip_speed": "stiction_trans_vel v_s vs",
     "centre": "center c position at",
     "radius": "r diameter",
     "semi_axes": "axes a semiaxes",

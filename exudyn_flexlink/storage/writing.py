@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic_core import to_json
 
 from exudyn_flexlink.loading import plain_data
@@ -20,7 +21,7 @@ from exudyn_flexlink.observables import (
     strikes,
     struck_bodies,
 )
-from exudyn_flexlink.result import Extremes, Result
+from exudyn_flexlink.result import Extremes, FrictionHistory, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import attributes_of, taken_apart
 from exudyn_flexlink.storage.documents import write_document
@@ -85,6 +86,10 @@ def _summary(result: Result) -> dict[str, Any]:
         "clearances": {
             name: contact_data(contact_totals(result, name)) for name in joints_with_play(result)
         },
+        "frictions": {
+            name: friction_data(own, float(result.time[-1]))
+            for name, own in result.frictions.items()
+        },
         **last,
         "events": result.events,
         "samples": len(result.time),
@@ -113,6 +118,16 @@ def contact_data(totals: ContactTotals) -> dict[str, float]:
         "impulse_N_s": totals.impulse,
         "energy_lost_J": totals.energy_lost,
         "longest_touch_s": totals.longest,
+    }
+
+
+def friction_data(own: FrictionHistory, end: float) -> dict[str, Any]:
+    """What friction in a joint did up to the end (s) of a run, by name and unit."""
+    return {
+        "energy_lost_J": float(own.lost[-1]),
+        "time_at_rest_s": own.rest_until(end),
+        "rests_begin_s": own.begin.tolist(),
+        "rests_end_s": np.minimum(own.end, end).tolist(),
     }
 
 

@@ -17,6 +17,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     TableFollower,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionWatch
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
@@ -76,6 +77,7 @@ class EventFinder:
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
         self.kinks = KinkWatch(model)
+        self.frictions = FrictionWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
         self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
@@ -101,6 +103,7 @@ class EventFinder:
             found.append(Event(touched[0], what, bends=True))
         if (kink := self.kinks.first(step)) is not None:
             found.append(kink)
+        found += self.frictions.events(step)
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
             found.append(Event(time, TurnsMade()))

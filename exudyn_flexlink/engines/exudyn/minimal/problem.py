@@ -29,6 +29,7 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     PieceEnd,
     TurnsMade,
 )
+from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionChange
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
@@ -87,6 +88,7 @@ class MinimalProblem:
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
         self._begin_pressed()
+        self._finder.frictions.settle(0.0, *self.model.coordinates.independent())
         self.impacts = Impacts(self.model, self._finder, self.recorder)
 
     def _begin_pressed(self) -> None:
@@ -101,9 +103,8 @@ class MinimalProblem:
                 self._change(0.0, k, Change.CLOSES, touch)
                 contact.follow(self.model.start[0], presses=True)
                 stored = float(contact.law.stored_energy(-touch.gap))
-                self.recorder.leap(
-                    k, 0.0, stored, 0.0
-                )  # what it stores counts as lost until it ends
+                # What it stores counts as lost until it ends.
+                self.recorder.leap(k, 0.0, stored, 0.0)
 
     @property
     def over(self) -> bool:
@@ -128,6 +129,7 @@ class MinimalProblem:
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self._finder.kinks.take_sides(time, q, v)
+        self._finder.frictions.settle(time, q, v)
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
@@ -217,6 +219,8 @@ class MinimalProblem:
             return self._finder.walls.late(what.contact - self._walls, end, step.end)
         if isinstance(what, KinkPassed):
             return self._finder.kinks.late(what, end, step.end)
+        if isinstance(what, FrictionChange):
+            return self._finder.frictions.late(what, step)
         if not isinstance(what, ContactChange):
             return 0.0
         contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
@@ -250,24 +254,32 @@ class MinimalProblem:
         if isinstance(event.what, TurnsMade):
             self.reached = True
         elif isinstance(event.what, PieceEnd):
-            point, way = event.what
-            if isinstance(point, OnCurve):
-                point.next_piece(way)
-            elif isinstance(point, TableFollower):
-                if not point.next_piece(way):
-                    self.stop_reason = f"the table of forces of '{point.name}' ends there"
-                    self.stop_advice = "give it more rows: no force is made up beyond them"
-            elif not point.next_piece(way, event.time):
-                self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
-                self.stop_advice = "lengthen the curve, or end the run before"
+            self._next_piece(event.what, event.time)
         elif isinstance(event.what, KinkPassed):
             self._finder.kinks.cross(event.what)
+        elif isinstance(event.what, FrictionChange):
+            self._jumped = not event.bends
+            self.recorder.keep_last(before=self._jumped)
+            self._finder.frictions.cross(event.time, event.what)
         elif event.what.contact >= self._walls:
             self._change_walls(event.time, event.what.contact - self._walls)
         elif event.what.contact in self.model.rigid.all:
             self._change_rigid(event.time, event.what.contact)
         else:
             self._change_contact(event.time, event.what.contact)
+
+    def _next_piece(self, end: PieceEnd, time: float) -> None:
+        """Go on along the next piece of a curve or a table; where there is none, the run stops."""
+        point, way = end
+        if isinstance(point, OnCurve):
+            point.next_piece(way)
+        elif isinstance(point, TableFollower):
+            if not point.next_piece(way):
+                self.stop_reason = f"the table of forces of '{point.name}' ends there"
+                self.stop_advice = "give it more rows: no force is made up beyond them"
+        elif not point.next_piece(way, time):
+            self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
+            self.stop_advice = "lengthen the curve, or end the run before"
 
     def _change_rigid(self, time: float, k: int) -> None:
         self.recorder.keep_last(before=True)
