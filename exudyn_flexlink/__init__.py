@@ -50,6 +50,12 @@ The second opinion is the hand-written Lagrangian:
 >>> fl.compare(fl.simulate(rigid), result, names=("rigid", "flexible"))
 <Comparison of rigid and flexible: ...>
 
+So are measurements, in a CSV file or a table; `fl.fit` finds the values that fit them best:
+
+>>> measured = {"t": s.time[::20], "x": s.position[::20, 0]}
+>>> fl.compare(result, measured, columns={"x": "link.end.x"})
+<Comparison of exudyn and the table: apart by rms link.end.x ... m>
+
 Many runs, each a row of one table, on all cores (here on one):
 
 >>> table = fl.sweep(rigid, {"drives.motor.value": "10, 12 rad/s"}, workers=1)
@@ -71,9 +77,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from exudyn_flexlink.animation import FilmError
     from exudyn_flexlink.api.animations import Animation
-    from exudyn_flexlink.api.comparisons import Comparison, compare
-    from exudyn_flexlink.api.results import Result, load, simulate
+    from exudyn_flexlink.api.comparisons import Comparison, MeasuredComparison, compare, joined
+    from exudyn_flexlink.api.exudyn_systems import exudyn_system
+    from exudyn_flexlink.api.fits import Fit, fit
+    from exudyn_flexlink.api.results import Result
+    from exudyn_flexlink.api.runs import load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
         Branches,
@@ -83,9 +93,18 @@ if TYPE_CHECKING:
         stability_of,
     )
     from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
+    from exudyn_flexlink.continuing import CannotContinueError
     from exudyn_flexlink.engines import NotRepresentableError
+    from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem
+    from exudyn_flexlink.fitting import NoFitError, NoOverlapError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.stability import (
+        ImpossibleLapsError,
+        NoRhythmError,
+        StoppedError,
+        TooShortError,
+    )
     from exudyn_flexlink.storage import StorageError
     from exudyn_flexlink.sweeps import CannotStartError, standard_row
 
@@ -94,20 +113,34 @@ if TYPE_CHECKING:
 __all__ = [
     "Animation",
     "Branches",
+    "CannotContinueError",
     "CannotStartError",
     "Comparison",
+    "ExudynSystem",
+    "FilmError",
+    "Fit",
+    "ImpossibleLapsError",
+    "MeasuredComparison",
+    "NoFitError",
+    "NoOverlapError",
+    "NoRhythmError",
     "NotRepresentableError",
     "Result",
     "Scene",
     "SceneError",
     "Simulate",
     "Stability",
+    "StoppedError",
     "StorageError",
     "SweepTable",
+    "TooShortError",
     "__version__",
     "bifurcation",
     "compare",
+    "exudyn_system",
+    "fit",
     "idealise",
+    "joined",
     "load",
     "load_scene",
     "load_sweep",
@@ -120,15 +153,22 @@ __all__ = [
 ]
 
 _HOMES = {
+    "animation": ("FilmError",),
     "api.animations": ("Animation",),
-    "api.comparisons": ("Comparison", "compare"),
-    "api.results": ("Result", "load", "simulate"),
+    "api.comparisons": ("Comparison", "MeasuredComparison", "compare", "joined"),
+    "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
+    "api.fits": ("Fit", "fit"),
+    "api.results": ("Result",),
+    "api.runs": ("load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),
+    "continuing": ("CannotContinueError",),
     "engines": ("NotRepresentableError",),
+    "fitting": ("NoFitError", "NoOverlapError"),
     "shipped": ("model_names",),
     "source": ("SceneError",),
+    "stability": ("ImpossibleLapsError", "NoRhythmError", "StoppedError", "TooShortError"),
     "storage": ("StorageError",),
     "sweeps": ("CannotStartError", "standard_row"),
 }

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import deque
+from collections.abc import Iterator
 from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
+from exudyn_flexlink.laws import Impulse, SpringTable
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Assembly,
@@ -16,6 +18,7 @@ from exudyn_flexlink.mechanism import (
     CircleContact,
     Contact,
     FaceContact,
+    Slide,
     always_redundant,
     anchor_position,
     approach,
@@ -24,7 +27,9 @@ from exudyn_flexlink.mechanism import (
     in_guides,
     on_the_contact,
     pairs,
+    shared_forces,
 )
+from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.scene import GROUND, LinearSpring, Scene
 from exudyn_flexlink.source import Mistake
 
@@ -127,12 +132,17 @@ def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
 
 
 def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
-    """Name the drive whose expression has no value at the start."""
+    """Name the drive or the spring whose expression, or table, has no value at the start."""
     path: tuple[str | int, ...] = ("drives",)
     for name, drive in scene.drives.items():
         values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
         if any(isinstance(one, Expression) and one.text == error.text for one in values):
             path = ("drives", name, "value")
+    for name, spring in scene.springs.items():
+        key = "force" if isinstance(spring, LinearSpring) else "torque"
+        law = getattr(spring, key)
+        if error.text == (law.text if isinstance(law, Expression) else name):
+            path = ("springs", name, key)
     return Mistake(path, str(error), "as the mechanism starts")
 
 
@@ -152,11 +162,19 @@ def speed_mistake(error: CannotMoveError) -> Mistake:
     )
 
 
-def penetrations(assembly: Assembly) -> list[Mistake]:
+def penetrations(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Contacts and bearings that start pressed: a start that no step size can mend."""
-    found = []
+    found = list(_beyond_stops(scene, assembly))
     state = assembly.state
     for contact in assembly.mechanism.contacts:
+        if contact.name not in scene.contacts:
+            law, depth = contact.law, -float(approach(contact, state.q, state.v).gap)
+            if isinstance(law, SpringTable) and depth > law.depths[-1]:
+                message = f"the table ends {law.depths[-1]:.3g} m from 'length', it starts at "
+                hint = "give the table more rows: no force is made up beyond them"
+                path = ("springs", contact.name, "force")
+                found.append(Mistake(path, f"{message}{depth:.3g} m", hint))
+            continue
         at = approach(contact, state.q, state.v)
         pressed = on_the_contact(contact, float(at.place)) and at.gap < -TOUCHING
         # Farther behind than the face is long, it is beside it and may come round its end.
@@ -171,6 +189,21 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
             hint = "check lengths and 'initial', or widen the clearance"
             found.append(Mistake(("joints", bearing.name), message, hint))
     return found
+
+
+def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
+    """Joints that start beyond their limits."""
+    for contact in assembly.mechanism.contacts:
+        stop = scene.stops.get(contact.name)
+        gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
+        if stop is not None and gap < -TOUCHING:
+            place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
+            way = "less" if stop.end == "from" else "more"
+            message = f"'{stop.joint}' starts at {stop.told(place)}, {way} than its limit"
+            hint = "whole turns count: " if stop.turns else ""
+            key = "angles" if stop.turns else "along"
+            hint += f"start it within its limits, see 'initial: {key}', or move the limit"
+            yield Mistake(stop.path, message, hint)
 
 
 def _apart(contact: Contact, depth: float) -> str:
@@ -233,6 +266,25 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             found.append(Mistake(("springs", spring.name), message, hint))
+    return found
+
+
+def rubbing_badly(assembly: Assembly) -> list[Mistake]:
+    """Friction in joints that has no answer, or that goes with nothing else in the scene."""
+    mechanism, found = assembly.mechanism, []
+    shared = shared_forces(assembly) if mechanism.frictions else set()
+    for friction in mechanism.frictions:
+        path = ("joints", friction.name, "friction")
+        if any(isinstance(contact.law, Impulse) for contact in mechanism.contacts):
+            message = "friction in joints does not go with contacts by impulse"
+            found.append(Mistake(path, message, "give the contacts a law with stiffness"))
+        if friction.share > 0 and friction.name in shared:
+            message = "the force in this joint is not known: other joints hold the same"
+            hint = "take one of them away; or give a torque, along a slide a force"
+            found.append(Mistake((*path, "coefficient"), message, hint))
+        if isinstance(friction.joint, Slide) and friction.name not in tree_layout(mechanism).joints:
+            message = "friction of a slide that closes a loop of slides is not known"
+            found.append(Mistake(path, message, "give it to another slide of the loop"))
     return found
 
 

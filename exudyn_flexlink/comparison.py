@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import (
@@ -44,6 +45,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.units import Dimension
 
 _OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
 _AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that
@@ -81,7 +83,9 @@ class Seen:
     @property
     def impacts(self) -> tuple[str, ...]:
         """Kinds of the contacts' laws: penalty, impulse."""
-        return tuple(dict.fromkeys(c.law.type for c in self.result.scene.contacts.values()))
+        scene = self.result.scene
+        struck = (*scene.contacts.values(), *scene.stops.values())
+        return tuple(dict.fromkeys(own.law.type for own in struck))
 
 
 @dataclass(frozen=True)
@@ -211,6 +215,7 @@ class Comparison:
         one, other = (_statistics(seen, self.point, self.time, after) for seen in self.both)
         return one, other
 
+    @takes(tolerance=number(Dimension.LENGTH, at_least=0.0))
     def exceeds(self, tolerance: float) -> bool:
         """Whether the deviation up to the horizon exceeds `tolerance` (m), or can't be told."""
         judged = self.judged
@@ -241,7 +246,7 @@ def compare(first: Result, second: Result, names: tuple[str, str] | None = None)
         spans = [f"{run.time[0]:.6g} to {run.time[-1]:.6g} s" for run in (first, second)]
         raise ValueError(f"the runs have no time in common: {' and '.join(spans)}")
     time, points = common_times(first, second), common_points(first, second)
-    contacts = [name for name in first.scene.contacts if name in second.scene.contacts]
+    contacts = [name for name in first.scene.all_contacts if name in second.scene.all_contacts]
     known = min(run.error.known_until for run in (first, second))
     return Comparison(
         point,
@@ -257,7 +262,7 @@ def compare(first: Result, second: Result, names: tuple[str, str] | None = None)
 def _check_one_scene(first: Result, second: Result) -> None:
     for what, of in (
         ("watched points", watched_point),
-        ("contacts", lambda scene: list(scene.contacts)),
+        ("contacts", lambda scene: list(scene.all_contacts)),
         ("struck bodies", struck_bodies),
         ("struck bodies' motions", lambda scene: {b: m.word for b, m in measures(scene).items()}),
     ):

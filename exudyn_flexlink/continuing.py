@@ -215,7 +215,7 @@ def _as_they_were(scene: Scene) -> dict[str, Spring]:
     lengths = {own.name: ("length", own.length) for own in mechanism.linear_springs}
     springs = dict(scene.springs)
     for name, spring in scene.springs.items():
-        key, value = (angles | lengths)[name]
+        key, value = (angles | lengths).get(name, ("length", None))  # of a rope it is given
         if getattr(spring, key) is None:
             springs[name] = spring.model_copy(update={key: value})
     return springs

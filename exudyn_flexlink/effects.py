@@ -18,12 +18,14 @@ from exudyn_flexlink.scene import (
     LinearSpring,
     PenaltyLaw,
     PointsJoint,
+    PrismaticJoint,
     RevoluteJoint,
     RodBody,
     Scene,
     SleeveJoint,
     SlotJoint,
     Spring,
+    StopLaw,
     TorsionalSpring,
     references,
     split_point,
@@ -39,10 +41,10 @@ def idealise(scene: Scene, without: Iterable[str]) -> Scene:
     - ``clearance``: sleeves and revolute joints are ideal: the link slides on its guide's axis, the
       journal stays in the middle of its bearing.
     - ``flexibility``: flexible bodies are rigid rods of the same length, mass and section.
-    - ``impact``: contacts go, and the bodies that are there only to be struck, with their joints,
-      springs and initial values. Walls and bearings stay: they go with the
+    - ``impact``: contacts and limits of joints go, and the bodies that are there only to be struck,
+      with their joints, springs and initial values. Walls and bearings stay: they go with the
       clearance.
-    - ``friction``: contacts, walls and bearings are smooth.
+    - ``friction``: contacts, walls, bearings and joints are smooth.
     - ``damping``: hinges and springs lose nothing; contacts and walls keep their restitution, as
       part of the impact.
 
@@ -97,8 +99,13 @@ def _rigid(body: FlexibleBody) -> RodBody:
 
 def _without_friction(scene: Scene) -> dict[str, Any]:
     walls = {n: _smooth(j) for n, j in scene.joints.items() if getattr(j, "acting", None)}
+    rubbing = {
+        name: joint.model_copy(update={"friction": None})
+        for name, joint in scene.joints.items()
+        if isinstance(joint, (RevoluteJoint, PrismaticJoint)) and joint.friction is not None
+    }
     return {
-        "joints": {**scene.joints, **walls},
+        "joints": {**scene.joints, **walls, **rubbing},
         "contacts": {name: _smooth(contact) for name, contact in scene.contacts.items()},
     }
 
@@ -126,7 +133,7 @@ def _lossless(spring: Spring) -> Spring:
         return spring.model_copy(update={"damping": 0.0}) if spring.damping else spring
     if not spring.damping and not spring.damping_ratio:
         return spring
-    damper = spring.stiffness is None and spring.frequency is None
+    damper = spring.stiffness is None and spring.frequency is None and spring.torque is None
     stiffness = 0.0 if damper else spring.stiffness
     update = {"stiffness": stiffness, "damping": None, "damping_ratio": None}
     return spring.model_copy(update=update)
@@ -142,7 +149,8 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
     """Take contacts out, and the bodies that only they reach, with what holds those."""
     gone = _only_struck(scene)
     bodies = {name: body for name, body in scene.bodies.items() if name not in gone}
-    joints = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
+    kept = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
+    joints = {n: _limited(j, None) for n, j in kept.items()}
     return {
         "contacts": {},
         "curves": {name: curve for name, curve in scene.curves.items() if curve.on not in gone},
@@ -223,34 +231,53 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     """Return the scene with every contact's law an ``impulse`` or a ``penalty``, same restitution.
 
     Raises:
-        SceneError: a contact has no stiffness, so that there is no penalty to go back to.
+        SceneError: a contact has no stiffness, so that there is no penalty to go back to, or a
+            stop has a damper in place of a restitution.
         ValueError: there is no such impact.
 
     """
     if impact not in IMPACTS:
         raise ValueError(f"no impact '{impact}'; there is: {', '.join(IMPACTS)}")
     if impact == "penalty":
-        _require_stiffness(scene)
+        jumping = [name for name, law in scene.laws.items() if isinstance(law, ImpulseLaw)]
+        _refuse(scene, jumping, *NO_STIFFNESS)
         return scene
-    laws = {n: ImpulseLaw(restitution=_returned(c.law)) for n, c in scene.contacts.items()}
-    contacts = {n: c.model_copy(update={"law": laws[n]}) for n, c in scene.contacts.items()}
-    return scene.changed(contacts=contacts)
+    touching = {**scene.contacts, **scene.stops}
+    lossy = [name for name, own in touching.items() if own.law.restitution is None]
+    _refuse(scene, lossy, *NO_RESTITUTION)
+    rigid = {n: ImpulseLaw(restitution=_returned(own.law)) for n, own in touching.items()}
+    contacts = {n: c.model_copy(update={"law": rigid[n]}) for n, c in scene.contacts.items()}
+    stopped = {stop.joint: rigid[n] for n, stop in scene.stops.items()}
+    joints = {n: _limited(j, stopped[n]) if n in stopped else j for n, j in scene.joints.items()}
+    return scene.changed(contacts=contacts, joints=joints)
 
 
-def _returned(law: Law) -> float:
-    """Restitution that a law really gives."""
+NO_RESTITUTION = (
+    "no restitution is known, which an impulse needs",
+    "give a 'restitution' in place of 'damping'",
+)
+NO_STIFFNESS = (
+    "no stiffness is known, which a penalty needs",
+    "give 'type: penalty' and a 'stiffness'",
+)
+
+
+def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
+    """Return a joint with another law of its limits, if it has some; None: without limits."""
+    limits = getattr(joint, "limits", None)
+    if limits is None:
+        return joint
+    changed = None if law is None else limits.model_copy(update={"law": law})
+    return joint.model_copy(update={"limits": changed})
+
+
+def _returned(law: Law | StopLaw) -> float | None:
+    """Restitution that a law really gives, if it promises one."""
     return law.returned if isinstance(law, DampedLaw) else law.restitution
 
 
-def _require_stiffness(scene: Scene) -> None:
-    mistakes = [
-        Mistake(
-            ("contacts", name, "law"),
-            "no stiffness is known, which a penalty needs",
-            "give 'type: penalty' and a 'stiffness'",
-        )
-        for name, contact in scene.contacts.items()
-        if not isinstance(contact.law, PenaltyLaw)
-    ]
-    if mistakes:
-        raise SceneError(scene.document, mistakes)
+def _refuse(scene: Scene, contacts: Iterable[str], message: str, hint: str) -> None:
+    """Refuse the laws of some contacts, if there are any; both stops of a joint have one."""
+    paths = dict.fromkeys(scene.law_path(name) for name in contacts)
+    if paths:
+        raise SceneError(scene.document, [Mistake(path, message, hint) for path in paths])

@@ -1,4 +1,4 @@
-"""Contacts as intervals, each from the first touch to the separation: what every engine writes."""
+"""Contacts as intervals, each from the first touch to the separation, and rests of joints."""
 
 from __future__ import annotations
 
@@ -105,3 +105,23 @@ class Intervals:
     def until(self, last: float) -> FloatArray:
         """Ends (K,) s, `last` of what lasts longer."""
         return np.minimum(self.end, last)
+
+
+@dataclass(frozen=True)
+class FrictionHistory:
+    """How dry friction braked a joint: on its second body, and the energy that it took (J).
+
+    It rests from `begin` to `end` (s) each time; inf where it still does as the run ends. Redundant
+    coordinates hold nothing: there it creeps, and never rests.
+    """
+
+    torque: Annotated[
+        FloatArray, Variable("time", "N m", "friction in a joint; along a slide a force, N")
+    ]
+    lost: Annotated[FloatArray, Variable("time", "J", "energy lost by friction in a joint")]
+    begin: Annotated[FloatArray, Variable(".", "s", "begin of a rest")]
+    end: Annotated[FloatArray, Variable(".", "s", "end of a rest")]
+
+    def rest_until(self, end: float) -> float:
+        """Time (s) at rest up to the end (s) of a run."""
+        return float(np.sum(np.minimum(self.end, end) - self.begin))

@@ -10,27 +10,69 @@ checked where they are read, in the scene.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from bisect import bisect_right
 from dataclasses import dataclass
-from math import inf, log1p
+from math import inf
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 from scipy.special import lambertw
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.restitution import restitution_of
 
 Slopes = tuple[FloatArray, FloatArray, FloatArray]
 """Forces (N), and how they rise with penetration (N/m) and with its rate (N s/m)."""
-ELASTIC = 1e-6  # of a factor: below it closed forms lose more digits than their series leaves out
-BELOW_ONE = 1 - 1e-15
 NEAREST = 1e-3  # to the greatest depth of `LineContact`, as a part of it: from there on it is over
 
 
+class GivingWay(ABC):
+    """What gives way: a force of the penetration d, its rate d' and the approach speed v0.
+
+    Where it `lets_go`, its touch ends with its force, else with the penetration.
+    """
+
+    lets_go: ClassVar[bool] = False
+
+    @abstractmethod
+    def pressing(
+        self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
+    ) -> Slopes:
+        """Force and slopes, of one shape; the force goes on smoothly where a touch has ended.
+
+        That is within a step.
+        """
+
+    @abstractmethod
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """Energy (J) that the contact gives back if nothing damps it."""
+
+    @abstractmethod
+    def half_period(self, mass: float) -> float:
+        """How long (s) a contact of `mass` (kg) lasts: what steps per contact refer to."""
+
+    def force(
+        self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
+    ) -> FloatArray:
+        """Pressing force in N (never negative), of the broadcast shape of the arguments."""
+        found = self.pressing(penetration, rate, approach_speed)[0]
+        return np.where(np.asarray(penetration) > 0, np.maximum(found, 0.0), 0.0)
+
+    @property
+    def deepest(self) -> float:
+        """Penetration (m) up to which there is a force."""
+        return inf
+
+    @property
+    def exponent(self) -> float:
+        """Power of the penetration, near enough for slopes of friction."""
+        return 1.0
+
+
 @dataclass(frozen=True)
-class RestitutionPenalty:
+class RestitutionPenalty(GivingWay):
     """Penalty spring whose unloading is softer than its loading, so that an impact returns ``e v``.
 
     ``F = k d [(1 + e^2)/2 + (1 - e^2)/2 tanh(d'/v_s)]`` for ``d > 0``, else 0. Loading follows
@@ -44,22 +86,17 @@ class RestitutionPenalty:
     stiffness: float
     restitution: float
     transition_speed: float = 5e-3
-    deepest: ClassVar[float] = inf
-    exponent: ClassVar[float] = 1.0
 
-    def force(
-        self,
-        penetration: ArrayLike,
-        rate: ArrayLike,
-        approach_speed: ArrayLike = 0.0,  # noqa: ARG002
-    ) -> FloatArray:
-        """Pressing force in N (never negative), of the broadcast shape of the first arguments.
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed.
 
         With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
         once it recedes.
         """
-        d, relative = np.maximum(penetration, 0.0), np.asarray(rate) / self.transition_speed
-        return np.asarray(d * (self.elastic + self.lossy * np.tanh(relative)))
+        d, rising = np.asarray(penetration), np.tanh(np.asarray(rate) / self.transition_speed)
+        stiffness = self.elastic + self.lossy * rising
+        by_rate = np.maximum(d, 0.0) * self.lossy / self.transition_speed * (1 - rising * rising)
+        return d * stiffness, stiffness, by_rate
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy U = (1 + e^2)/2 k d^2/2 in J of the conservative part of the force.
@@ -86,11 +123,11 @@ class RestitutionPenalty:
 
 
 @dataclass(frozen=True)
-class PowerPenalty:
+class PowerPenalty(GivingWay):
     """``F = K d^n (1 + (a/v0) d')`` where that is positive, else 0: Hertz's law with damping.
 
     Parameters are ``stiffness`` K (N/m^n, > 0), ``exponent`` n (1 or more), ``factor`` a (0 or
-    more, see `damping_factor`) and ``transition_speed`` (m/s, > 0), the least v0 that counts:
+    more, see `restitution.FACTORS`) and ``transition_speed`` (m/s, > 0), the least v0 that counts:
     without it a touch that begins softly would be damped without bounds.
 
     An impact faster than that returns `restitution`. Its force never turns negative, but it would
@@ -101,21 +138,11 @@ class PowerPenalty:
     exponent: float = 1.5
     factor: float = 0.0
     transition_speed: float = 1e-3
-    deepest: ClassVar[float] = inf
-
-    def force(
-        self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
-    ) -> FloatArray:
-        """Pressing force in N (never negative), of the broadcast shape of the arguments."""
-        return np.maximum(self.pressing(penetration, rate, approach_speed)[0], 0.0)
 
     def pressing(
         self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
     ) -> Slopes:
-        """Force and slopes; the force goes on smoothly, to negative ones, where a gap has opened.
-
-        There a touch ends, within a step.
-        """
+        """Force and slopes; where a gap has opened the force is negative."""
         d, speed = np.asarray(penetration), np.maximum(approach_speed, self.transition_speed)
         damped = 1 + self.factor * np.asarray(rate) / speed
         spring, pushes = self.stiffness * np.abs(d) ** (self.exponent - 1), damped > 0
@@ -145,7 +172,7 @@ class PowerPenalty:
 
 
 @dataclass(frozen=True)
-class LineContact:
+class LineContact(GivingWay):
     """Two cylinders side by side: ``d = q/(pi E) ln(c/q)`` with the load q = F/length, no losses.
 
     Parameters are ``modulus`` E, both bodies' together (Pa, > 0), ``length`` (m, > 0) and ``bound``
@@ -157,7 +184,6 @@ class LineContact:
     modulus: float
     length: float
     bound: float
-    exponent: ClassVar[float] = 1.0  # near enough, for slopes of friction
     restitution: ClassVar[float] = 1.0
 
     @property
@@ -165,22 +191,8 @@ class LineContact:
         """Penetration (m) up to which there is a force, but for a thousandth."""
         return (1 - NEAREST) * self.bound / (math.pi * self.modulus * math.e)
 
-    def force(
-        self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
-    ) -> FloatArray:
-        """Pressing force in N (never negative), of the broadcast shape of the arguments."""
-        return np.maximum(self.pressing(penetration, rate, approach_speed)[0], 0.0)
-
-    def pressing(
-        self,
-        penetration: ArrayLike,
-        rate: ArrayLike,
-        approach_speed: ArrayLike,  # noqa: ARG002
-    ) -> Slopes:
-        """Force and slopes; the force goes on smoothly, to negative ones, where a gap has opened.
-
-        It does not depend on the approach speed.
-        """
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed; where a gap has opened it is negative."""
         d = np.asarray(penetration) + 0.0 * np.asarray(rate)
         depth = np.minimum(np.abs(d), self.deepest)
         logarithm = self._logarithm(depth)
@@ -208,53 +220,98 @@ class LineContact:
         return np.asarray(-lambertw(-part, -1).real)
 
 
-Penalty = RestitutionPenalty | PowerPenalty | LineContact
-"""Laws of contacts that give way."""
+@dataclass(frozen=True)
+class SpringDamper(GivingWay):
+    """Spring with a damper that acts on one side and lets go before it would pull (Kelvin-Voigt).
 
+    ``F = F_0 + k d + c d'`` while ``d > 0`` and ``F > 0``, else 0: a touch ends where its force
+    does (T. Schwager and T. Poeschel, Granular Matter 9 (2007) 465). Without ``F_0``, and with
+    ``z = c/(2 sqrt(k m)) < 1``, an impact returns ``exp(-2 z arccos(z)/sqrt(1 - z^2))`` of the
+    speed. What the spring still holds where it lets go is lost.
 
-def restitution_of(factor: float) -> float:
-    """Speed after an impact over speed before, by the factor a of `PowerPenalty`.
-
-    It solves ``a (1 + e) = ln[(1 + a)/(1 - a e)]``: the same penetration is reached from both
-    speeds in the plane of depth and rate (D. W. Marhefka, D. E. Orin, IEEE Trans. Syst. Man Cybern.
-    A 29 (1999) 566). Stiffness, exponent, mass and speed have no part in it.
+    Parameters are ``stiffness`` k (N/m, > 0), ``damping`` c (N s/m) and ``preload`` F_0 (N); of
+    what turns N m/rad, N m s/rad and N m.
     """
-    if factor < ELASTIC:
-        return 1 - 2 * factor / 3
-    most = min(1.0, BELOW_ONE / factor)
-    if _unbalanced(factor, most) <= 0:
-        return most
-    return float(brentq(lambda e: _unbalanced(factor, e), 0.0, most, xtol=1e-16))
+
+    stiffness: float
+    damping: float = 0.0
+    preload: float = 0.0
+    lets_go: ClassVar[bool] = True
+
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed: straight on, also where it has let go."""
+        d, rate = np.broadcast_arrays(penetration, rate)
+        force = self.preload + self.stiffness * d + self.damping * rate
+        return force, np.full(d.shape, self.stiffness), np.full(d.shape, self.damping)
+
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """Energy F_0 d + k d^2/2 in J."""
+        d = np.maximum(penetration, 0.0)
+        return np.asarray(self.preload * d + 0.5 * self.stiffness * d**2)
+
+    def half_period(self, mass: float) -> float:
+        """Half a period pi sqrt(m/k) in s of ``mass`` (kg), without the damper."""
+        return math.pi * math.sqrt(mass / self.stiffness)
 
 
-def _unbalanced(factor: float, restitution: float) -> float:
-    """Right side less left side of the equation that `restitution_of` solves."""
-    back = factor * restitution
-    return (log1p(factor) - factor) - (log1p(-back) + back)
+@dataclass(frozen=True)
+class SpringTable(GivingWay):
+    """As `SpringDamper`, with a force that is straight between rows: `forces` (N) at `depths` (m).
+
+    `depths` begin at 0 and increase; the table ends at the last one.
+    """
+
+    depths: tuple[float, ...]
+    forces: tuple[float, ...]
+    damping: float = 0.0
+    lets_go: ClassVar[bool] = True
+
+    def piece(self, number: int) -> SpringDamper:
+        """Law between two rows, which goes on straight beyond them."""
+        (d, after), (force, next_force) = (
+            own[number : number + 2] for own in (self.depths, self.forces)
+        )
+        slope = (next_force - force) / (after - d)
+        return SpringDamper(slope, self.damping, force - slope * d)
+
+    def number(self, penetration: float) -> int:
+        """Number of the piece that a penetration (m) is in."""
+        return min(max(bisect_right(self.depths, penetration) - 1, 0), len(self.depths) - 2)
+
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed: straight on beyond the first row."""
+        d, rate = np.broadcast_arrays(penetration, rate)
+        k, slopes = self._rows(d), np.diff(self.forces) / np.diff(self.depths)
+        begin, force = np.take(self.depths, k), np.take(self.forces, k)
+        spring = slopes[k]
+        held = force + spring * (d - begin) + self.damping * rate
+        return held, spring, np.full(d.shape, self.damping)
+
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """Energy in J: the area below the table."""
+        d = np.maximum(penetration, 0.0)
+        areas = np.diff(self.depths) * (np.array(self.forces[1:]) + self.forces[:-1]) / 2
+        k = self._rows(d)
+        begin, force = np.take(self.depths, k), np.interp(d, self.depths, self.forces)
+        before = np.concatenate([[0.0], np.cumsum(areas)])[k]
+        return np.asarray(before + (d - begin) * (np.take(self.forces, k) + force) / 2)
+
+    def half_period(self, mass: float) -> float:
+        """Half a period in s of ``mass`` (kg) on the steepest piece."""
+        slopes = np.abs(np.diff(self.forces) / np.diff(self.depths))
+        steepest = max(float(slopes.max()), max(self.forces) / self.depths[-1])
+        return math.pi * math.sqrt(mass / steepest)
+
+    def _rows(self, depth: FloatArray) -> IndexArray:
+        """Numbers of the pieces that depths (m) are in."""
+        k = np.searchsorted(self.depths, depth, side="right") - 1
+        return np.asarray(np.clip(k, 0, len(self.depths) - 2))
 
 
-def _exact(restitution: float) -> float:
-    """Factor that returns the restitution asked."""
-    low = 1.5 * (1 - restitution)  # returns more than asked
-    high = BELOW_ONE / restitution
-    if low < ELASTIC or _unbalanced(high, restitution) <= 0:
-        return low if low < ELASTIC else high
-    return float(brentq(lambda a: _unbalanced(a, restitution), low, high, xtol=1e-16))
-
-
-FACTORS: dict[str, Callable[[float], float]] = {
-    "hunt_crossley": lambda e: 1.5 * (1 - e),
-    "lankarani_nikravesh": lambda e: 0.75 * (1 - e * e),
-    "flores": lambda e: 1.6 * (1 - e) / e,
-    "gonthier": lambda e: (1 - e * e) / e,
-    "exact": _exact,
-}
-"""Factors a of `PowerPenalty` by the restitution e that is asked (0 to 1; above 0 of the last 3).
-
-K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440; H. M. Lankarani, P. E. Nikravesh,
-J. Mech. Des. 112 (1990) 369; P. Flores et al., Multibody Syst. Dyn. 25 (2011) 357; Y. Gonthier et
-al., Multibody Syst. Dyn. 11 (2004) 209.
-"""
+OneSided = SpringDamper | SpringTable
+"""What lets go before it would pull."""
+Penalty = RestitutionPenalty | PowerPenalty | LineContact | OneSided
+"""Laws of contacts that give way."""
 
 
 @dataclass(frozen=True)
@@ -278,3 +335,7 @@ class Impulse:
     """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap."""
 
     restitution: float
+
+
+PressingLaw = Penalty | Impulse
+"""Law of a contact."""

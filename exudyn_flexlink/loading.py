@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
@@ -18,6 +19,7 @@ from exudyn_flexlink.assembly_mistakes import (
     penetrations,
     pressed_walls,
     redundancies,
+    rubbing_badly,
     speed_mistake,
     value_mistake,
     without_direction,
@@ -46,6 +48,7 @@ from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
+WIDTH = 100  # columns of a model file that is written
 SHORTEST_RUN = 1e-9  # s: ten thousand times what the numerical methods tell apart
 
 
@@ -111,6 +114,14 @@ def document_of(scene: Scene) -> Document:
     return document_of_data(scene.to_data(), "the scene")
 
 
+def yaml_of(scene: Scene) -> str:
+    """Return a scene as the text of a model file, in SI units, with all points and tables in it."""
+    text: str = yaml.safe_dump(
+        scene.to_data(), sort_keys=False, allow_unicode=True, default_flow_style=None, width=WIDTH
+    )
+    return text
+
+
 def document_of_data(data: Mapping[str, Any], name: str) -> Document:
     """Return plain data as a document called `name`; files that it names are looked for here.
 
@@ -165,11 +176,12 @@ def assemble_scene(scene: Scene) -> Assembly:
     except CannotMoveError as error:
         raise SceneError(scene.document, [speed_mistake(error)]) from error
     mistakes = [
-        *penetrations(assembly),
+        *penetrations(scene, assembly),
         *pressed_walls(assembly),
         *outside_guides(scene, assembly),
         *redundancies(scene, assembly),
         *without_direction(scene, assembly),
+        *rubbing_badly(assembly),
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)

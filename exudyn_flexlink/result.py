@@ -9,10 +9,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.intervals import FrictionHistory, Interval, Intervals
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.units import Dimension
 from exudyn_flexlink.variables import Variable
 
 INTERRUPTED = "interrupted"
@@ -94,11 +96,13 @@ class EngineSettings:
 class ContactHistory:
     """How a point met a face, or a circle another: when it touched, and samples of its motion.
 
+    Of a hinge's stop gaps are angles (rad) and forces torques (N m), of its touches, too.
+
     Gap (m, positive when apart), place along the face, or around the second circle, (m) and force
     (N) at the samples.
     """
 
-    gap: Annotated[FloatArray, Variable("time", "m", "gap between what may touch")]
+    gap: Annotated[FloatArray, Variable("time", "m", "gap of what may touch; rad at a hinge")]
     place: Annotated[FloatArray, Variable("time", "m", "place along the face or the circle")]
     force: Annotated[FloatArray, Variable("time", "N", "normal force")]
     touches: Intervals
@@ -261,6 +265,7 @@ class Result:
     warnings: tuple[str, ...]
     outcome: Outcome
     error: MeasuredError = NOT_ASKED
+    frictions: Mapping[str, FrictionHistory] = field(default_factory=dict)  # of joints with any
 
     def __post_init__(self) -> None:
         """Let nobody change what a run gave: it would be saved as the run."""
@@ -271,6 +276,7 @@ class Result:
         self.__dict__.update(state)
         _lock(self)
 
+    @takes(time=number(Dimension.TIME, at_least=0.0))
     def sample_at(self, time: float) -> int:
         """Index of the sample next to an instant (s)."""
         return int(np.abs(self.time - time).argmin())
@@ -305,6 +311,9 @@ def later(result: Result, by: float) -> Result:
     histories: dict[str, Any] = {
         kind: {k: replace(x, touches=moved(x.touches)) for k, x in getattr(result, kind).items()}
         for kind in kinds
+    }
+    histories["frictions"] = {
+        k: replace(x, begin=x.begin + by, end=x.end + by) for k, x in result.frictions.items()
     }
     extremes = {k: replace(x, time=x.time + by) for k, x in result.extremes.items()}
     laps = tuple(replace(lap, time=lap.time + by) for lap in result.laps)

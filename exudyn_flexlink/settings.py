@@ -50,7 +50,7 @@ def _parse_setting(document: Document, given: Setting) -> tuple[KeyPath, Any, st
     text = given if isinstance(given, str) else f"{given[0]}={given[1]}"
     name, equals, value = text.partition("=")
     if not equals or not all(step.strip() for step in name.split(".")):
-        mistake = Mistake((), "expected path=value", "for example --set run.turns=2")
+        mistake = Mistake((), "expected path=value", "for example run.turns=2")
         raise _setting_error(document, (), text, mistake)
     path: KeyPath = tuple(step.strip() for step in name.split("."))
     if not isinstance(given, str):  # then YAML only tells what no model file can hold

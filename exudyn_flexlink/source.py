@@ -23,7 +23,8 @@ LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 class Document:
     """A model file as plain data, with the place of every value and key.
 
-    `settings` holds the texts 'path=value' that replaced values of the file, by their paths.
+    `settings` holds the texts 'path=value' that replaced values of the file, by their paths; empty
+    ones where no text gave them, but Python.
     """
 
     name: str
@@ -156,10 +157,20 @@ def parse_document(text: str, name: str, folder: Path | None = None) -> Document
     return replace(bare, data=read.data, places=read.places, key_places=read.key_places)
 
 
-def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" if one of the names resembles `name`, else nothing."""
+def did_you_mean(name: str, names: Iterable[str], before: str = "") -> str:
+    """Return "; did you mean 'x'?" if one of the names resembles `name`, else nothing.
+
+    `before` is written before the name, but is no part of what is compared.
+    """
     near = difflib.get_close_matches(name, list(names), n=1)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    return f"; did you mean '{before}{near[0]}'?" if near else ""
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """Say that there is nothing of a name, what was meant perhaps, and what there is."""
+    names = list(known)
+    there = ", ".join(names) or "none"
+    return f"there is no {what} '{name}'{did_you_mean(name, names)}; there are: {there}"
 
 
 def dotted(path: KeyPath) -> str:
@@ -175,7 +186,7 @@ def _show(document: Document, lines: Sequence[str], mistake: Mistake) -> str:
     place = None if setting is not None else document.place_of(mistake)
     where = document.name
     if setting is not None:
-        where = f"--set {setting}"
+        where = f"--set {setting}" if setting else ""
     elif place:
         where = f"{document.name}:{place.line}:{place.column}"
     shown = [": ".join(part for part in (where, dotted(mistake.path), mistake.message) if part)]

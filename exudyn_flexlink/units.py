@@ -141,6 +141,7 @@ SPELLINGS = {
     r"degrees?": "deg",
     r"radians?": "rad",
     r"met(re|er)s?": "m",
+    r"microns?": "um",
     r"seconds?|secs?": "s",
     r"lbs": "lb",
 }

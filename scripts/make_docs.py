@@ -24,8 +24,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-ROOT = Path(__file__).resolve().parent.parent
-DOCS = ROOT / "docs"
+from written import DOCS, ROOT, parts_of, with_parts
+
 OUT = "{out}"  # in a command: the scratch folder
 PROGRAM = ("-m", "exudyn_flexlink")
 NOISE = 3.0  # factor by which errors and counts of steps may differ between machines and versions
@@ -38,22 +38,22 @@ SECONDS = re.compile(r"\d+(?:\.\d+)?(?= s\b)")  # times of a machine are not com
 class Item:
     """What is made together: commands, and the files of docs/ that come of them.
 
-    `figures` are files of docs/ by the file of the scratch folder that they are; `table` is the
-    file of docs/ that takes what is printed; `sample` a cheap command whose rows have to be in the
-    table.
+    `figures` are files of docs/ by the file of the scratch folder that they are; `page` is the
+    file of docs/ that takes what is printed, between the markers of the item's name; `sample` a
+    cheap command whose rows have to be there.
     """
 
     name: str
     takes: str
     commands: tuple[tuple[str, ...], ...]
     figures: Mapping[str, str] = field(default_factory=dict)
-    table: str = ""
+    page: str = ""
     sample: tuple[str, ...] = ()
 
     @property
     def files(self) -> list[str]:
         """All files that it writes, relative to docs/."""
-        return [*self.figures, *([self.table] if self.table else [])]
+        return [*self.figures, *([self.page] if self.page else [])]
 
     @property
     def shown(self) -> list[str]:
@@ -79,16 +79,18 @@ def gif_of(run: str, *options: str) -> tuple[str, ...]:
     return (*PROGRAM, "animate", f"{OUT}/{run}", *smooth, *options)
 
 
-def measured(name: str, takes: str, *arguments: str, sample: tuple[str, ...] = ()) -> Item:
-    """A script that prints a table, all of the same name; `sample` are its cheap arguments."""
+def measured(
+    name: str, page: str, takes: str, *arguments: str, sample: tuple[str, ...] = ()
+) -> Item:
+    """A script of the item's name, that prints a table; `sample` are its cheap arguments."""
     cheap = script(name, *sample) if sample else ()
-    return Item(name, takes, (script(name, *arguments),), table=f"tables/{name}.md", sample=cheap)
+    return Item(name, takes, (script(name, *arguments),), page=f"{page}.md", sample=cheap)
 
 
 STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2",
          "--set", "bodies.link.hinges.stiffness=beam", "--budget", "90")  # fmt: skip
-SWEEP = (*PROGRAM, "sweep", "no_clearance", "--vary", "drives.motor.value=5:15:11",
-         "--vary", "springs.lever_return.frequency=20:60 Hz:5", "--set", "run.turns=1",
+SWEEP = (*PROGRAM, "sweep", "no_clearance", "--over", "drives.motor.value=5:15:11 rad/s",
+         "--over", "springs.lever_return.frequency=20:60:5 Hz", "--set", "run.turns=1",
          "--set", "bodies.link.rods=4", "--quiet", "--no-plots",
          "--out", f"{OUT}/speeds")  # fmt: skip
 SWEPT = (*PROGRAM, "plot", f"{OUT}/speeds", "--of", "lever.swing_rad,strike.greatest_force_N")
@@ -159,7 +161,7 @@ ITEMS = (
         ((*STABLE, "--quiet", "--out", f"{OUT}/stability"),),
         {"stability.png": "stability/stability.png"},
     ),
-    measured("paper_stability", "5 min"),
+    measured("paper_stability", "stability", "5 min"),
     Item(
         "stability_map",
         "20 min",
@@ -171,47 +173,47 @@ ITEMS = (
             ),
         ),
         {"stability_map.png": "stability_map.png"},
-        "tables/stability_map.md",
+        "stability.md",
     ),
-    measured("published_exponents", "15 min"),
-    measured("clearance_statements", "1 min"),
+    measured("published_exponents", "stability", "15 min"),
+    measured("clearance_statements", "paper", "1 min"),
     Item(
         "closing_clearance",
         "5 min",
         (script("closing_clearance", "--out", OUT),),
         {"closing_clearance.png": "closing_clearance.png"},
     ),
-    measured("clearance_limits", "30 min", "--speeds", "100", "10"),
+    measured("clearance_limits", "modelling", "30 min", "--speeds", "100", "10"),
     Item(
         "beam_against_rods",
         "3 min",
         (script("beam_against_rods", "--out", OUT),),
         {"beam_against_rods.png": "beam_against_rods.png"},
-        "tables/beam_against_rods.md",
+        "modelling.md",
     ),
     Item(
         "impact_models",
         "3 min",
         tuple(script("impact_models", study, "--out", OUT) for study in ("stiffness", "rods")),
         {name: name for name in ("penalty_to_impulse.png", "rods_and_strike.png")},
-        "tables/impact_models.md",
+        "engines.md",
     ),
-    measured("restitution", "1 min"),
-    measured("tolerance", "15 min", "--engine", "exudyn", "lagrangian"),
+    measured("restitution", "modelling", "1 min"),
+    measured("tolerance", "accuracy", "15 min", "--engine", "exudyn", "lagrangian"),
     Item(
         "loop_tolerance",
         "3 min",
         (script("tolerance", "--mechanisms"),),
-        table="tables/loop_tolerance.md",
+        page="accuracy.md",
         sample=script("tolerance", "--mechanisms", "--models", "textbook/double_pendulum"),
     ),
-    measured("promises", "5 min", sample=("--only", "frequencies")),
+    measured("promises", "accuracy", "5 min", sample=("--only", "frequencies")),
     Item(
         "verify",
         "2 min",
         ((*VERIFY, "--figure", f"{OUT}/verify.png"),),
         {"verify.png": "verify.png"},
-        "tables/verify.md",
+        "accuracy.md",
         (*VERIFY, "pendulum", "flores_slider"),
     ),
     Item(
@@ -219,17 +221,23 @@ ITEMS = (
         "2 min",
         ((*STUDY, "--out", f"{OUT}/study"),),
         {"accuracy.png": "study/accuracy.png"},
-        "tables/accuracy.txt",
+        "cost.md",
     ),
     Item("sweep", "2 min", (SWEEP, SWEPT), {"sweep.png": "speeds/sweep.png"}),
-    measured("sweep_speed", "10 min"),
-    measured("benchmark", "10 min"),
-    measured("told_errors", "15 min", "--count", "20"),
-    measured("hard_cases", "5 min", "--quick", sample=("--quick", "--only", "tip", "two_contacts")),
-    measured("random_scenes", "5 min"),
-    measured("random_mechanisms", "10 min"),
-    Item("random_silent", "4 min", (script("random_silent"),), table="tables/silent_kinds.md"),
-    measured("many_turns", "10 min"),
+    measured("sweep_speed", "sweeps", "10 min"),
+    measured("benchmark", "cost", "10 min"),
+    measured("told_errors", "accuracy", "15 min", "--count", "20"),
+    measured(
+        "hard_cases",
+        "hard_cases",
+        "5 min",
+        "--quick",
+        sample=("--quick", "--only", "tip", "two_contacts"),
+    ),
+    measured("random_scenes", "hard_cases", "5 min"),
+    measured("random_mechanisms", "hard_cases", "10 min"),
+    Item("silent_kinds", "4 min", (script("random_silent"),), page="hard_cases.md"),
+    measured("many_turns", "hard_cases", "10 min"),
 )
 
 
@@ -248,13 +256,14 @@ def output_of(command: tuple[str, ...], out: Path) -> tuple[str, int]:
     return ended.stdout, ended.returncode
 
 
-def told(text: str, file: str) -> str:
-    """Return what a file keeps of what was printed: tables and their bold captions, or a report."""
+def told(text: str, name: str) -> str:
+    """Return what a page keeps of what was printed: tables and their bold captions, or a report."""
     lines = text.splitlines()
-    if file.endswith(".txt"):  # that of `accuracy`, from its first table to its advice
+    if name == "accuracy":  # from its first table to its advice
         first = next(i for i, line in enumerate(lines) if line.startswith("Errors"))
         last = max(i for i, line in enumerate(lines) if line.startswith(("Recomm", "That is:")))
-        return "\n".join(lines[first : last + 1]) + "\n"
+        report = [line.replace(sys.executable, ".venv/bin/python") for line in lines]
+        return "\n".join(["```text", *report[first : last + 1], "```"]) + "\n"
     kept: list[str] = []
     for line in lines:
         if line.startswith(("|", "**")):
@@ -276,13 +285,15 @@ def make(item: Item) -> bool:
                 fine = False
                 print(f"{item.name}: exit code {code} of {' '.join(command)}", file=sys.stderr)
         missing = [source for source in item.figures.values() if not (out / source).exists()]
-        if missing or (item.table and not any(printed)):
-            print(f"{item.name}: not made: {', '.join(missing) or item.table}", file=sys.stderr)
+        if missing or (item.page and not any(printed)):
+            print(f"{item.name}: not made: {', '.join(missing) or item.page}", file=sys.stderr)
             return False
         for name, source in item.figures.items():
             shutil.copyfile(out / source, DOCS / name)
-    if item.table:
-        (DOCS / item.table).write_text(told("\n".join(printed), item.table), encoding="utf-8")
+    if item.page:
+        page = DOCS / item.page
+        text = with_parts(page, {item.name: told("\n".join(printed), item.name)})
+        page.write_text(text, encoding="utf-8")
     print(f"{item.name}: written: {', '.join(item.files)}", flush=True)
     return fine
 
@@ -293,8 +304,8 @@ def check(item: Item) -> list[str]:
         text, code = output_of(item.sample, Path(folder))
     if code:
         return [f"exit code {code} of {' '.join(item.sample)}"]
-    rows = told(text, item.table).splitlines()
-    table = (DOCS / item.table).read_text(encoding="utf-8").splitlines()
+    rows = told(text, item.name).splitlines()
+    table = parts_of(DOCS / item.page)[item.name].splitlines()
     return list(apart(rows, table))
 
 

@@ -1,19 +1,20 @@
-"""Write the pages of the documentation that the program itself knows: keys, commands, items.
+"""Write the parts of the documentation that the program itself knows, and models that pages show.
 
 Usage:
-  .venv/bin/python scripts/reference.py            into docs/_generated
-  .venv/bin/python scripts/reference.py --out DIR
+  .venv/bin/python scripts/reference.py            into the pages of docs/, between their markers
+  .venv/bin/python scripts/reference.py --check    write nothing; exit code 1 if a page is stale
 
-`model_file.md` has every key of a model file with meaning, unit, default and example, by the JSON
-schema and the models of `docs/reference/examples`;
-`commands.md` the help of every command; `items.md` what `make_docs.py` makes; `tutorial_N.diff`
-what step N of the tutorial changes. Sphinx calls this before it builds the site.
+`model_file` has every key of a model file with meaning, unit, default and example, by the JSON
+schema and the models of `docs/reference/examples`; `commands` the help of every command; `python`
+what the package exports; `items` what `make_docs.py` makes; `tutorial_N` what step N of the
+tutorial changes; `study` the file of `docs/study.yaml`.
 """
 
 from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -25,7 +26,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from make_docs import DOCS, ITEMS
+from make_docs import ITEMS
+from written import DOCS, parts_of, with_parts
+from written.python_text import lines as python
 
 from exudyn_flexlink.cli import main as program
 from exudyn_flexlink.scene import json_schema
@@ -50,12 +53,9 @@ open, mostly the angle of one crank, and roughly that of others where the joints
 
 A short model is one of bodies, joints and something that moves it:
 
-```{literalinclude} ../reference/examples/four_bar.yaml
-:language: yaml
-```
-"""
+{model}"""
 COMMANDS = (
-    *("simulate", "compare", "accuracy", "stability", "sweep", "verify", "check"),
+    *("simulate", "compare", "fit", "accuracy", "stability", "sweep", "verify", "check"),
     *("plot", "animate", "report", "new", "schema", "completion"),
 )
 VARYING = ", or an expression or a table"  # what a drive's value may be beside a number
@@ -65,20 +65,40 @@ EXAMPLES = sorted((DOCS / "reference" / "examples").glob("*.yaml"))
 LONGEST_VALUE = 50  # characters of an example in a table
 
 
-def write(folder: Path) -> None:
-    """Write all pages into a folder, which is made if it is not there."""
-    folder.mkdir(parents=True, exist_ok=True)
+def texts() -> dict[str, str]:
+    """All parts, by name."""
+    steps = sorted((DOCS / "tutorial").glob("*.yaml"))
+    found = {"tutorial_1": file(steps[0]), "study": file(DOCS / "study.yaml")}
+    for before, after in pairwise(steps):
+        found[f"tutorial_{after.stem[0]}"] = f"```diff\n{''.join(changes(before, after))}```"
     pages: dict[str, Callable[[], Iterator[str]]] = {
         "model_file": model_file,
         "commands": commands,
+        "python": python,
         "items": items,
     }
-    for name, lines in pages.items():
-        (folder / f"{name}.md").write_text("\n".join(lines()) + "\n", encoding="utf-8")
-    steps = sorted((DOCS / "tutorial").glob("*.yaml"))
-    for before, after in pairwise(steps):
-        text = "".join(changes(before, after))
-        (folder / f"tutorial_{after.stem[0]}.diff").write_text(text, encoding="utf-8")
+    return found | {name: "\n".join(lines()) for name, lines in pages.items()}
+
+
+def stale() -> dict[Path, str]:
+    """Pages of which a part is not what it has to be, and what they have to be."""
+    known = texts()
+    missing = set(known)
+    found = {}
+    for page in sorted(DOCS.rglob("*.md")):
+        missing -= set(parts_of(page))
+        text = with_parts(page, known)
+        # By words alone: each version of Python breaks the lines of a usage in its own way.
+        if text.split() != page.read_text(encoding="utf-8").split():
+            found[page] = text
+    if missing:
+        raise LookupError(f"no page has markers of: {', '.join(sorted(missing))}")
+    return found
+
+
+def file(path: Path) -> str:
+    """A model file, shown whole."""
+    return f"```yaml\n{path.read_text(encoding='utf-8')}```\n"
 
 
 def changes(before: Path, after: Path) -> Iterator[str]:
@@ -99,7 +119,7 @@ def model_file() -> Iterator[str]:
     """Lines that tell every key of a model file, section by section."""
     whole = json_schema()
     parts = whole["$defs"]
-    yield INTRODUCTION
+    yield INTRODUCTION.format(model=file(DOCS / "reference" / "examples" / "four_bar.yaml"))
     yield from table(whole, parts)
     told: set[str] = set()
     for section, value in whole["properties"].items():
@@ -108,7 +128,9 @@ def model_file() -> Iterator[str]:
         if names:
             yield f"\n## `{section}`\n\n{sentence(value['description'])}"
         for name in names:
-            yield f"\n({anchor(name)})=\n### {title(name, parts)}\n\n{parts[name]['description']}\n"
+            if title(name, parts).lower() != section:
+                yield f"\n### {title(name, parts)}"
+            yield f"\n{parts[name]['description']}\n"
             yield from table(parts[name], parts, name)
             yield from snippet(name)
     yield "\n## Units\n\nA number without a unit is in SI units. A text may carry one of these, or"
@@ -124,12 +146,13 @@ def model_file() -> Iterator[str]:
 def reached(value: Schema, parts: Schema) -> list[str]:
     """Names of the definitions that a key refers to, and those that they refer to, in order."""
     found: list[str] = []
-    for name in references(value):
+    left = references(value)
+    while left:
+        name = left.pop(0)
         if name not in found:
             found.append(name)
-            deeper = [references(key) for key in parts[name]["properties"].values()]
-            found += [inner for inners in deeper for inner in inners if inner not in found]
-    return list(dict.fromkeys(found))
+            left = [*references(parts[name]["properties"]), *left]
+    return found
 
 
 def references(value: Any) -> list[str]:
@@ -142,9 +165,9 @@ def references(value: Any) -> list[str]:
     return own + [name for key, item in value.items() if key != "$ref" for name in references(item)]
 
 
-def anchor(name: str) -> str:
-    """Target of links to a definition."""
-    return f"model-file-{name.lower()}"
+def anchor(name: str, parts: Schema) -> str:
+    """Target of links to a definition: what GitHub and MyST make of its heading."""
+    return re.sub(r"[^\w -]", "", title(name, parts).lower()).replace(" ", "-")
 
 
 def types(name: str, parts: Schema) -> list[str]:
@@ -271,7 +294,10 @@ def default_of(value: Schema) -> str:
 
 def kind_of(value: Schema, parts: Schema) -> str:
     """Unit, words to choose from, or parts that a key takes."""
-    told = [f"[{word(name, parts)}](#{anchor(name)})" for name in dict.fromkeys(references(value))]
+    told = [
+        f"[{word(name, parts)}](#{anchor(name, parts)})"
+        for name in dict.fromkeys(references(value))
+    ]
     named = "by name: " if "additionalProperties" in value else ""
     description = value.get("description", "")
     if unit := UNIT.search(description) if VARYING in description else None:
@@ -341,12 +367,18 @@ def items() -> Iterator[str]:
         yield f"| {item.name} | {files} | {escaped(made)} | {item.takes} |"
 
 
-def main() -> None:
-    """Write the pages."""
+def main() -> int:
+    """Write the pages, or tell which are stale."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
-    parser.add_argument("--out", type=Path, default=DOCS / "_generated", help="folder")
-    write(parser.parse_args().out)
+    parser.add_argument("--check", action="store_true", help="write nothing")
+    check = parser.parse_args().check
+    found = stale()
+    for page, text in found.items():
+        if not check:
+            page.write_text(text, encoding="utf-8")
+        print(f"{page.name}: {'stale; run: python scripts/reference.py' if check else 'written'}")
+    return 1 if check and found else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -19,29 +19,29 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_395,
-    "engines/exudyn/minimal": 4_845,
-    "engines/exudyn/redundant": 3_190,
-    "engines/lagrangian": 2_060,
-    "mechanism": 4_860,
-    "scene": 3_305,
-    "expressions": 1_245,
+    "engines": 2_470,
+    "engines/exudyn/minimal": 5_715,
+    "engines/exudyn/redundant": 3_475,
+    "engines/lagrangian": 2_070,
+    "mechanism": 5_310,
+    "scene": 3_875,
+    "expressions": 1_250,
     "curves": 1_435,
-    "observables": 1_670,
+    "observables": 1_950,
     "accuracy": 950,
-    "stability": 870,
+    "stability": 880,
     "verification": 440,
-    "storage": 1_915,
-    "sweeps": 1_495,
-    "plots": 2_950,
-    "report": 1_860,
-    "page": 335,
-    "animation": 1_655,
-    "cli": 2_445,
-    "api": 1_190,
-    "": 3_760,
+    "storage": 2_055,
+    "sweeps": 1_515,
+    "plots": 3_325,
+    "report": 2_025,
+    "page": 340,
+    "animation": 1_685,
+    "cli": 2_730,
+    "api": 1_895,
+    "": 5_260,
 }
-WHOLE = {PACKAGE: 46_505, "tests": 25_110, "scripts": 8_055}
+WHOLE = {PACKAGE: 52_300, "tests": 26_970, "scripts": 8_520}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

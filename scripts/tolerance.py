@@ -76,6 +76,8 @@ MECHANISMS = (
     "textbook/slider_crank_clearance",
     "textbook/slider_with_clearance",
     "textbook/cam_follower",
+    "textbook/pendulum_on_stop",
+    "textbook/rope_catch",
     "benchmarks/andrews_squeezer",
     "benchmarks/spin_up_beam",
     "benchmarks/bouncing_ball_impulse",
@@ -91,6 +93,7 @@ MECHANISMS = (
     "reference/circles",
     "reference/cam",
     "reference/going_on",
+    "reference/stops",
 )
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 REFERENCE = 1e-11  # m

@@ -16,7 +16,7 @@ FRICTION = str(MODELS / "clearance_friction.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
 COMMANDS = (
-    *("simulate", "compare", "accuracy", "stability", "sweep", "check"),
+    *("simulate", "compare", "fit", "accuracy", "stability", "sweep", "check"),
     *("plot", "animate", "report", "new", "schema", "completion"),
 )
 BARE = {**{key: os.environ.get(key, "") for key in ("PATH", "HOME")}, "PYTHONPATH": str(ROOT)}

@@ -80,6 +80,8 @@ def test_a_touch_glows_while_it_lasts_and_fades_after(run):
         results.exact_s(run.scene, times[during : during + 1])[0], abs=1e-6
     )
     assert glow.text == f"{touches.peak_force[0]:#.3g} N"
+    [after] = shots.glows(int(np.searchsorted(times, touches.end[0], side="right")))
+    assert after.text == f"0 N, was {touches.peak_force[0]:#.3g} N"
 
 
 def test_an_impact_is_told_by_its_impulse(run):

@@ -5,11 +5,13 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cli_runs import COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
 
+import exudyn_flexlink as fl
 from exudyn_flexlink import cli
-from exudyn_flexlink.cli import main
+from exudyn_flexlink.cli import main, values
 from exudyn_flexlink.cli.completing import SHELLS
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.shipped import model_names
@@ -113,12 +115,12 @@ def test_an_unknown_option_is_told_with_a_near_one_of_its_command(word, capsys):
 @pytest.mark.parametrize(
     ("command", "option", "expected"),
     [
-        *(("compare", f"--tolerance={x}", "a length in m of") for x in ("0", "-1", "nan", "inf")),
-        *(("accuracy", f"--budget={x}", "a time in s of more than 0") for x in ("-3", "x")),
-        ("accuracy", "--target=inf", "a length in m of more than 0"),
+        *(("compare", f"--tolerance={x}", "a length of") for x in ("0", "-1", "nan", "inf")),
+        *(("accuracy", f"--budget={x}", "a time of more than 0") for x in ("-3", "x")),
+        ("accuracy", "--target=inf", "a length of more than 0"),
         ("stability", "--laps=-1", "a whole number from 0"),
-        ("stability", "--lap=0", "a time in s of more than 0"),
-        ("stability", "--at=nan", "an angle in degrees"),
+        ("stability", "--lap=0", "a time of more than 0"),
+        ("stability", "--at=nan", "an angle, such as 90"),
     ],
 )
 def test_a_number_that_an_option_can_not_be_is_told(command, option, expected, capsys):
@@ -215,3 +217,51 @@ def test_zsh_knows_every_command_and_model(capsys):
 def test_another_shell_is_bad_input(capsys):
     assert code_of("completion", "csh") == 2
     assert "bash" in capsys.readouterr().err
+
+
+# --- what users type at first -------------------------------------------------------------------
+
+MEANT = {
+    "simulat rigid": "argument COMMAND: no 'simulat'; did you mean 'simulate'?",
+    "bogus": "no 'bogus'; there is: simulate, compare, ",
+    "simulate rigid --engine exudin": "no 'exudin'; did you mean 'exudyn'?",
+    "simulate rigid --without fricton": "no effect 'fricton'; did you mean 'friction'?",
+    "simulate rigid --tolerance 1e-6": "it is a value of the model: '--set accuracy.tolerance=...'",
+    "sweep rigid --vary gravity=1,2": "of a sweep it is '--over PATH=VALUES'",
+    "sweep rigid --ovr gravity=1,2": "did you mean '--over'?",
+    "sweep rigid --over drives.motor.value=6:14:9 rad/s": "'drives.motor.value=6:14:9 rad/s'",
+    "check rigid --over x": "unknown argument '--over'\n",  # not '--force'
+    "compare rigid --without clearance": "hint: Exudyn compares this model '--without impact'",
+    "compare slider_crank_flexible": "hint: refused by the engine 'lagrangian'; Exudyn compares "
+    "this model '--without flexibility' or '--without damping'\n",
+}
+
+
+@pytest.mark.parametrize(("typed", "told"), MEANT.items(), ids=MEANT)
+def test_what_was_meant_is_told(typed, told, capsys):
+    assert code_of(*typed.split()) == 2
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("read", "text", "value"),
+    [
+        (values.length, "1um", 1e-6),
+        (values.length, "2 microns", 2e-6),
+        (values.length, "1e-6", 1e-6),
+        (values.duration, "5 min", 300.0),
+        (values.instant, "-20 ms", -0.02),
+        (values.degrees, "90", np.pi / 2),
+        (values.degrees, "0.5 rad", 0.5),
+    ],
+)
+def test_options_of_size_take_units(read, text, value):
+    assert read(text) == pytest.approx(value, rel=1e-15)
+
+
+def test_a_folder_named_like_a_model_is_no_model(capsys):
+    Path("clearance").mkdir()
+    assert code_of("check", "clearance") == 0
+    assert "no mistakes" in capsys.readouterr().out
+    assert fl.load_scene("clearance") == fl.load_scene(MODELS / "clearance.yaml")
+    assert code_of("check", "clearance/") == 2  # by its slash it is the folder

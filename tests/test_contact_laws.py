@@ -14,8 +14,9 @@ from scipy.integrate import solve_ivp
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.laws import FACTORS, LineContact, PowerPenalty, restitution_of
+from exudyn_flexlink.laws import LineContact, PowerPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.restitution import FACTORS, restitution_of
 from exudyn_flexlink.source import SceneError
 
 # Restitution that each law gives, by that which is asked.

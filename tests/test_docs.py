@@ -10,7 +10,9 @@ import make_docs
 import pytest
 import reference
 from pages_of_docs import DOCS, PAGES, ROOT, blocks, commands, text_of
+from written import parts_of, without_parts
 
+import exudyn_flexlink as fl
 from exudyn_flexlink.cli import program_parser
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
@@ -20,7 +22,6 @@ from exudyn_flexlink.source import parse_document
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
 TUTORIAL = sorted((DOCS / "tutorial").glob("*.yaml"))
 IMAGE = re.compile(r"!\[[^]]*\]\((?P<file>[^)]+)\)")
-INCLUDED = re.compile(r"```\{(?:include|literalinclude)\} (?P<file>tables/\S+)")
 MEASURED = re.compile(r"\d\.\d|\d[eE][-+]?\d")
 LONGEST_README = 160  # lines
 PLACES = ("exudyn_flexlink/", "models/", "scripts/", "tests/", "docs/", "curves/", "engines/",
@@ -54,9 +55,10 @@ def test_the_readme_is_short():
 @pytest.mark.parametrize("arguments", of_program(), ids=" ".join)
 def test_the_program_knows_the_arguments_of_each_command(arguments):
     options = vars(program_parser().parse_args(arguments))
-    if "model" in options:
+    if "model" in options and not options.get("other"):
         path = ROOT / options["model"]
-        load_scene(path if path.exists() else options["model"], options.get("settings", ()))
+        given = path if path.exists() else str(options["model"])
+        load_scene(given, options.get("settings", ()))
 
 
 @pytest.mark.parametrize("words", of_scripts(), ids=" ".join)
@@ -105,16 +107,38 @@ def test_figures_are_made_by_a_script(page):
 
 
 def test_no_figure_or_table_is_left_that_no_script_makes_or_no_page_shows():
-    there = {f"tables/{path.name}" for path in (DOCS / "tables").iterdir()}
-    there |= {path.name for ending in ("png", "gif") for path in DOCS.glob(f"*.{ending}")}
-    assert there == {file for item in make_docs.ITEMS for file in item.files}
+    there = {path.name for ending in ("png", "gif") for path in DOCS.glob(f"*.{ending}")}
+    assert there == {file for item in make_docs.ITEMS for file in item.figures}
     text = "\n".join(text_of(page) for page in PAGES)
-    assert there == {Path(file).name for file in IMAGE.findall(text)} | set(INCLUDED.findall(text))
+    assert there == {Path(file).name for file in IMAGE.findall(text)}
+    tables = {item.name for item in make_docs.ITEMS if item.page} | set(reference.texts())
+    assert sorted(tables) == sorted(name for page in PAGES for name in parts_of(page))
 
 
 @any_page
-def test_tables_of_numbers_come_from_files_that_scripts_write(page):
-    for line in text_of(page).splitlines():
+def test_a_clone_has_every_page_whole(page):
+    """Nothing is read that a site's builder would have to put in, and no part is empty."""
+    assert "include}" not in text_of(page)
+    assert "eval-rst" not in text_of(page)
+    assert all(len(text) > 200 for text in parts_of(page).values())
+
+
+def test_no_page_is_stale():
+    assert not reference.stale(), "run: python scripts/reference.py"
+
+
+def test_a_page_that_differs_is_stale_and_another_part_is_left_alone(tmp_path, monkeypatch):
+    page = tmp_path / "page.md"
+    begin = "<!-- begin {0}, written by a script -->\n{1}\n<!-- end {0} -->\n"
+    page.write_text(begin.format("keys", "old") + begin.format("other", "kept"))
+    monkeypatch.setattr(reference, "DOCS", tmp_path)
+    monkeypatch.setattr(reference, "texts", lambda: {"keys": "new"})
+    assert reference.stale() == {page: begin.format("keys", "new") + begin.format("other", "kept")}
+
+
+@any_page
+def test_tables_of_numbers_are_written_by_scripts(page):
+    for line in without_parts(page).splitlines():
         assert not (line.startswith("|") and MEASURED.search(line)), line
 
 
@@ -168,25 +192,22 @@ def test_the_tutorial_ends_at_the_models_of_the_paper(step, model):
     assert told == shipped
 
 
-def test_the_reference_has_every_key(tmp_path):
-    reference.write(tmp_path)
-    text = (tmp_path / "model_file.md").read_text(encoding="utf-8")
+def test_the_reference_has_every_key():
+    text = "\n".join(reference.model_file())
     schema = json_schema()
+    headings = re.findall(r"^##+ (.*)$", text, re.MULTILINE)
+    targets = [re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in headings]
     for part in (schema, *schema["$defs"].values()):
         for key in part["properties"]:
             assert f"| `{key}` | " in text
     for name in schema["$defs"]:
-        assert text.count(f"(model-file-{name.lower()})=") == 1
-    assert "usage: exudyn-flexlink simulate" in (tmp_path / "commands.md").read_text()
-
-
-def test_each_row_of_the_reference_is_one_line_of_its_table(tmp_path):
-    """A sentence of two paragraphs would end the table, and the rest would be read as text."""
-    reference.write(tmp_path)
-    lines = (tmp_path / "model_file.md").read_text().splitlines()
-    rows = [line for line in lines if line.startswith("| ")]
-    assert rows
-    assert [row for row in rows if not row.endswith(" |")] == []
+        assert targets.count(reference.anchor(name, schema["$defs"])) == 1
+    rows = [line for line in text.splitlines() if line.startswith("| ")]
+    assert [row for row in rows if not row.endswith(" |")] == []  # one line each
+    assert "usage: exudyn-flexlink simulate" in "\n".join(reference.commands())
+    python = "\n".join(reference.python())
+    told = set(re.findall(r"^### `(\w+)`", python, re.MULTILINE))
+    assert set(fl.__all__) - told == {"Simulate", "__version__"}  # neither class nor function
 
 
 @pytest.mark.parametrize("path", reference.EXAMPLES, ids=lambda path: path.stem)

@@ -23,6 +23,11 @@ LAW = "law: {stiffness: 1.0e5, restitution: 0.5}"
 SETLAW = "law={stiffness: 1.0e5, restitution: 0.5}"
 ARM = "bodies.arm={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
 HUB = "joints.hub={type: revolute, points: [ground, arm.o], at: [1, 0]}"
+BOUNCE = "{stiffness: 1.0e5, restitution: 0.5}"
+WAY = (
+    "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0], "
+    "limits: {from: -0.1, to: 0.1"
+)
 OTHER = "bodies.other={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
 FREE = "initial={positions: {other: [2, 0]}}"
 
@@ -67,6 +72,12 @@ CHANGES = {
         "initial={angles: {other: 0}}",
     ],
     "`revolute` with `clearance`": [ARM, HUB, "joints.hub.clearance=1 mm", f"joints.hub.{SETLAW}"],
+    "`revolute` with `friction: {torque}`": [ARM, HUB, "joints.hub.friction={torque: 0.1}"],
+    "`revolute` with `friction: {coefficient}`": [
+        ARM,
+        HUB,
+        "joints.hub.friction={coefficient: 0.1, radius: 5 mm}",
+    ],
     "`weld`": [
         ARM,
         HUB,
@@ -76,6 +87,21 @@ CHANGES = {
     "`prismatic`": [
         OTHER,
         "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0]}",
+    ],
+    "`limits` of a `prismatic`, with `restitution`": [OTHER, f"{WAY}, law: {BOUNCE}}}}}"],
+    "`limits` of a `prismatic`, with `damping`": [
+        OTHER,
+        f"{WAY}, law: {{stiffness: 1.0e5, damping: 1}}}}}}",
+    ],
+    "`limits` of a `revolute`": [
+        ARM,
+        HUB,
+        "joints.hub.limits={to: 1, law: {stiffness: 1.0e5, restitution: 0.5}}",
+    ],
+    "`prismatic` with `friction: {force}`": [
+        OTHER,
+        "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0], "
+        "friction: {force: 1}}",
     ],
     "`sleeve` without clearance": [],
     "`sleeve` with `clearance`": ["joints.sleeve.clearance=0.1 mm", f"joints.sleeve.{SETLAW}"],
@@ -92,6 +118,22 @@ CHANGES = {
         ARM,
         HUB,
         "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], stiffness: 100}",
+    ],
+    "`linear` with `acts`": [
+        ARM,
+        HUB,
+        "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], stiffness: 100, "
+        "acts: tension, length: 0.2}",
+    ],
+    "`linear` with `force`": [
+        ARM,
+        HUB,
+        "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], force: 100*length**2}",
+    ],
+    "`torsional` with `torque`": [
+        ARM,
+        HUB,
+        "springs.s={type: torsional, joint: hub, torque: {points: [[-1, -9], [0, 0], [1, 5]]}}",
     ],
     "`speed` of the guide": [],
     "`speed` of another joint": [ARM, HUB, "drives.other={type: speed, joint: hub, value: 1}"],
@@ -142,7 +184,7 @@ def table():
 
 
 def taken(label, column):
-    """Return "yes" or "no": whether a short run is made, or the changed part is refused by name."""
+    """Return "yes", "creeps", or "no": the changed part is refused by name."""
     changes = [*BASE, *SHORT, *CHANGES[label]]
     lagrangian = column == "Lagrangian"
     if not lagrangian:
@@ -153,6 +195,8 @@ def taken(label, column):
     except NotRepresentableError as error:
         changed = {tuple(change.split("=")[0].split(".")[:2]) for change in CHANGES[label]}
         return "no" if error.path[:2] in changed else f"no, but by {error}"
+    if any("creeps" in warning for warning in result.warnings):
+        return "creeps"
     return "yes" if result.outcome.completed else result.outcome.reason
 
 

@@ -75,7 +75,7 @@ def test_a_link_that_stays_in_its_guide_is_not_spoken_of(engine, fit):
 
 def test_a_guide_in_metres_for_millimetres_is_told():
     result = simulate(scene(90.0), measure=False)
-    assert "takes 0.0012 of its guide's length: check units" in " ".join(result.warnings)
+    assert "is inside only 0.0012 of its guide's length: check units" in " ".join(result.warnings)
 
 
 @pytest.mark.parametrize(("tolerance", "coarse"), [(1.0, True), (0.02, True), (1e-3, False)])
@@ -84,7 +84,7 @@ def test_a_tolerance_that_is_no_small_part_of_the_mechanism_is_told(tolerance, c
     """It reaches 0.13 m."""
     from_file = TRACK.replace("1.0e-6", str(tolerance)).replace("LINK", RIGID)
     own = scene_from(from_file.replace("LENGTH", "0.09").replace("FIT", FITS["ideal"]))
-    told = "is no small part of the mechanism, which reaches"
+    told = "is more than 10% of the size of the mechanism"
     said = " ".join(check_text(own, assemble_scene(own)).split())
     assert (told in said) == coarse
     assert (told in " ".join(simulate(own, engine, measure=False).warnings)) == coarse

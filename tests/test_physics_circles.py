@@ -87,8 +87,13 @@ accuracy: {tolerance: 1.0e-9}
 
 @pytest.mark.parametrize(("formulation", "exact"), [("minimal", 1e-9), ("redundant", 1e-2)])
 def test_discs_that_meet_head_on_part_by_their_restitution(formulation, exact):
-    """Momentum is kept, and speeds after are -e times those before."""
-    result = alone(DISCS, f"solver.formulation={formulation}", "accuracy.tolerance=1.0e-6")
+    """Momentum is kept, and speeds after are -e times those before.
+
+    In minimal coordinates at 1e-7 m: at 1e-6 m the impulse is right to 4e-9 on some processors, to
+    1e-11 on others.
+    """
+    tolerance = 1e-7 if formulation == "minimal" else 1e-6
+    result = alone(DISCS, f"solver.formulation={formulation}", f"accuracy.tolerance={tolerance}")
     (touch,) = result.intervals["hit"]
     assert touch.begin == pytest.approx(0.15 / 2.5, abs=1e-6)
     before, masses, e = np.array([2.0, -0.5]), np.array([1.0, 3.0]), 0.5
@@ -243,7 +248,7 @@ def slider_crank_by_hand(duration):
         far = np.hypot(dx, dy)
         press = 0.0
         if far > 5e-4:
-            press = float(law.force(far - 5e-4, (dx * vx + dy * vy) / far))
+            press = float(law.force(far - 5e-4, (dx * vx + dy * vy) / far, 0.0))
         fx, fy = (-press * dx / far, -press * dy / far) if press else (0.0, 0.0)
         # The rod's pin is carried on the crank's circle: -omega^2 p is its acceleration.
         moment = length * (cos(theta) * fy - sin(theta) * fx)

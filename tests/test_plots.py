@@ -88,6 +88,19 @@ def test_axes_have_labels_with_units(make, drawn):
             assert plain or label.rstrip().endswith(")"), f"{name}: {label}"
 
 
+def test_points_have_the_letters_of_the_paper_and_forces_say_where_they_act(drawn):
+    told = [text.get_text() for text in texts(drawn["mechanism"])]
+    assert {"guide CD", "lever BE"} <= set(told)
+    named = {name for text in told if len(text) < 9 for name in text.split(", ")}
+    assert named >= set("BCDEOPS")
+    low, _ = drawn["polar"].axes[0].get_ylim()
+    assert f"the scale begins\nat {low:g}, not at zero" in words(drawn["polar"])
+    told = words(drawn["forces"])
+    assert "size of the\njoint force (N)" in told
+    assert "crank at guide.start" in told
+    assert "pin at link.start" in told
+
+
 def test_title_engine_and_assumptions(rigid, drawn):
     for figure in drawn.values():
         said = words(figure)

@@ -241,7 +241,7 @@ def test_a_link_where_a_file_is_written_first_is_not_followed(name):
 @pytest.mark.parametrize("more", [["--resume"], ["--force"]])
 def test_a_sweep_writes_through_no_link(name, more, capsys):
     Path("model.yaml").write_text(results.PENDULUM.replace("duration: 1", "duration: 0.01"))
-    command = ["sweep", "model.yaml", "--vary=bodies.rod.length=1,2", "--workers=1", "--out=o",
+    command = ["sweep", "model.yaml", "--over=bodies.rod.length=1,2", "--workers=1", "--out=o",
                "--series", "--no-plots", "--quiet"]  # fmt: skip
     assert main(command) == 0
     Path("o", name).rename("elsewhere")

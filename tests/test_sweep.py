@@ -57,7 +57,8 @@ MINUS = "\N{MINUS SIGN}"
 GIVEN = [
     ({LENGTH: "1:2:2", ANGLE: "0, 90 deg"}, [(1, 0), (1, pi / 2), (2, 0), (2, pi / 2)]),
     ({LENGTH: "100, 200, 300 mm"}, [(0.1,), (0.2,), (0.3,)]),
-    ({ANGLE: f"{MINUS}90:90 deg:3"}, [(-pi / 2,), (0,), (pi / 2,)]),
+    ({ANGLE: f"{MINUS}90:90:3 deg"}, [(-pi / 2,), (0,), (pi / 2,)]),
+    ({ANGLE: "0 deg:90:2deg"}, [(0,), (pi / 2,)]),
     ({ANGLE: f"{MINUS}90, {MINUS}45, 180 deg"}, [(-pi / 2,), (-pi / 4,), (pi,)]),
 ]
 
@@ -87,7 +88,7 @@ def test_many_values_are_checked_before_anything_runs(values):
 
 
 def test_scenes_have_the_values_of_their_points():
-    found = table(plan_of({LENGTH: "100:300 mm:3"}), own_length)
+    found = table(plan_of({LENGTH: "100:300:3 mm"}), own_length)
     assert found.columns()["length_m"] == found.columns()[f"{LENGTH}_m"] == [0.1, 0.2, 0.3]
 
 

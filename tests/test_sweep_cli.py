@@ -15,12 +15,12 @@ from exudyn_flexlink.sweeps import read_study
 
 DOCS = Path(__file__).parents[1] / "docs"
 LENGTH = "bodies.rod.length"
-SWEEP = ["sweep", "model.yaml", "--vary", f"{LENGTH}=1:3:3", "--workers", "1", "--out", "out"]
+SWEEP = ["sweep", "model.yaml", "--over", f"{LENGTH}=1:3:3", "--workers", "1", "--out", "out"]
 STUDY = """\
 model: model.yaml
 set: [run.duration=2]
 grid:
-  bodies.rod.length: 100:300 mm:3
+  bodies.rod.length: 100:300:3 mm
   gravity: [[0, -9.81], [0, -1.62]]
 """
 
@@ -49,7 +49,7 @@ def table():
 @pytest.mark.parametrize(("values", "told"), [("1-3", True), ("1:3:2", False), ("1, 3", False)])
 def test_a_range_written_as_a_difference_is_told(values, told, capsys):
     main(
-        ["sweep", "model.yaml", "--vary", f"run.duration={values}", "--workers", "1", "--no-plots"]
+        ["sweep", "model.yaml", "--over", f"run.duration={values}", "--workers", "1", "--no-plots"]
     )
     assert (f"run.duration has one value, '{values}'" in capsys.readouterr().err) == told
 
@@ -83,7 +83,7 @@ BAD_STUDIES = {
     "two designs": (STUDY + "list: []\n", ["study.yaml:6:7", "exclude each other"]),
     "no design": ("model: model.yaml\n", ["needs 'grid' or 'list' or 'latin_hypercube'"]),
     "values": (
-        STUDY.replace("100:300 mm:3", "[1, 2 kg]").replace("-1.62", "-1 N").replace("gra", "gar"),
+        STUDY.replace("100:300:3 mm", "[1, 2 kg]").replace("-1.62", "-1 N").replace("gra", "gar"),
         ["study.yaml:4:26: grid.bodies.rod.length.1", "expected a length, got '2 kg'",
          "study.yaml:5:", "unknown key 'garvity'; did you mean 'gravity'?"],
     ),
@@ -106,11 +106,12 @@ def test_mistakes_of_a_study_are_shown_where_they_stand(text, words, capsys):
 
 
 BAD_OPTIONS = {
-    "--vary gravity": "expected path=values",
-    "--vary gravity=1:2:3 --vary gravity=1": "gravity: is varied twice",
-    "--vary gravity=1:2": "expected start:stop:count",
-    "--vary gravty=1": "did you mean 'gravity'?",
-    "--vary gravity=1 --scheduler tcp://h:1 --workers 2": "a scheduler has its own workers",
+    "--over gravity": "expected path=values",
+    "--over gravity=1:2:3 --over gravity=1": "gravity: is varied twice",
+    "--over gravity=1:2": "expected start:stop:count",
+    "--over gravty=1": "did you mean 'gravity'?",
+    "--over bodies.rod.length=0mm:1:3m": "the range has the units 'm' and 'mm'",
+    "--over gravity=1 --scheduler tcp://h:1 --workers 2": "a scheduler has its own workers",
     "--set run.duration=2": "this is a model, no study",
 }
 
@@ -218,14 +219,14 @@ def test_a_failed_run_does_not_fail_the_sweep_but_all_of_them_do(closed_form, ca
     assert "3 of 3, 1 failed" in out
     assert "stopped at t = 0.5 s: no convergence" in out
     assert [row["status"] for row in table()] == ["doubtful", "failed", "doubtful"]
-    assert main(["sweep", "model.yaml", "--vary", f"{LENGTH}=2", "--workers", "1", "--out", "2",
+    assert main(["sweep", "model.yaml", "--over", f"{LENGTH}=2", "--workers", "1", "--out", "2",
                  "--no-plots"]) == 1  # fmt: skip
 
 
 @pytest.mark.parametrize("varied", [1, 2, 3])
 def test_a_sweep_is_drawn_over_any_number_of_values(varied, closed_form, capsys):
     closed_form(2.0)
-    more = ["--vary", "gravity=1, 2"] * (varied > 1) + ["--vary", "run.duration=1, 2"] * (
+    more = ["--over", "gravity=1, 2"] * (varied > 1) + ["--over", "run.duration=1, 2"] * (
         varied > 2
     )
     assert main([*SWEEP, *more, "--quiet", "--no-measure"]) == 0

@@ -33,7 +33,7 @@ from exudyn_flexlink.plots.style import BLACK, GREY
 INK, PALE, TOUCH, GLOW = BLACK, GREY, "#E5401A", "#FF7A22"
 
 WIDTHS = {"curve": 1.4, "face": 5.0, "wall": 2.6, "guide": 9.0, "spring": 1.5, "ring": 1.6,
-          "spoke": 1.2, "bar": 3.0, "link": 3.0}  # fmt: skip
+          "rope": 1.5, "stop": 4.0, "spoke": 1.2, "bar": 3.0, "link": 3.0}  # fmt: skip
 """Widths of lines, in pixels of a picture that is `WIDE` pixels wide."""
 WIDE = 620.0
 THINNEST, BROADEST = 0.75, 1.5  # times those widths, in small and in large pictures
@@ -105,7 +105,7 @@ class Place:
             text, (float(at[0]), float(at[1])), away, textcoords="offset points", zorder=9,
             fontsize=self.points(size), annotation_clip=self.view is not None,
             path_effects=[withStroke(foreground=_RIM[0], linewidth=self.points(_RIM[1]))],
-            **{"color": INK, **look},
+            snap=False, **{"color": INK, **look},  # snapped to pixels, the lines of an E vanish
         )  # fmt: skip
 
 
@@ -178,7 +178,8 @@ def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
     }
     for name, marker in (("S", "o"), ("O", "+")):
         if name in at:
-            place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9))
+            rim: dict[str, Any] = {"mec": "white", "mew": place.points(1.0)} if name == "S" else {}
+            place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9), **rim)
     for first, names in together(at, NEAR * size).items():
         away = 0, place.points(7)
         place.write(", ".join(names), at[first], away, 12, va="bottom", ha="center")
@@ -217,8 +218,8 @@ def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
         if glow.text:
             left = at[0] > high - 0.16 * (high - low)
             aside = place.points(radius + 4) * (-1) ** left
-            # The forces of the second run are told below its touches, those of the first above.
-            up = place.points(10 + 14 * line) * (-1 if place.rank > 0 else 1)
+            # Names of points are above: forces are below, of two runs those of the second alone.
+            up = place.points(10 + 14 * line) * (1 if place.rank == 0 else -1)
             place.write(glow.text, at, (aside, up), 13, color=TOUCH, alpha=fresh, weight="bold",
                         va="center", ha="right" if left else "left")  # fmt: skip
             line += 1

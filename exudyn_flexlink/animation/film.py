@@ -38,7 +38,7 @@ from exudyn_flexlink.plots.outline import (
 from exudyn_flexlink.plots.panels import colours_of_both, horizon
 from exudyn_flexlink.result import Result
 
-KINDS = ("curve", "face", "wall", "guide", "spring", "ring", "spoke", "bar", "link")
+KINDS = ("curve", "face", "wall", "guide", "spring", "rope", "stop", "ring", "spoke", "bar", "link")
 """Kinds of lines, those in front last."""
 LOOKS = 400  # instants at which the room that a mechanism takes is looked at
 BELOW = 0.1  # of the size of what is shown, below: there stands a length that sizes are read by

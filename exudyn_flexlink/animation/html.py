@@ -172,4 +172,5 @@ def _zoom(zoom: Zoom) -> dict[str, Any]:
         "along": list(zoom.along),
         "across": list(zoom.across),
         "guide": guide,
+        "point": None if zoom.point is None else {"name": zoom.point_name, **_anchor(zoom.point)},
     }

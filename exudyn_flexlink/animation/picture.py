@@ -101,9 +101,9 @@ class Picture:
             draw_trail(place, shots, frame)
         for place, shots in runs:
             draw_mechanism(place, shots, frame)
-        draw_points(*runs[0], self._film.size, frame)
         for place, shots in runs:
             draw_glows(place, shots, frame)
+        draw_points(*runs[0], self._film.size, frame)
         for zoom in self._zooms:
             zoom.draw(frame)
         draw_instant(self._line, float(self._frames.times[frame]))

@@ -221,7 +221,7 @@ class Shots:
             for k, fresh in shown:
                 pair = int(own.touches.pair[k]) if own.places is not None else 0
                 matters = k == told and (own.places is None or parts[k] > LABELLED)
-                pressing = float(self.forces(own, frame)[pair]) if fresh == 1 else 0.0
+                pressing = float(self.forces(own, frame)[pair]) if fresh == 1 else None
                 text = _told(float(values[k]), pressing) if matters else ""
                 seen = self._seen_at(own, k, frame)
                 place = own.spots(self.take, self.frames.times[seen : seen + 1])[0, pair]
@@ -244,9 +244,16 @@ class Shots:
         return min(max(last, 0), frame)
 
 
-def _told(value: float, pressing: float) -> str:
-    """A force in N, that which presses, else the largest; of an impact its impulse in N s."""
+def _told(value: float, pressing: float | None) -> str:
+    """The force now, in N, and once nothing presses the largest, too; of an impact N s."""
     if value == 0:
         return ""
-    size, unit = (-value, "N s") if value < 0 else (pressing or value, "N")
-    return (f"{size:.0f}" if size >= 1000 else f"{size:#.3g}".rstrip(".")) + f" {unit}"
+    if value < 0:
+        return f"{_three_digits(-value)} N s"
+    if pressing is None:
+        return f"0 N, was {_three_digits(value)} N"
+    return f"{_three_digits(pressing)} N" if pressing > 0 else "0 N"
+
+
+def _three_digits(size: float) -> str:
+    return f"{size:.0f}" if size >= 1000 else f"{size:#.3g}".rstrip(".")

@@ -59,7 +59,7 @@ class Stretch(NamedTuple):
 
 def around_strikes(result: Result) -> tuple[Stretch, ...]:
     """Stretches of time around the strikes of all contacts."""
-    return _joined(result, _strikes(result, *result.scene.contacts))
+    return _joined(result, _strikes(result, *result.scene.all_contacts))
 
 
 def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
@@ -69,13 +69,13 @@ def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
         ValueError: there are none.
 
     """
-    known = {name: _strikes(result, name) for name in result.scene.contacts}
+    known = {name: _strikes(result, name) for name in result.scene.all_contacts}
     for joint in joints_with_play(result):
         own = result.intervals[joint]
         known[joint] = list(zip(own.begin.tolist(), own.until(result.time[-1]), strict=True))
     found = known.get(asked.name)
-    if found is None and asked.name == ANY and result.scene.contacts:
-        found = _strikes(result, *result.scene.contacts)
+    if found is None and asked.name == ANY and result.scene.all_contacts:
+        found = _strikes(result, *result.scene.all_contacts)
     if found is None:
         listed = ", ".join(f"'{name}'" for name in known) or "none"
         hint = did_you_mean(asked.name, known) or f"; there is: {listed}"

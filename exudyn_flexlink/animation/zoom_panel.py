@@ -21,10 +21,10 @@ from exudyn_flexlink.animation.drawing import (
 from exudyn_flexlink.animation.film import strength
 from exudyn_flexlink.animation.shots import Shots
 from exudyn_flexlink.animation.zooms import Zoom
-from exudyn_flexlink.mechanism import Channel, pair_sides
+from exudyn_flexlink.mechanism import Channel, anchor_position, pair_sides
 from exudyn_flexlink.observables import State, contact_states
 from exudyn_flexlink.plots.outline import through
-from exudyn_flexlink.plots.panels import BEYOND
+from exudyn_flexlink.plots.panels import BEYOND, length_unit
 from exudyn_flexlink.plots.sleeve import STATE_WORDS
 from exudyn_flexlink.plots.style import BLUE
 
@@ -55,6 +55,8 @@ class ZoomPanel:
         if self._states is not None:
             now = self._states.at(self._takes[0].frames.times[frame : frame + 1])[0]
             told += f" \N{EN DASH} {STATE_WORDS[State(int(now))]}"
+        elif len(self._takes) == 1:
+            told += self._away(frame)
         axes.text(
             0.012, 0.98, told, transform=axes.transAxes, va="top", color="#666666",
             fontsize=self._place.points(12),
@@ -66,9 +68,21 @@ class ZoomPanel:
                 draw_walled_link(place, shots, zoom.channel, frame)
                 continue
             draw_mechanism(place, shots, frame)
+            draw_glows(place, shots, frame, only=zoom.name)
             if place.rank <= 0:
                 draw_points(place, shots, zoom.length, frame)
-            draw_glows(place, shots, frame, only=zoom.name)
+
+    def _away(self, frame: int) -> str:
+        """How far off the point that may strike is, as long as it is outside the zoom on a face."""
+        zoom, shots = self._zooms[0], self._takes[0]
+        assert zoom.point is not None
+        poses = shots.poses[frame]
+        at = zoom.view.seen(anchor_position(zoom.point, poses)[None], poses)[0]
+        box = np.array([self._place.axes.get_xlim(), self._place.axes.get_ylim()]).T
+        away = float(np.linalg.norm(at - np.clip(at, *box)))
+        factor, unit = length_unit(shots.film.size)
+        words = f"{zoom.point_name} is {factor * away:.3g} {unit} away"
+        return f" \N{EN DASH} {words}" if away > 0 else ""
 
 
 def _fit(place: Place, own: Zoom, scale: float) -> str:

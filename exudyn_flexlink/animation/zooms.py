@@ -11,9 +11,10 @@ import numpy as np
 
 from exudyn_flexlink.animation.film import Film, Take, Touching, touching_of
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import Channel, FaceContact
+from exudyn_flexlink.mechanism import Anchor, Channel, FaceContact
 from exudyn_flexlink.plots.outline import Viewpoint, faces, walled
 from exudyn_flexlink.plots.sleeve import ROOM
+from exudyn_flexlink.scene import PointOnLine
 
 ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it
 STRIKE_PART = 0.06  # of the picture: the length of a face that is seen, or more
@@ -27,7 +28,7 @@ SLIDES = 0.15  # of the picture: the zoom on touches that go along more is not m
 class Zoom:
     """A zoom on the contact or joint `name`: what it shows `along` its x-axis, and `across`, m.
 
-    `channel` is the guide with clearance that it shows; None: a face.
+    `channel` is the guide with clearance that it shows; None: a face, which `point` may strike.
     """
 
     name: str
@@ -35,6 +36,8 @@ class Zoom:
     along: tuple[float, float]
     across: tuple[float, float]
     channel: Channel | None = None
+    point: Anchor | None = None
+    point_name: str = ""
 
     @property
     def length(self) -> float:
@@ -70,7 +73,12 @@ def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:
     middle = float(np.min(x) + np.max(x)) / 2
     length = max(STRIKE_PART * film.size, ROOM_ALONG * float(np.ptp(x)))
     below, above = (part * length for part in ROOM_AT_FACE)
-    return Zoom(face.name, view, (middle - length / 2, middle + length / 2), (-below, above))
+    along = (middle - length / 2, middle + length / 2)
+    striking = take.result.scene.contacts[face.name]
+    assert isinstance(striking, PointOnLine)
+    return Zoom(
+        face.name, view, along, (-below, above), point=face.point, point_name=striking.point
+    )
 
 
 def _while_touching(film: Film, take: Take, own: Touching) -> FloatArray:

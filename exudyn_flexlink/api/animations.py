@@ -9,6 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.arguments import flag, function, place, takes
+
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import Film, Filming
 
@@ -25,6 +27,7 @@ class Animation:
     film: Film
     filming: Filming
 
+    @takes(path=place, force=flag, progress=function)
     def save(
         self,
         path: str | PathLike[str],
@@ -38,8 +41,8 @@ class Animation:
         `progress` is called with the part of a GIF or a video that is done, 0 to 1.
 
         Raises:
+            FilmError: there is no such format, or it can't hold this; a video needs ffmpeg.
             StorageError: the file can't be written, or may not be replaced.
-            ValueError: there is no such format, or it can't hold this; a video needs ffmpeg.
 
         """
         from exudyn_flexlink.animation import film_bytes, is_animation
@@ -48,6 +51,8 @@ class Animation:
         file = Path(path)
         content = film_bytes(self.film, file.suffix[1:].lower(), self.filming, progress)
         replace_file(file, content, is_animation, force=force)
+        if progress is not None:
+            progress(1.0)
         return file
 
     def html(self) -> str:

@@ -1,17 +1,23 @@
-"""Two runs side by side, as a notebook shows them."""
+"""Two runs side by side, or one after the other; a run beside measurements."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, overload
 
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import page, style_of
+from exudyn_flexlink.api.figures import RESULT, page, style, style_of
+from exudyn_flexlink.api.results import Result, own_result
+from exudyn_flexlink.arguments import measured, number, takes, texts_by_name, two_texts
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
+from exudyn_flexlink.fitting import Against, against, read_series, shift_of
+from exudyn_flexlink.joining import joined as join
 from exudyn_flexlink.observables import name_of
-from exudyn_flexlink.report import comparison_text
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.report import against_text, comparison_text
+from exudyn_flexlink.result import Result as PlainResult
+from exudyn_flexlink.units import Dimension
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,6 +27,7 @@ if TYPE_CHECKING:
 class Comparison(PlainComparison):
     """Two runs at common instants: how far points are apart, strikes in pairs."""
 
+    @takes(style=style)
     def plot(self, style: str = "screen") -> Figure:
         """Draw both runs over each other, and their difference.
 
@@ -51,13 +58,114 @@ class Comparison(PlainComparison):
         return page(title, self.summary(), self.plot() if len(self.time) > 1 else None)
 
 
-def compare(first: Result, second: Result, *, names: tuple[str, str] | None = None) -> Comparison:
+@dataclass(frozen=True, repr=False)
+class MeasuredComparison(Against):
+    """A run beside a measured series, at the series' instants; SI units throughout."""
+
+    @takes(style=style)
+    def plot(self, style: str = "screen") -> Figure:
+        """Draw both over each other, and their difference.
+
+        Raises:
+            ValueError: there is no such style.
+
+        """
+        from exudyn_flexlink import plots
+
+        return plots.against(self, style=style_of(style))
+
+    def summary(self) -> str:
+        """Return what the command line tells of the comparison."""
+        return against_text(self)
+
+    def __repr__(self) -> str:
+        """Return one line: what was compared, and how far it is apart."""
+        told = ", ".join(f"{d.signal} {d.rms:.3g} {d.unit}" for d in self.distances)
+        return f"<Comparison of {self.result.engine} and {self.series.source}: apart by rms {told}>"
+
+    def _repr_html_(self) -> str:
+        return page(self.result.scene.title, self.summary(), self.plot())
+
+
+def _other(value: Any, _: Any = None) -> Any:
+    """Take a run, or measurements."""
+    if isinstance(value, PlainResult):
+        return value
+    try:
+        return measured(value)
+    except TypeError as error:
+        raise TypeError(f"{error}".replace("expected", "expected a Result,")) from None
+
+
+def _shift(value: Any, _: Any = None) -> Any:
+    """Take a time, or 'find'."""
+    return value if isinstance(value, str) and value == "find" else number(Dimension.TIME)(value, _)
+
+
+@overload
+def compare(
+    first: PlainResult, second: PlainResult, *, names: tuple[str, str] | None = None
+) -> Comparison: ...
+
+
+@overload
+def compare(
+    first: PlainResult,
+    second: Any,
+    *,
+    columns: Mapping[str, str] | None = None,
+    shift: float | str = 0.0,
+) -> MeasuredComparison: ...
+
+
+@takes(first=RESULT, second=_other, names=two_texts, columns=texts_by_name, shift=_shift)
+def compare(
+    first: PlainResult,
+    second: Any,
+    *,
+    names: tuple[str, str] | None = None,
+    columns: Mapping[str, str] | None = None,
+    shift: float | str = 0.0,
+) -> Comparison | MeasuredComparison:
     """Compare two runs of one scene, or with `names` of two scenes: rigid and flexible, say.
 
     Two scenes are compared in what both have, and instant by instant up to the earlier horizon.
 
+    In place of a second run there may be a measured series: a CSV file, or columns by name, such as
+    a data frame's. `columns` says which column is what, ``{"theta": "lever.angle"}``: a body's
+    ``angle`` or ``rate``, a point's ``x`` or ``y``; columns that are so named need no more. One is
+    the time. Units in brackets behind a name count, ``theta (deg)``, else they are SI. `shift` (s,
+    or a text with a unit) is added to its times; ``"find"`` looks for the one that fits best.
+
     Raises:
+        NoOverlapError: no row of the series lies within the run.
+        SceneError: the series can't be used: all mistakes, with their lines and columns.
         ValueError: the runs have nothing in common, or without names are not of one scene.
 
     """
-    return with_methods(Comparison, compare_runs(first, second, names=names))
+    if isinstance(second, PlainResult):
+        if columns is not None or shift != 0:
+            raise ValueError("'columns' and 'shift' are for a measured series")
+        return with_methods(Comparison, compare_runs(first, second, names=names))
+    if names is not None:
+        raise ValueError("'names' are for two runs, 'second' is a series")
+    series = read_series(first.scene, second, columns)
+    return with_methods(MeasuredComparison, against(first, series, shift_of(shift)))
+
+
+@takes(first=RESULT, second=RESULT)
+def joined(first: PlainResult, second: PlainResult) -> Result:
+    """Return one result of a run and of one that goes on from it, see `Result.continued`.
+
+    It goes on from the end. Samples, forces, touches, extremes, laps and energies are those of
+    both, as of one run. The error is that of the first run, and is known up to where the second
+    begins: what the second makes of it nobody measured. The scene is the first one, which runs as
+    long as both; settings and versions are those of the first.
+
+    Raises:
+        CannotContinueError: something presses where the first run ends.
+        ValueError: the second run does not go on from there, or is by another engine; or a contact
+            strikes a body that no joint carries, whose displacement is told from each start anew.
+
+    """
+    return own_result(join(first, second))

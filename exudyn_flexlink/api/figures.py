@@ -3,22 +3,50 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
+import numpy as np
+
+from exudyn_flexlink.arguments import a, among, instants, takes, text, told
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.observables import point_names
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.source import unknown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from exudyn_flexlink.plots import Style
+    from exudyn_flexlink.plots import Given, Style
 
 # Those of `plots.FIGURES`: what is asked for names alone needs no matplotlib.
 NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
 SMALL = 70  # dots per inch: a figure beside text, some tens of kilobytes
-STYLE = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
+FORM = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
+
+RESULT = a(Result, "simulate(..) and load(..) give one")
+style = among(lambda _: ("screen", "print"), "style")  # those of `plots.STYLES`
+
+POINT = among(lambda own: point_names(own._result.scene), "point")
+
+
+def _axes(value: Any, _: Any = None) -> Any:
+    """Take axes of matplotlib, or an array of them."""
+    from exudyn_flexlink.plots import listed
+
+    if not listed(value):
+        raise ValueError(f"expected axes of matplotlib, got {told(value)}")
+    return value
+
+
+def _instants(value: Any, plots: Any) -> FloatArray:
+    """Take instants of the run."""
+    found = np.atleast_1d(instants(value))
+    end = float(plots._result.time[-1])
+    if not len(found) or not np.all((found >= 0) & (found <= end)):
+        raise ValueError(f"expected instants from 0 to {end:.9g} s, got {told(value)}")
+    return found
 
 
 class Plots:
@@ -26,6 +54,17 @@ class Plots:
 
     A notebook shows it once, as the value of its cell; `savefig` writes it. ``style="print"`` is
     one column of a page wide and has no titles.
+
+    `ax` are axes of one's own to draw into: one for the first panel of the figure, or an array for
+    all of its panels. `label` names the run in the legend where there are curves. A second run
+    in the same axes is dashed::
+
+        figure, axes = plt.subplots()
+        rigid.plot.lever(ax=axes, label="rigid")
+        flexible.plot.lever(ax=axes, label="flexible")
+
+    All raise ValueError where the run has nothing to show in the figure, there is no such style, or
+    there are not as many axes as panels.
     """
 
     def __init__(self, result: Result) -> None:
@@ -37,40 +76,104 @@ class Plots:
     def __repr__(self) -> str:
         return f"<Plots: {', '.join(dir(self))}>"
 
-    def __getattr__(self, name: str) -> Callable[..., Figure]:
-        if name not in NAMES:
-            raise AttributeError(f"no figure '{name}'; there are: {', '.join(NAMES)}")
-        return partial(_drawn, self._result, name)
+    def __getattr__(self, name: str) -> NoReturn:
+        raise AttributeError(unknown("figure", name, [*NAMES, "all"]))
 
+    @takes(point=POINT)
+    def coordinates(
+        self,
+        point: str | None = None,
+        *,
+        style: str = "screen",
+        ax: Given | None = None,
+        label: str | None = None,
+    ) -> Figure:
+        """Draw x and y of a point, the watched one if left out, lap by lap or over time.
+
+        Panels: the coordinates, and the states of each joint with clearance below.
+        """
+        return self._drawn("coordinates", point, style=style, ax=ax, label=label)
+
+    def polar(
+        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+    ) -> Figure:
+        """Draw the watched point's distance from O over the crank angle; `ax` is polar."""
+        return self._drawn("polar", style=style, ax=ax, label=label)
+
+    def lever(
+        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+    ) -> Figure:
+        """Draw the angle or displacement of struck bodies.
+
+        Panels of each: the whole run, and its strikes over each other if there are any.
+        """
+        return self._drawn("lever", style=style, ax=ax, label=label)
+
+    @takes(instants=_instants)
+    def mechanism(
+        self,
+        instants: Sequence[float] | None = None,
+        *,
+        style: str = "screen",
+        ax: Given | None = None,
+    ) -> Figure:
+        """Draw the mechanism at `instants` (s), a panel each, or at those of note.
+
+        Left out, the last panel is the first strike, larger, if it lasts.
+        """
+        return self._drawn("mechanism", instants, style=style, ax=ax)
+
+    def guide_contact(self, *, style: str = "screen", ax: Given | None = None) -> Figure:
+        """Draw the link in its guide, a panel for each way in which it touches the walls."""
+        return self._drawn("guide_contact", style=style, ax=ax)
+
+    def energy(
+        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+    ) -> Figure:
+        """Draw the energies, and in a second panel what their balance misses."""
+        return self._drawn("energy", style=style, ax=ax, label=label)
+
+    def forces(
+        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+    ) -> Figure:
+        """Draw forces and torques with their errors.
+
+        Panels: one for each quantity, and the first strikes, larger, if there are any.
+        """
+        return self._drawn("forces", style=style, ax=ax, label=label)
+
+    @takes(style=style)
     def all(self, style: str = "screen") -> dict[str, Figure]:
         """Draw every figure that makes sense for this run, by name."""
         from exudyn_flexlink import plots
 
         return plots.figures(self._result, style_of(style))
 
+    @takes(style=style, ax=_axes, label=text)
+    def _drawn(
+        self,
+        name: str,
+        *arguments: Any,
+        style: str,
+        ax: Given | None = None,
+        label: str | None = None,
+    ) -> Figure:
+        from exudyn_flexlink import plots
 
-def _drawn(result: Result, name: str, *arguments: Any, style: str = "screen") -> Figure:
-    """Draw one figure."""
-    from exudyn_flexlink import plots
-
-    draw: Any = plots.FIGURES[name]
-    figure: Figure | None = draw(result, *arguments, style=style_of(style))
-    if figure is None:
-        raise ValueError(f"this run has nothing to show in the figure '{name}'")
-    return figure
+        if ax is None and label is not None:
+            raise ValueError("'label' names the run in the axes that 'ax' gives: give both")
+        draw: Any = plots.FIGURES[name]
+        with plots.told_apart(self._result, [] if ax is None else plots.listed(ax), label):
+            figure: Figure | None = draw(self._result, *arguments, style=style_of(style), ax=ax)
+            if figure is None:
+                raise ValueError(f"this run has nothing to show in the figure '{name}'")
+        return figure
 
 
 def style_of(name: str) -> Style:
-    """Return a style of figures by its name.
-
-    Raises:
-        ValueError: there is none of that name.
-
-    """
+    """Return a style of figures by its name."""
     from exudyn_flexlink import plots
 
-    if name not in plots.STYLES:
-        raise ValueError(f"no style '{name}'; there are: {', '.join(plots.STYLES)}")
     return plots.STYLES[name]
 
 
@@ -78,7 +181,7 @@ def page(title: str, text: str, figure: Figure | None) -> str:
     """Return HTML of a title, a text of fixed width and a small figure, if there is one."""
     picture = "" if figure is None else _image(figure)
     words = f"<pre>{escape(text)}</pre>"
-    return f"<b>{escape(title)}</b><div style='{STYLE}'>{words}{picture}</div>"
+    return f"<b>{escape(title)}</b><div style='{FORM}'>{words}{picture}</div>"
 
 
 def _image(figure: Figure) -> str:

@@ -2,22 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink import engines, observables, storage
+from exudyn_flexlink import observables, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.animations import Animation
-from exudyn_flexlink.api.figures import Plots, page
-from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
-from exudyn_flexlink.api.tables import data_frame, data_set
+from exudyn_flexlink.api.figures import RESULT, Plots, page
+from exudyn_flexlink.api.scenes import Scene, own_scene
+from exudyn_flexlink.api.tables import data_frame, data_set, told_names
+from exudyn_flexlink.arguments import (
+    among,
+    flag,
+    function,
+    number,
+    place,
+    takes,
+    text,
+    two_texts,
+    whole,
+)
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.observables import LeverResponse, PointPath, Strike, Vibration
+from exudyn_flexlink.observables import (
+    BodyMotion,
+    JointForce,
+    LeverResponse,
+    PointPath,
+    Strike,
+    Vibration,
+)
 from exudyn_flexlink.report import failure_text, run_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.stability import (
@@ -27,19 +45,25 @@ from exudyn_flexlink.stability import (
     rhythm_of,
     section_by_crank,
 )
+from exudyn_flexlink.units import Dimension
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
+
+POINT = among(lambda own: observables.point_names(own.scene), "point")
+TIME = number(Dimension.TIME, at_least=0.0)
+PERIOD = number(Dimension.TIME, above=0.0)
 
 
 @dataclass(frozen=True, repr=False)
 class Result(PlainResult):
     """One run: samples, contacts, energies, how it ended, and the scene it belongs to.
 
-    SI units throughout; shapes stand at the fields, N is the number of samples.
+    SI units throughout; N is the number of samples.
     """
 
+    @takes(point=POINT)
     def path(self, point: str) -> PointPath:
         """Return the motion of a point 'body.point': time, position and velocity.
 
@@ -49,6 +73,27 @@ class Result(PlainResult):
         """
         return observables.path(self, point)
 
+    @takes(name=among(lambda own: own.scene.bodies, "body"))
+    def body(self, name: str) -> BodyMotion:
+        """Return the motion of a body: `angle` and `rate` (N,), `position` and `velocity` (N, 2).
+
+        Raises:
+            ValueError: the scene has no such body.
+
+        """
+        return observables.body_motion(self, name)
+
+    @takes(name=among(lambda own: own.scene.joints, "joint"))
+    def joint(self, name: str) -> JointForce:
+        """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
+
+        Raises:
+            ValueError: the scene has no such joint, or no force of it is kept.
+
+        """
+        return observables.joint_force(self, name)
+
+    @takes(contact=among(lambda own: own.scene.all_contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
         """Return the strikes of a contact in order, each a burst of touches.
 
@@ -58,6 +103,7 @@ class Result(PlainResult):
         """
         return observables.strikes(self, contact)
 
+    @takes(body=among(lambda own: observables.struck_bodies(own.scene), "struck body"))
     def lever(self, body: str) -> LeverResponse:
         """Return the motion of a struck body: angle or displacement, and that of its tip.
 
@@ -65,11 +111,9 @@ class Result(PlainResult):
             ValueError: no contact strikes such a body.
 
         """
-        struck = observables.struck_bodies(self.scene)
-        if body not in struck:
-            raise ValueError(f"no contact strikes '{body}'; struck are: {_names(struck)}")
-        return observables.lever_response(self, struck[body])
+        return observables.lever_response(self, observables.struck_bodies(self.scene)[body])
 
+    @takes(name=among(lambda own: own.intervals, "contact or joint with clearance"))
     def touches(self, name: str) -> Intervals:
         """Return every contact of a joint with clearance, or of one of the scene's, as columns.
 
@@ -80,23 +124,39 @@ class Result(PlainResult):
             ValueError: the scene has neither a joint with clearance nor a contact of that name.
 
         """
-        known = self.intervals
-        if name not in known:
-            raise ValueError(f"nothing touches in '{name}'; there are: {_names(known)}")
-        return known[name]
+        return self.intervals[name]
 
-    def continued(self, at: float | None = None) -> Scene:
+    @takes(at=TIME, turns=number(above=0.0), duration=PERIOD)
+    def continued(
+        self,
+        at: float | None = None,
+        *,
+        turns: float | None = None,
+        duration: float | str | None = None,
+    ) -> Scene:
         """Return the scene that goes on from this run's sample next to `at` (s), or from its end.
 
-        It runs as long as this one did, by its own clock: ``with_({"run.turns": 1})`` says
-        otherwise. A run can't go on from an instant at which something presses.
+        It runs for so many `turns` of the crank or a `duration`, by its own clock; left out, as
+        long as this one did. A run can't go on from an instant at which something presses. `joined`
+        makes one result of both runs.
 
         Raises:
             CannotContinueError: something presses then; the text says when nothing does.
+            SceneError: it can't run so long.
+            ValueError: turns and a duration; or turns, and the scene has no revolute joint.
 
         """
-        return own_scene(continued(self, at))
+        scene = own_scene(continued(self, at))
+        if turns is not None and duration is not None:
+            raise ValueError("'turns' and 'duration' exclude each other: give one of both")
+        if turns is not None:
+            crank = observables.crank_joint(scene)
+            if crank is None:
+                raise ValueError("the scene has no revolute joint whose turns count: give duration")
+            return scene.with_({"run.turns": turns, "run.of": crank})
+        return scene if duration is None else scene.with_({"run.duration": duration})
 
+    @takes(angle=number(Dimension.ANGLE), point=POINT, after=TIME)
     def poincare(self, angle: float = 0.0, point: str | None = None, after: float = 0.0) -> Section:
         """Return where a point is, and how fast, whenever the crank passes an angle (rad).
 
@@ -108,6 +168,7 @@ class Result(PlainResult):
         """
         return section_by_crank(self, angle, point, after)
 
+    @takes(lap=PERIOD, point=POINT, after=TIME)
     def lap_distances(
         self, lap: float | None = None, point: str | None = None, after: float = 0.0
     ) -> LapDistances:
@@ -123,12 +184,18 @@ class Result(PlainResult):
         """
         return lap_distances(self, rhythm_of(self.scene, lap).lap, point, after)
 
+    @takes(after=TIME)
     def vibration(self, after: float = 0.0) -> Vibration:
         """Return how the watched point is off its ideal place, from `after` (s) on."""
         return observables.vibration(self, after)
 
-    def to_dataframe(self, name: str) -> DataFrame:
+    @takes(name=among(told_names, "point, struck body, contact or joint"))
+    def to_dataframe(self, name: str | None = None) -> DataFrame:
         """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.
+
+        Without a name all that is told at every sample: bodies and points, answers of struck
+        bodies, forces, energies; as ``lever.angle_rad``, ``link.end.x_m``, ``energy.kinetic_J``,
+        ``crank.joint_force_x_N``.
 
         Columns carry their units, as in the CSV files of a saved run. Needs pandas.
 
@@ -153,6 +220,19 @@ class Result(PlainResult):
         """The figures, by name: ``result.plot.coordinates()``; ``dir(result.plot)`` lists them."""
         return Plots(self)
 
+    @takes(
+        path=place,
+        other=RESULT,
+        names=two_texts,
+        begin=TIME,
+        end=TIME,
+        slow=text,
+        speed=number(above=0.0),
+        fps=number(above=0.0),
+        width=whole(1),
+        force=flag,
+        progress=function,
+    )
     def animate(
         self,
         path: str | PathLike[str] | None = None,
@@ -178,8 +258,8 @@ class Result(PlainResult):
         `fps` frames in a second, and is `width` pixels wide.
 
         Raises:
+            FilmError: what is asked for can't be shown, or not in that format.
             StorageError: the file can't be written, or may not be replaced.
-            ValueError: what is asked for can't be shown, or not in that format.
 
         """
         from exudyn_flexlink.animation import FilmError, Filming, Slow, film_of
@@ -193,6 +273,7 @@ class Result(PlainResult):
             found.save(path, force=force, progress=progress)
         return found
 
+    @takes(folder=place, force=flag)
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run into a folder that `load` reads, whole or not at all; return the folder.
 
@@ -206,6 +287,7 @@ class Result(PlainResult):
             storage.save(self, staged)
         return Path(folder)
 
+    @takes(path=place, force=flag)
     def report(self, path: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run as one page of HTML, which loads nothing else; return its path.
 
@@ -225,6 +307,10 @@ class Result(PlainResult):
         end = [] if self.outcome.completed else [failure_text(self)]
         return "\n\n".join([run_text(self), *end, *(f"warning: {told}" for told in self.warnings)])
 
+    def __dir__(self) -> list[str]:
+        own = (*self.__dataclass_fields__, *vars(PlainResult), *vars(Result))
+        return sorted({name for name in own if not name.startswith("_")})
+
     def __repr__(self) -> str:
         """Return one line: who made it, how it ended, what to be warned of."""
         outcome = self.outcome
@@ -242,45 +328,6 @@ class Result(PlainResult):
         return page(self.scene.title, self.summary(), plots.coordinates(self))
 
 
-def simulate(
-    scene: Scene,
-    engine: str = "exudyn",
-    progress: Callable[[float], None] | None = None,
-    *,
-    measure: bool = True,
-) -> Result:
-    """Simulate a scene with ``"exudyn"`` or ``"lagrangian"``; a run that fails is a Result, too.
-
-    Its `outcome` says whether it ran to its end. `progress` is called with the part that is done, 0
-    to 1. With a tolerance two runs are made, of which the second is finer: it is the result, whose
-    `error` is what their distance tells. ``measure=False`` makes one, of which no error is known. A
-    run whose own numbers are doubtful warns. Ctrl-C raises KeyboardInterrupt: signals are left
-    alone.
-
-    Raises:
-        NotRepresentableError: the engine can't represent a part of the scene.
-        ValueError: there is no such engine.
-
-    """
-    return own_result(
-        engines.simulate(given_scene(scene), engine, progress, measure=measure, at_once=True)
-    )
-
-
-def load(folder: str | PathLike[str]) -> Result:
-    """Read a saved run.
-
-    Raises:
-        StorageError: the folder holds no run, or a file of it is damaged.
-
-    """
-    return own_result(storage.load(Path(folder)))
-
-
 def own_result(found: PlainResult) -> Result:
     """Return a result with the methods of this room."""
     return with_methods(Result, found, scene=own_scene(found.scene))
-
-
-def _names(known: Iterable[str]) -> str:
-    return ", ".join(f"'{name}'" for name in known) or "none"

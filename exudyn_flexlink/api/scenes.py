@@ -3,19 +3,71 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from html import escape
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink import effects, loading
+from pydantic import ValidationError
+
+from exudyn_flexlink import effects, engines, loading
+from exudyn_flexlink.arguments import among, flag, place, plain, takes, told
 from exudyn_flexlink.once import hand_on
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.shipped import known_names, model_file, model_names
-from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
+from exudyn_flexlink.source import (
+    Document,
+    KeyPath,
+    Mistake,
+    SceneError,
+    did_you_mean,
+    load_document,
+)
+
+ENGINE = among(lambda _: engines.ENGINES, "engine")
+
+
+def _changes(value: Any, _: Any = None) -> Mapping[str, Any]:
+    """Take values by path."""
+    if not isinstance(value, Mapping):
+        raise TypeError(f"expected a dict such as {{'run.turns': 2}}, got {told(value)}")
+    for own in value:
+        if not isinstance(own, str) or "=" in own or not all(map(str.strip, own.split("."))):
+            raise ValueError(f"expected paths such as 'run.turns', got {told(own)}")
+    return value
+
+
+def _more(value: Any, _: Any = None) -> Any:
+    """Take values by path, or texts such as 'run.turns=2'."""
+    if isinstance(value, Mapping):
+        return _changes(value)
+    if not isinstance(value, list | tuple) or not all(isinstance(one, str) for one in value):
+        raise TypeError(f"expected a dict, or texts such as ['run.turns=2'], got {told(value)}")
+    return list(value)
+
+
+def _model(value: Any, _: Any = None) -> Any:
+    """Take what `load_scene` makes a scene of."""
+    if isinstance(value, PlainScene | Mapping):
+        return value
+    if not isinstance(value, str | PathLike):
+        raise TypeError(f"expected a name, a path, a dict or a Scene, got {told(value)}")
+    return value if place(value) and isinstance(value, str) else place(value)
+
+
+def _effects(value: Any, _: Any = None) -> list[str]:
+    """Take the name of an effect, or some."""
+    known = among(lambda _: effects.EFFECTS, "effect")
+    if isinstance(value, str):
+        return [known(value, None)]
+    if isinstance(value, Mapping) or not isinstance(value, Iterable):
+        raise TypeError(f"expected names of effects, got {told(value)}")
+    return [known(one, None) for one in value]
 
 
 class Scene(PlainScene):
@@ -24,6 +76,20 @@ class Scene(PlainScene):
     Its sections are attributes: ``scene.bodies["link"].length``.
     """
 
+    def __init__(self, **sections: Any) -> None:
+        """Put checked parts together; `load_scene` makes a scene of plain data.
+
+        Raises:
+            TypeError: a part is none of a scene.
+
+        """
+        try:
+            super().__init__(**sections)
+        except ValidationError:
+            told_of = f"expected parts of a scene, got {', '.join(sections) or 'nothing'}"
+            raise TypeError(f"{told_of}; load_scene(..) makes scenes of plain data") from None
+
+    @takes(changes=_changes)
     def with_(self, changes: Mapping[str, Any]) -> Scene:
         """Return the scene with other values, by the paths of the model file.
 
@@ -34,7 +100,21 @@ class Scene(PlainScene):
             SceneError: a path leads nowhere, or a value can't be; with a hint, as of `load_scene`.
 
         """
-        return own_scene(loading.scene_of(loading.document_of(self), _settings(changes), True))
+        return _changed(self, _settings(changes))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the sections as plain data in SI units, of which `load_scene` makes the scene."""
+        return self.to_data()
+
+    def to_yaml(self) -> str:
+        """Return the text of a model file of the scene, in SI units.
+
+        Points and tables that came from files are in it, comments of its own file are not.
+        """
+        return loading.yaml_of(self)
+
+    def __dir__(self) -> list[str]:
+        return [*PlainScene.model_fields, "to_dict", "to_yaml", "with_"]
 
     def __repr__(self) -> str:
         return f"<Scene '{self.title}': {'; '.join(_parts(self))}>"
@@ -47,14 +127,17 @@ class Scene(PlainScene):
         return f"<b>{escape(self.title)}</b><ul>{rows}</ul>"
 
 
+@takes(model=_model, changes=_more, allow_outside=flag)
 def load_scene(
-    model: str | PathLike[str] | Mapping[str, Any],
+    model: str | PathLike[str] | Mapping[str, Any] | PlainScene,
     changes: Mapping[str, Any] | Iterable[str] = (),
     *,
     allow_outside: bool = False,
     **settings: Any,
 ) -> Scene:
     """Load a scene: a model that comes with the program by name, a file, or a dict of sections.
+
+    A scene is given back, with the changes if there are any.
 
     `settings` are keys of the sections accuracy, initial, run and solver: ``tolerance=1e-7``,
     ``turns=2``, ``formulation="redundant"``. `changes` are by path, as those of `Scene.with_`, or
@@ -67,23 +150,14 @@ def load_scene(
     """
     texts: list[Setting] = _settings(changes) if isinstance(changes, Mapping) else list(changes)
     texts += _settings({_path_of(key): value for key, value in settings.items()})
-    return own_scene(loading.scene_of(_document(model), texts, allow_outside))
+    if isinstance(model, PlainScene):
+        return _changed(model, texts, settings) if texts else own_scene(model)
+    with _python_words(settings):
+        return own_scene(loading.scene_of(_document(model), texts, allow_outside))
 
 
-def idealise(scene: PlainScene, without: str | Iterable[str]) -> Scene:
-    """Return the scene without some effects: clearance, flexibility, friction, damping, impact.
-
-    Raises:
-        ValueError: there is no such effect.
-        SceneError: what is left can't be.
-
-    """
-    names = [without] if isinstance(without, str) else list(without)
-    return own_scene(effects.idealise(given_scene(scene), names))
-
-
-def given_scene(given: Any) -> PlainScene:
-    """Return what was given as a scene.
+def given_scene(given: Any, _: Any = None) -> PlainScene:
+    """Take a scene.
 
     Raises:
         TypeError: it is none, but a file, a name or a dict, of which `load_scene` makes one.
@@ -94,7 +168,19 @@ def given_scene(given: Any) -> PlainScene:
     if isinstance(given, str | PathLike):
         raise TypeError(f"expected a Scene; load_scene({fspath(given)!r}) makes one")
     hint = "; load_scene(..) makes one of a dict" if isinstance(given, Mapping) else ""
-    raise TypeError(f"expected a Scene, got {type(given).__name__}{hint}")
+    raise TypeError(f"expected a Scene, got {told(given)}{hint}")
+
+
+@takes(scene=given_scene, without=_effects)
+def idealise(scene: PlainScene, without: str | Iterable[str]) -> Scene:
+    """Return the scene without some effects: clearance, flexibility, friction, damping, impact.
+
+    Raises:
+        ValueError: there is no such effect.
+        SceneError: what is left can't be.
+
+    """
+    return own_scene(effects.idealise(scene, without))
 
 
 def own_scene(found: PlainScene) -> Scene:
@@ -110,11 +196,11 @@ def own_scene(found: PlainScene) -> Scene:
 
 def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
     if isinstance(model, Mapping):
-        return loading.document_of_data(model, "the dict")
+        return loading.document_of_data(_plain(model, "model"), "the dict")
     path = Path(model)
-    if isinstance(model, str) and not path.exists():
+    if isinstance(model, str) and not path.is_file():  # nor is a folder of that name a model
         shipped = model_file(model)
-        if shipped is None and not path.suffix:
+        if shipped is None and not path.suffix and not path.exists():
             near = did_you_mean(model, known_names())
             message = f"no such file, and no model of that name comes with the program{near}"
             first = ", ".join(name for name in model_names() if "/" not in name)
@@ -125,15 +211,55 @@ def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
     return load_document(path)
 
 
+def _changed(scene: PlainScene, settings: list[Setting], keywords: Collection[str] = ()) -> Scene:
+    with _python_words(keywords):
+        return own_scene(loading.scene_of(loading.document_of(scene), settings, True))
+
+
+@contextmanager
+def _python_words(keywords: Collection[str] = ()) -> Iterator[None]:
+    """Tell mistakes of settings by their paths, or by `keywords`, and by no option of a shell."""
+    try:
+        yield
+    except SceneError as error:
+        short: dict[KeyPath, str] = {(SECTION_OF[key], key): key for key in keywords}
+        mistakes = [
+            replace(one, path=(short[one.path[:2]], *one.path[2:]))
+            if one.path[:2] in short
+            else one
+            for one in error.mistakes
+        ]
+        given = dict.fromkeys([*error.document.settings, *((key,) for key in keywords)], "")
+        raise SceneError(replace(error.document, settings=given), mistakes) from None
+
+
 def _settings(changes: Mapping[str, Any]) -> list[Setting]:
     """Return changes by path as settings: values are plain data, never YAML to be read again."""
-    return [(path, _plain(value)) for path, value in changes.items()]
+    return [(own, _plain(value, own)) for own, value in changes.items()]
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, name: str) -> Any:
+    """Return a value as plain data.
+
+    Raises:
+        TypeError: no model can hold it.
+
+    """
     if isinstance(value, str):
         return str(value)
-    return json.loads(json.dumps(value, default=loading.plain_data))
+    try:
+        return json.loads(json.dumps(value, default=_held))
+    except (TypeError, ValueError, RecursionError) as error:
+        own = (
+            f"{error}"
+            if "a model can't hold" in str(error)
+            else f"a model can't hold {told(value)}"
+        )
+        raise TypeError(f"{name}: {own}") from None
+
+
+def _held(value: Any) -> Any:
+    return plain(value) if hasattr(value, "to_base_units") else loading.plain_data(value)
 
 
 def _path_of(key: str) -> str:

@@ -13,24 +13,44 @@ import numpy as np
 
 from exudyn_flexlink import engines, stability, storage
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import page, style_of
-from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
+from exudyn_flexlink.api.figures import page, style, style_of
+from exudyn_flexlink.api.results import PERIOD
+from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.sweeps import Simulate, sweep
+from exudyn_flexlink.arguments import (
+    among,
+    flag,
+    function,
+    number,
+    place,
+    takes,
+    text,
+    values,
+    whole,
+)
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import exponent_text, stability_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.scene import Run
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, OneRun, Scalar
+from exudyn_flexlink.units import Dimension
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+def _numbers(given: Any, _: Any = None) -> FloatArray:
+    """Take numbers."""
+    return np.array([number()(one, None) for one in values(given)])
 
 
 @dataclass(frozen=True, repr=False)
 class Stability(stability.Stability):
     """What one run of many laps, and its neighbours, tell of a motion; SI units throughout."""
 
+    @takes(style=style)
     def plot(self, style: str = "screen") -> Figure:
         """Draw growth of neighbours, laps against earlier ones, section and spectrum.
 
@@ -46,6 +66,7 @@ class Stability(stability.Stability):
         """Return what the command line tells."""
         return stability_text(self)
 
+    @takes(folder=place, force=flag)
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write ``stability.json`` and tables into a folder; return the folder.
 
@@ -69,6 +90,7 @@ class Stability(stability.Stability):
 class Branches(stability.Branches):
     """Sections of runs in which one value is varied: a bifurcation diagram."""
 
+    @takes(axis=among(lambda _: ("x", "y"), "axis"), style=style)
     def plot(self, axis: str = "y", style: str = "screen") -> Figure:
         """Draw the place of the point once a lap, x or y, over the value.
 
@@ -86,6 +108,22 @@ class Branches(stability.Branches):
         return f"<Branches over {self.path}: {len(self.values)} values{failed}>"
 
 
+LAPS = {
+    "laps": whole(1),
+    "after": number(at_least=0.0),
+    "lap": PERIOD,
+    "angle": number(Dimension.ANGLE),
+}
+
+
+@takes(
+    scene=given_scene,
+    engine=ENGINE,
+    **LAPS,
+    tolerance=number(Dimension.LENGTH, above=0.0),
+    twice=flag,
+    progress=function,
+)
 def stability_of(
     scene: PlainScene,
     engine: str = "exudyn",
@@ -115,7 +153,7 @@ def stability_of(
     """
     asked = stability.Asked(laps, after, lap, angle, tolerance, twice)
     simulate = partial(engines.simulate, engine=engine, measure=False)
-    return with_methods(Stability, stability.study(given_scene(scene), simulate, asked, progress))
+    return with_methods(Stability, stability.study(scene, simulate, asked, progress))
 
 
 def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> stability.Exponent:
@@ -123,6 +161,7 @@ def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> stabilit
     return stability_of(scene, engine, **more).exponent
 
 
+@takes(scene=given_scene, path=text, values=_numbers, **LAPS)
 def bifurcation(
     scene: Scene,
     path: str,
@@ -157,7 +196,7 @@ def bifurcation(
     """
     table = sweep(
         scene,
-        {path: np.array(list(values), dtype=float)},
+        {path: values},
         engine,
         progress,
         observe=_SectionRow(laps, after, lap, angle),
@@ -168,6 +207,8 @@ def bifurcation(
         scheduler=scheduler,
         measure=False,
     )
+    if not table.whole:
+        raise KeyboardInterrupt
     rows = [(float(value), row) for (value,), row in zip(table.values, table.rows, strict=True)]
     whole = [(value, row.numbers) for value, row in rows if row.status != FAILED]
     if not whole:

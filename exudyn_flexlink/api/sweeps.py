@@ -10,14 +10,29 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from exudyn_flexlink import engines, storage, sweeps
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import style_of
+from exudyn_flexlink.api.figures import style, style_of
 from exudyn_flexlink.api.results import Result, own_result
-from exudyn_flexlink.api.scenes import Scene, given_scene, own_scene
+from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import needed
+from exudyn_flexlink.arguments import (
+    among,
+    flag,
+    function,
+    place,
+    plain,
+    takes,
+    text,
+    told,
+    values,
+    whole,
+)
 from exudyn_flexlink.scene import Scene as PlainScene
-from exudyn_flexlink.source import Document, Mistake
+from exudyn_flexlink.source import Document, Mistake, unknown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,11 +48,48 @@ RowFunction = Callable[[Result], Mapping[str, sweeps.Scalar]]
 Observe = Callable[[Scene, Simulate], Mapping[str, sweeps.Scalar]]
 """Observables of one point that may need several runs."""
 
+MOST_POINTS = 10**6
+
+
+def _varied(value: Any, _: Any = None) -> Any:
+    """Take values by path, or a list of points, each a dict; texts and numbers stay as they are."""
+    if not isinstance(value, Mapping):
+        return [_varied(one) if isinstance(one, Mapping) else one for one in values(value)]
+    for name in value:
+        if not isinstance(name, str):
+            raise TypeError(f"expected paths such as 'run.turns', got {told(name)}")
+    return {name: _values(own) for name, own in value.items()}
+
+
+def _values(own: Any) -> Any:
+    """Turn quantities of Pint into texts with units."""
+    if hasattr(own, "to_base_units") and getattr(own.magnitude, "size", 1) > 1:
+        own = list(own)
+    if isinstance(own, list | tuple):
+        return [_values(one) for one in own]
+    return plain(own) if hasattr(own, "to_base_units") else own
+
 
 @dataclass(frozen=True, repr=False)
 class SweepTable(sweeps.SweepTable):
     """What a sweep has given: a row for every point, in SI units."""
 
+    @takes(column=text)
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        """Return a column (rows,) by name: numbers, nan where there is none, or texts.
+
+        Raises:
+            KeyError: there is no such column; `columns` lists all.
+
+        """
+        columns = self.columns()
+        if column not in columns:
+            raise KeyError(unknown("column", column, columns))
+        values = columns[column]
+        texts = any(isinstance(value, str) for value in values)
+        return np.array(values, dtype=object if texts else float)
+
+    @takes(names=among(lambda own: own.columns(), "column"), style=style)
     def plot(self, *names: str, style: str = "screen") -> Figure:
         """Draw columns by `names`, or the first that differ: lines, maps, parallel coordinates.
 
@@ -66,9 +118,29 @@ class SweepTable(sweeps.SweepTable):
         """Return one line: what varied, how many rows, how many of them are to be looked at."""
         paths = ", ".join(one.path for one in self.varied)
         told = [f"{self.count(s)} {s}" for s in (sweeps.DOUBTFUL, sweeps.FAILED) if self.count(s)]
-        return f"<Sweep of {paths}: {', '.join([f'{len(self.rows)} rows', *told])}>"
+        many = f"{len(self.rows)} rows"
+        many = many if self.whole else f"interrupted, {len(self.rows)} of {self.points} rows"
+        return f"<Sweep of {paths}: {', '.join([many, *told])}>"
 
 
+@takes(
+    scene=given_scene,
+    varied=_varied,
+    engine=ENGINE,
+    progress=function,
+    row=function,
+    observe=function,
+    latin_hypercube=whole(1, MOST_POINTS),
+    random=whole(1, MOST_POINTS),
+    seed=whole(0),
+    folder=place,
+    resume=flag,
+    force=flag,
+    series=flag,
+    workers=whole(1),
+    scheduler=text,
+    measure=flag,
+)
 def sweep(
     scene: Scene,
     varied: Mapping[str, Any] | Iterable[Mapping[str, Any]],
@@ -90,8 +162,8 @@ def sweep(
 ) -> SweepTable:
     """Simulate a scene at many points, and return one table with a row for each.
 
-    `varied` are values by the paths of the model file: ``{"drives.motor.value": "2:40:20",
-    "joints.sleeve.clearance": "1, 2, 5 mm"}``, texts as those of ``--vary``, or sequences of
+    `varied` are values by the paths of the model file: ``{"drives.motor.value": "6:14:9 rad/s",
+    "joints.sleeve.clearance": "1, 2, 5 mm"}``, texts as those of ``--over``, or sequences of
     values. Every value of each is put together with every value of the others. A list of dicts
     names the points one by one. With ``latin_hypercube=50`` or ``random=50`` the values are ranges,
     ``"2:40"``, in which as many points are chosen, the same ones for the same `seed`.
@@ -113,7 +185,8 @@ def sweep(
     left out, 1 for this process itself; a script must then call this below
     ``if __name__ == "__main__":``. `scheduler` is the address of Dask's, whose workers run instead.
     Numbers do not depend on who runs. `measure` is that of `simulate`; `progress` is called with
-    the part that is done, 0 to 1. Ctrl-C raises KeyboardInterrupt.
+    the part that is done, 0 to 1. Ctrl-C ends the sweep: the table has the rows that are finished,
+    and its `whole` is False.
 
     Raises:
         CannotStartError: no process can do the work: a function that others can't import.
@@ -122,10 +195,7 @@ def sweep(
         ValueError: there is no such engine; options that exclude each other.
 
     """
-    given_scene(scene)
-    known = ", ".join(engines.ENGINES)
     for wrong, why in (
-        (engine not in engines.ENGINES, f"no engine '{engine}'; there is: {known}"),
         (None not in (row, observe), "'row' observes one run, 'observe' several: give one of both"),
         (series and folder is None, "'series' are saved in the sweep's folder: give 'folder', too"),
         (resume and force, "'resume' goes on, 'force' begins anew: give one of both"),
@@ -167,11 +237,12 @@ def sweep(
         if place is not None:
             with storage.staged_folder(place, force=force) as staged:
                 storage.save_table(plan, table, staged)
-    if not table.whole:
-        raise KeyboardInterrupt
+    if progress is not None and table.whole:
+        progress(1.0)
     return with_methods(SweepTable, table)
 
 
+@takes(folder=place)
 def load_sweep(folder: str | PathLike[str]) -> SweepTable:
     """Read the table of a sweep, also of one that was interrupted.
 

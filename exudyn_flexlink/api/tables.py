@@ -10,6 +10,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import point_names, struck_bodies
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import (
+    all_columns,
     arrays_of,
     attributes_of,
     lever_columns,
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-def data_frame(result: Result, name: str) -> DataFrame:
-    """Return what is known of a point, a struck body, a contact or a joint as a table."""
-    columns = _columns(result, name)
+def data_frame(result: Result, name: str | None) -> DataFrame:
+    """Return what is known of a point, a struck body, a contact or a joint as a table; or all."""
+    columns = all_columns(result) if name is None else _columns(result, name)
     frame: DataFrame = needed("pandas").DataFrame(columns)
     return frame
 
@@ -35,10 +36,12 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
         return lever_columns(result, struck[name])
     if name in result.intervals:
         return touch_columns(result, name)
-    if "." not in name:
-        known = [*struck, *result.intervals, *point_names(result.scene)]
-        raise ValueError(f"nothing to tell of '{name}'; there are: {', '.join(known)}")
     return trajectory_columns(result, name)
+
+
+def told_names(result: Result) -> list[str]:
+    """Names of what a table can tell of: struck bodies, contacts, joints with clearance, points."""
+    return [*struck_bodies(result.scene), *result.intervals, *point_names(result.scene)]
 
 
 def data_set(result: Result) -> Dataset:

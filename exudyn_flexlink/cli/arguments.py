@@ -6,7 +6,7 @@ import argparse
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import NamedTuple
 
 from exudyn_flexlink.cli import values
 from exudyn_flexlink.cli.completing import BENCHMARK, FILE, FOLDER, MODEL_OR_FILE, SHELLS
@@ -26,6 +26,7 @@ from exudyn_flexlink.cli.options import (
     output,
     without,
 )
+from exudyn_flexlink.cli.parser import Parser, ShowVersion
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain, refuse
 
 LAPS, AFTER = 24, 4
@@ -52,6 +53,11 @@ class Command(NamedTuple):
     options: tuple[Option, ...]
 
 
+COLUMN = Option("--column", "what a column of the CSV file is: BODY.angle or .rate, BODY.POINT.x "
+                "or .y; may be repeated; default: columns that are so named", "NAME=QUANTITY",
+                action="append", default=[])
+
+
 def _run(commands: str) -> Option:
     """The folder of a saved run; `commands` write it."""
     return Option("run", f"folder that {commands} wrote", "RUN", FOLDER, type=Path)
@@ -70,18 +76,42 @@ COMMANDS = {
                 "the model, which loads nothing else"),
          *output())),
     "compare": Command(
-        "comparing", "Compare both engines on a model, or a model with and without an effect.",
+        "comparing",
+        "Compare both engines, a model with and without an effect, or a run with measurements.",
         ("smooth --set run.turns=2 --tolerance 1e-5",
-         "no_clearance --set accuracy.tolerance=1e-6",
          "no_clearance --impact impulse --out runs/impulse",
-         "clearance --without clearance --set run.turns=1"),
-        (*MODEL,
-         Option("--tolerance", "end with code 1 if a point differs by more than this, in m, up to "
-                "the horizon", "M", type=values.length),
+         "clearance --without clearance --set run.turns=1",
+         "runs/a runs/b",
+         "runs/a measured.csv --column theta=lever.angle --shift find"),
+        (Option("model", "model file, YAML; the name of a model that comes with the program; or "
+                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE,
+                type=values.model_or_run),
+         Option("other", "what a run is compared with: the folder of another, or a CSV file",
+                "OTHER", FILE, nargs="?", type=Path),
+         COLUMN,
+         Option("--shift", "what is added to times of the CSV file, such as '0.1 s'; 'find' looks "
+                "for the one that fits best; default: 0", "TIME", type=values.shift, default=0.0),
+         *CHANGES,
+         Option("--tolerance", "end with code 1 if a point differs by more than this, in m or such "
+                "as 1um, up to the horizon", "LENGTH", type=values.length),
          IMPACT,
          without("compare the model with itself without the effect, in one engine: "),
          engine("the engine of '--without'; default: exudyn", None), MEASURE,
          *output("-compare"))),
+    "fit": Command(
+        "benching", "Fit values of a model to measurements, by least squares, with their errors.",
+        ("rigid measured.csv --column theta=lever.angle --vary springs.lever_return.frequency "
+         "--vary contacts.strike.law.restitution",
+         "rigid measured.csv --column x=link.end.x --vary drives.motor.value=9:11"),
+        (*MODEL[:1],
+         Option("measured", "CSV file with a column of time; units may stand in its header: "
+                "'t (ms)'", "MEASURED", FILE, type=Path),
+         COLUMN,
+         Option("--vary", "a value of the model that is found, from where the model has it; "
+                "LOW:HIGH bounds it, by default its key does; may be repeated", "PATH[=LOW:HIGH]",
+                action="append", default=[]),
+         *CHANGES,
+         engine(), IMPACT, without(), *output("-fit"))),
     "accuracy": Command(
         "studying",
         "Study what accuracy costs in a model: error over processor time, and what limits it.",
@@ -90,10 +120,11 @@ COMMANDS = {
          "no_clearance --watch link.end",
          "clearance --set run.turns=0.5 --budget 300"),
         (*MODEL,
-         Option("--target", "error that is good enough, in m; default: the model's tolerance, or "
-                "1e-4", "M", type=values.length),
-         Option("--budget", "time that the study may take; no run takes more than half of what is "
-                "left; default: 60", "SECONDS", type=values.duration, default=60.0),
+         Option("--target", "error that is good enough, in m or such as 1um; default: the "
+                "model's tolerance, or 1e-4", "LENGTH", type=values.length),
+         Option("--budget", "time that the study may take, in s or such as 5min; no run takes "
+                "more than half of what is left; default: 60", "TIME", type=values.duration,
+                default=60.0),
          IMPACT, without(), *output("-accuracy"))),
     "stability": Command(
         "stability",
@@ -107,28 +138,31 @@ COMMANDS = {
                 type=values.count, default=LAPS),
          Option("--after", "laps in which the motion settles, which do not count; default: "
                 f"{AFTER}", "N", type=values.count, default=AFTER),
-         Option("--lap", "how long a lap is; default: a turn of the joint that a drive turns at "
-                "one speed", "SECONDS", type=values.duration),
-         Option("--at", "crank angle of the Poincare section, in degrees; default: 0", "DEG",
+         Option("--lap", "how long a lap is, in s or such as 20ms; default: a turn of the joint "
+                "that a drive turns at one speed", "TIME", type=values.duration),
+         Option("--at", "crank angle of the Poincare section, in degrees or such as 1rad; "
+                "default: 0", "ANGLE",
                 type=values.degrees, default=0.0),
-         Option("--tolerance", "error that runs may make, in m; default: the model's, or less, so "
-                "that neighbours are well above it", "M", type=values.length),
+         Option("--tolerance", "error that runs may make, in m or such as 1um; default: the "
+                "model's, or less, so that neighbours are well above it", "LENGTH",
+                type=values.length),
          Option("--twice", "make the exponent again at a tenth of the tolerance, to see whether "
                 "that matters"),
          engine(), IMPACT, without(), *output("-stability"))),
     "sweep": Command(
         "sweeping", "Simulate a model at many points, each a row of one table.",
-        ("no_clearance --vary drives.motor.value=5:15:11 --set run.turns=2",
-         "clearance --vary joints.sleeve.clearance=1,2,5mm --workers 2",
-         "clearance --vary drives.motor.value=5:15:11 --resume",
+        ("no_clearance --over drives.motor.value=6:14:9rad/s --set run.turns=2",
+         "clearance --over joints.sleeve.clearance=1,2,5mm --workers 2",
+         "clearance --over drives.motor.value=6:14:9rad/s --resume",
          "study.yaml",
          "study.yaml --scheduler tcp://192.168.0.10:8786"),
-        (Option("source", "with '--vary' a model, its file or the name of one that comes with the "
+        (Option("source", "with '--over' a model, its file or the name of one that comes with the "
                 "program; without it a study file, which says what is varied", "MODEL|STUDY",
                 MODEL_OR_FILE),
-         Option("--vary", "values of the model, start:stop:count such as 'run.turns=1:3:5' or a "
-                "list such as 'joints.sleeve.clearance=0.5, 1, 2 mm'; may be repeated: each value "
-                "with every other", "PATH=VALUES", action="append", default=[]),
+         Option("--over", "values of the model, start:stop:count such as 'drives.motor.value="
+                "6:14:9 rad/s' or a list such as 'joints.sleeve.clearance=0.5, 1, 2 mm', with the "
+                "unit last; may be repeated: each value with every other", "PATH=VALUES",
+                action="append", default=[]),
          *CHANGES,
          engine("what solves the equations of motion; default: exudyn, or the study's", None),
          IMPACT, without(), MEASURE,
@@ -196,8 +230,9 @@ COMMANDS = {
          Option("--slow", "slow motion around the strikes of a contact, or the touches in a joint "
                 "with clearance; or around one of them, counted from 1; 'strike' stands for all "
                 "contacts", "NAME[:NUMBER]", type=values.slow),
-         Option("--from", "begin at this instant, in s", "S", dest="begin", type=values.instant),
-         Option("--to", "end there", "S", dest="end", type=values.instant),
+         Option("--from", "begin at this instant, in s or such as 20ms", "TIME", dest="begin",
+                type=values.instant),
+         Option("--to", "end there", "TIME", dest="end", type=values.instant),
          formats(ANIMATIONS, "formats", "mp4, or gif without ffmpeg, and html"),
          Option("--speed", "seconds of the run in a second of the film: 0.1 is ten times slower "
                 "than it is; default: one at which motions can be followed", "X", type=values.rate),
@@ -236,7 +271,7 @@ COMMANDS = {
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     """Return what reads the arguments of a command line; `called` as usage lines say."""
-    parser = _Parser(
+    parser = Parser(
         prog=called,
         description="Slot-driven flexible mechanisms with impact, from a YAML model to numbers.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -245,7 +280,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
         f"  {called} new no_clearance mine.yaml\n"
         f"  {called} simulate --help",
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
+    parser.add_argument("--version", action=ShowVersion, nargs=0, help="print the version")
     parser.set_defaults(command=lambda _: complain(parser.format_help().rstrip(), BAD_INPUT))
     commands = parser.add_subparsers(metavar="COMMAND")
     for name, command in COMMANDS.items():
@@ -274,48 +309,3 @@ def _carried_out(module: str, function: str, options: argparse.Namespace) -> int
             return refuse(error)
         raise
     return code
-
-
-WENT = {
-    "--horizon": "it is always told: leave the option out",
-    "--no-horizon": "'--no-measure' makes one run, of which no error is known",
-    "--retries": "the result is always that of a finer run: leave the option out; for more, "
-    "'--set accuracy.tolerance=...'",
-}
-"""Options of earlier versions, with what to do instead."""
-
-
-class _Parser(argparse.ArgumentParser):
-    """A parser that says what is wrong, without ten lines of usage before it."""
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse here what is unknown: a command knows its own options, the program does not."""
-        found, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            from exudyn_flexlink.source import did_you_mean
-
-            word = next((one for one in unknown if one.startswith("-")), unknown[0])
-            name = word.partition("=")[0]
-            if name in WENT:
-                self.error(f"there is no '{name}' any more\nhint: {WENT[name]}")
-            self.error(
-                f"unknown argument '{word}'{did_you_mean(name, self._option_string_actions)}"
-            )
-        return found, unknown
-
-    def error(self, message: str) -> NoReturn:
-        """Say it, with a hint, and end the program: bad input."""
-        complain(f"{self.prog}: {message}")
-        if "\nhint: " not in message:
-            complain(f"hint: '{self.prog} --help' tells what it takes")
-        self.exit(BAD_INPUT)
-
-
-class _Version(argparse.Action):
-    """Looks the version up only when it is asked for."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from exudyn_flexlink.versions import THIS, version_of
-
-        print(f"{THIS} {version_of(THIS)}")
-        parser.exit()

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
+from dataclasses import replace
 from pathlib import Path
 
+from exudyn_flexlink.cli.benching import compare_saved
 from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
@@ -15,9 +17,11 @@ from exudyn_flexlink.cli.running import (
     present,
     read_scene,
     refuse_idle_integrator,
+    removable,
     run,
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.loading import load_scene, require_length
@@ -25,6 +29,7 @@ from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import save, save_comparison
 
 UNTOLD = "interrupted before two runs were compared; nothing was written"
@@ -32,6 +37,14 @@ UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
+    if options.other is not None:
+        return compare_saved(options)
+    if options.column or options.shift != 0:
+        return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
+    options.model = model_path(str(options.model))
+    if options.model.is_dir():
+        told = f"'{options.model}' is a folder: give what to compare it with, too"
+        return complain(f"{told}, another folder of a run or a CSV file", BAD_INPUT)
     place = Place(options, "-compare", "comparison")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
@@ -53,7 +66,12 @@ def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
-    judge, _ = _run(scene, "lagrangian", "lagrangian", options, last=False)
+    try:
+        judge, _ = _run(scene, "lagrangian", "lagrangian", options, last=False)
+    except SceneError as error:
+        more = [own for own in [removable(scene)] if own]
+        told = [replace(one, hint="; ".join([one.hint, *more])) for one in error.mistakes]
+        raise SceneError(error.document, told) from error
     result, whole = _run(scene, "exudyn", "exudyn", options)
     return compare(result, judge), whole
 
@@ -66,7 +84,9 @@ def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
     whole = changed(given, options.impact, [])
     effects = present(given, options.without)
     if not effects:
-        raise argparse.ArgumentTypeError("nothing to compare: both scenes would be the same")
+        told = "nothing to compare: both scenes would be the same"
+        offered = removable(given)
+        raise argparse.ArgumentTypeError(f"{told}\nhint: {offered}" if offered else told)
     ideal = changed(given, options.impact, effects)
     what = " and ".join(effects)
     point, other = watched_point(whole), watched_point(ideal)

@@ -86,14 +86,14 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     """
     model: Path = options.model
     # The stem of '..yaml' is '.', which would be the folder above.
-    stem = model.stem if model.stem.strip(".") else model.name
+    stem = model.stem if model.stem.strip(".") and not model.is_dir() else model.name
     whole = f"{stem}{suffix}"
     engine = getattr(options, "engine", None) or "exudyn"
     parts = [engine] if engine != "exudyn" else []
     parts += [options.impact] if options.impact else []
     without = sorted(set(options.without))
     parts += [f"without_{'_'.join(without)}"] if without else []
-    given = [*options.settings, *getattr(options, "vary", [])]
+    given = [*options.settings, *getattr(options, "over", [])]
     settings = dict(setting.partition("=")[::2] for setting in given)
     told = [(_setting(path, value), f"{path}={value}") for path, value in sorted(settings.items())]
     parts += [name for name, _ in told]
@@ -111,6 +111,8 @@ def _setting(path: str, value: str) -> str:
     """Return a setting without its section, and a number without the spaces before its unit."""
     key = path.strip().partition(".")[2] or path.strip()
     value = value.strip()
+    if not value:  # what is varied within its own bounds
+        return key
     quantity = NUMBER.fullmatch(value)
     if quantity:  # "15 rad/s", "2 N m s/rad": no unit has a dot or an underscore, nothing is lost
         number, unit = quantity[1], quantity[2] or ""

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli.ctrl_c import ends_runs
-from exudyn_flexlink.cli.terminal import complain, progress_bar
-from exudyn_flexlink.effects import absent, idealise, with_impact
+from exudyn_flexlink.cli.terminal import complain, how_called, progress_bar
+from exudyn_flexlink.effects import EFFECTS, absent, idealise, with_impact
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake, SceneError
@@ -58,6 +60,17 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
     return [name for name in wanted if name not in missing]
 
 
+def removable(scene: Scene) -> str:
+    """Return a hint at the effects that `compare` can leave out of a scene; empty without any."""
+    found = []
+    for name in EFFECTS:
+        with suppress(SceneError):
+            ideal = idealise(scene, [name])
+            if ideal != scene and watched_point(ideal) == watched_point(scene):
+                found.append(f"'--without {name}'")
+    return f"Exudyn compares this model {' or '.join(found)}" if found else ""
+
+
 def run(
     scene: Scene,
     engine: str,
@@ -97,6 +110,22 @@ def measured(
             return engines.measured(result, progress, beside), False
     except LateInterruptError as error:
         return error.result, True
+
+
+def simulating(options: argparse.Namespace, *values: str) -> str:
+    """Return the command that simulates the scene of a study: with all that changed the model.
+
+    `values` are settings beside those of the command line.
+    """
+    words = [
+        "simulate",
+        str(options.model),
+        *(f"--set={one}" for one in (*options.settings, *values)),
+    ]
+    words += [f"--without={effect}" for effect in options.without]
+    words += ["--allow-outside"] * options.allow_outside
+    words += [f"--impact={options.impact}"] * (options.impact is not None)
+    return f"{how_called()} {shlex.join(words)}"
 
 
 @contextmanager

@@ -26,7 +26,7 @@ def simulate_command(options: argparse.Namespace) -> int:
     place = Place(options)
     refuse_idle_integrator(options, options.engine)
     scene = read_scene(options)
-    if options.impact is not None and not scene.contacts:
+    if options.impact is not None and not scene.all_contacts:
         complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
     with Beside(scene, options.engine) as beside:
         result, code = _both(scene, options, place, beside)

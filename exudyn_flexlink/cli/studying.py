@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import shlex
 import signal
 import time
 from collections.abc import Callable
@@ -16,14 +15,13 @@ from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import drawn
 from exudyn_flexlink.cli.placing import Place
-from exudyn_flexlink.cli.running import read_scene
+from exudyn_flexlink.cli.running import read_scene, simulating
 from exudyn_flexlink.cli.terminal import (
     DONE,
     FAILED,
     INTERRUPTED,
     Quiet,
     complain,
-    how_called,
     progress_bar,
 )
 from exudyn_flexlink.engines.interrupts import LateInterruptError
@@ -60,7 +58,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
         budget = f"raise '--budget' ({options.budget:g} s)"
         shorter = "shorten the run with '--set run.turns=...'"
         return complain(f"{error}\n{budget}, or {shorter}", FAILED)
-    return place.ended(_tell(found, place, place.code(code), _simulating(options)))
+    return place.ended(_tell(found, place, place.code(code), simulating(options)))
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> accuracy.Runs:
@@ -114,21 +112,12 @@ class Watch:
         self._ends, self._show = time.monotonic() + allowed, show
         self.given_up = False
 
-    def __call__(self, _done: float) -> None:
-        """Look at the clock."""
+    def __call__(self, done: float) -> None:
+        """Look at the clock; a run that is `done`, 1, is not stopped."""
         self._show()
-        if time.monotonic() > self._ends and not self.given_up:
+        if done < 1 and time.monotonic() > self._ends and not self.given_up:
             self.given_up = True
             signal.raise_signal(signal.SIGINT)
-
-
-def _simulating(options: argparse.Namespace) -> str:
-    """Return the command that simulates the scene of a study: with all that changed the model."""
-    words = ["simulate", str(options.model), *(f"--set={one}" for one in options.settings)]
-    words += [f"--without={effect}" for effect in options.without]
-    words += ["--allow-outside"] * options.allow_outside
-    words += [f"--impact={options.impact}"] * (options.impact is not None)
-    return f"{how_called()} {shlex.join(words)}"
 
 
 def _tell(found: accuracy.Study, place: Place, code: int, command: str) -> int:

@@ -47,12 +47,12 @@ def sweep_command(options: argparse.Namespace) -> int:
 
 def _planned(options: argparse.Namespace) -> sweeps.Sweep:
     """Make the plan that a study file, or the options, ask for."""
-    if options.vary:
+    if options.over:
         options.model = model_path(options.source)
         mistakes: list[Mistake] = []
-        given = _varied(options.vary, mistakes)
+        given = _varied(options.over, mistakes)
         design = sweeps.grid(given, (), mistakes)
-        scene, document = read_scene(options), Document("--vary")
+        scene, document = read_scene(options), Document("--over")
         engine = options.engine or "exudyn"
     else:
         options.model = Path(options.source)
@@ -73,19 +73,19 @@ def _planned(options: argparse.Namespace) -> sweeps.Sweep:
 
 
 def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
-    """Read '--vary path=values'; a path twice would be varied by one of them alone."""
+    """Read '--over path=values'; a path twice would be varied by one of them alone."""
     found: dict[str, str] = {}
     for text in texts:
         path, equals, values = (part.strip() for part in text.partition("="))
         if not equals or not all(path.split(".")):
-            hint = "for example --vary 'drives.motor.value=5:15:11'"
+            hint = "for example --over 'drives.motor.value=6:14:9 rad/s'"
             mistakes.append(Mistake((text,), "expected path=values", hint))
         elif path in found:
             mistakes.append(Mistake((path,), "is varied twice"))
         else:
             found[path] = values
             if not {":", ","} & set(values):  # '5-15' is a difference
-                examples = "a range is '5:15:11', a list '5, 15'"
+                examples = "a range is '6:14:9', a list '6, 14'"
                 complain(f"hint: {path} has one value, '{values}'; {examples}")
     return found
 

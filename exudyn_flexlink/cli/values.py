@@ -40,14 +40,40 @@ def _positive(value: float) -> bool:
     return 0 < value < inf
 
 
-duration = _number("a time in s of more than 0", float, _positive)
-length = _number("a length in m of more than 0", float, _positive)
+def _size(dimension: str, bare: Callable[[float], float] = float) -> Callable[[str], float]:
+    """Return what reads a text with a unit, as a model file has it; `bare` reads one without."""
+
+    def read(text: str) -> float:
+        with suppress(ValueError):
+            return bare(float(text))
+        from exudyn_flexlink.quantities import to_si
+        from exudyn_flexlink.units import Dimension
+
+        return to_si(text, Dimension[dimension])
+
+    return read
+
+
+duration = _number("a time of more than 0, such as 2 (s) or '20 ms'", _size("TIME"), _positive)
+length = _number("a length of more than 0, such as 1e-6 (m) or '1 um'", _size("LENGTH"), _positive)
 rate = _number("a number of more than 0", float, _positive)
-instant = _number("a time in s", float, isfinite)
-degrees = _number("an angle in degrees", lambda text: radians(float(text)), isfinite)
-"""Read in degrees, told in rad."""
+instant = _number("a time, such as 1.5 (s) or '20 ms'", _size("TIME"), isfinite)
+degrees = _number("an angle, such as 90 (deg) or '1 rad'", _size("ANGLE", radians), isfinite)
+"""Read in degrees, or by its unit; told in rad."""
 count = _number(f"a whole number from 0 to {MOST}", int, lambda value: 0 <= value <= MOST)
 at_least_one = _number(f"a whole number from 1 to {MOST}", int, lambda value: 1 <= value <= MOST)
+
+
+def shift(text: str) -> Any:
+    """Read a shift of a clock, in s or with a unit; 'find' is None."""
+    from exudyn_flexlink.fitting import shift_of
+
+    with suppress(ValueError):
+        return shift_of(float(text))
+    try:
+        return shift_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix("shift: ")) from None
 
 
 def names(text: str) -> list[str]:
@@ -62,8 +88,11 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
         found = names(text)
         for name in found:
             if name not in known:
-                listed = ", ".join(known)
-                raise argparse.ArgumentTypeError(f"no {what} '{name}'; there is: {listed}")
+                from exudyn_flexlink.source import did_you_mean
+
+                near = did_you_mean(name, known)
+                listed = f"{' There' if near else '; there'} is: {', '.join(known)}"
+                raise argparse.ArgumentTypeError(f"no {what} '{name}'{near}{listed}")
         return found
 
     return read
@@ -95,11 +124,16 @@ def slow(text: str) -> Any:
 
 
 def model_path(text: str) -> Path:
-    """Return a file, or that of a model by its name where there is no such file."""
+    """Return a file, or that of a model by its name where there is no such file.
+
+    A folder is no file: beside one of the same name, the name is that of the model.
+    """
     if not text:
         raise argparse.ArgumentTypeError("expected a file, or the name of a model; got nothing")
+    from exudyn_flexlink.shipped import model_file
+
     path = Path(text)
-    if path.suffix or path.exists():
+    if path.suffix or (path.exists() and not (path.is_dir() and model_file(text))):
         return path
     own = path.with_name(f"{path.name}.yaml")
     meant = str(own) if own.is_file() else ""
@@ -107,6 +141,14 @@ def model_path(text: str) -> Path:
     if meant:
         complain(f"hint: '{text}' is the model that comes with the program, not your '{own}'")
     return found
+
+
+def model_or_run(text: str) -> Path:
+    """Return what `model_path` does, or the folder of a run, which the command looks for."""
+    try:
+        return model_path(text)
+    except argparse.ArgumentTypeError:
+        return Path(text)
 
 
 def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Path:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from types import ModuleType
 
@@ -12,10 +13,10 @@ from threadpoolctl import ThreadpoolController
 
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.diagnostics import diagnosed
-from exudyn_flexlink.engines.finer import measured_by, partner, retuned, unmeasured
-from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
+from exudyn_flexlink.engines.finer import given_up, measured_by, partner, retuned, unmeasured
+from exudyn_flexlink.engines.interrupts import LateInterruptError, aside, deferrable_interrupts
 from exudyn_flexlink.raising import Sendable
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.versions import THIS, version_of
 
@@ -54,6 +55,7 @@ def simulate(
     it is solved (see `interrupts`). A run whose own numbers are doubtful says so in its warnings.
 
     Raises:
+        KeyboardInterrupt: that was asked before the first step.
         LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the scene can't be put together (never after `load_scene`).
@@ -62,14 +64,26 @@ def simulate(
     """
     if engine not in ENGINES:
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
-    if not measure:
-        return _run(scene, engine, progress)
+    made = partial(_measured if measure else _run, scene, engine)
+    result = aside(partial(made, at_once=at_once) if measure else made, progress)
+    if progress is not None and result.outcome.reason != INTERRUPTED:
+        try:
+            progress(1.0)
+        except KeyboardInterrupt:  # the run is whole
+            raise LateInterruptError(result) from None
+    return result
+
+
+def _measured(scene: Scene, engine: str, progress: Progress | None, *, at_once: bool) -> Result:
+    """Make a run and the second one."""
     first = progress and (lambda done: progress(FIRST * done))
     then = progress and (lambda done: progress(FIRST + (1 - FIRST) * done))
-    if not at_once:
-        return measured(_run(scene, engine, first), then)
-    with Beside(scene, engine) as beside:
-        return measured(_run(scene, engine, beside.watch(first)), then, beside)
+    with Beside(scene, engine) if at_once else nullcontext() as beside:
+        try:
+            result = _run(scene, engine, beside.watch(first) if beside else first)
+        except LateInterruptError as error:
+            raise LateInterruptError(given_up(error.result)) from None
+        return measured(result, then, beside)
 
 
 def measured(

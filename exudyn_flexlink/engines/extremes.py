@@ -137,7 +137,8 @@ class ExtremeSeeker:
         for k, contact in enumerate(self.contacts):
             if contact.name in self._watched.contacts:
                 force, depth = self._of_contact(k)
-                found |= dict(zip(Watched.of_contact(contact.name), (force, depth), strict=True))
+                names = self._watched.of_contact(contact.name)
+                found |= dict(zip(names, (force, depth), strict=True))
         return found
 
 

@@ -76,13 +76,18 @@ def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
     except LateInterruptError as error:  # whole all the same
         other, late = error.result, True
     except KeyboardInterrupt as error:
-        raise LateInterruptError(_told(result, MeasuredError(missing=GAVE_UP))) from error
+        raise LateInterruptError(given_up(result)) from error
     except MemoryError:
         return _told(result, MeasuredError(missing=NO_MEMORY))
     found = _measured(result, other, share)
     if late or other.outcome.reason == INTERRUPTED:
         raise LateInterruptError(found)
     return found
+
+
+def given_up(result: Result) -> Result:
+    """Return a run whose second one nobody waited for: nothing is known of its error."""
+    return _told(result, MeasuredError(missing=GAVE_UP))
 
 
 def _measured(first: Result, other: Result, share: float) -> Result:

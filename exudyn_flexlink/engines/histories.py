@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Contact, Mechanism, approach, pair_sides, pairs
-from exudyn_flexlink.result import ContactHistory, SleeveHistory
+from exudyn_flexlink.result import ContactHistory, FrictionHistory, SleeveHistory
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,24 @@ class Histories:
             own.name: -push_of(own, self.poses, self.rates, self.forces[:, first + k])
             for k, own in enumerate(self.mechanism.bearings)
         }
+
+
+def friction_histories(
+    mechanism: Mechanism, time: FloatArray, *columns: FloatArray
+) -> dict[str, FrictionHistory]:
+    """Of joints with friction, by name; `columns` (samples, joints): whether it rests, T, losses.
+
+    Where one begins or ends to rest is a sample.
+    """
+    found = {}
+    for k, friction in enumerate(mechanism.frictions):
+        resting, torque, lost = (column[:, k] for column in columns)
+        edges = np.flatnonzero(np.diff(resting.astype(bool), prepend=False, append=False))
+        begin, last = time[edges[::2]], edges[1::2] - 1
+        end = np.where(last == len(time) - 1, inf, time[last])
+        lasts = end > begin
+        found[friction.name] = FrictionHistory(torque, lost, begin[lasts], end[lasts])
+    return found
 
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:

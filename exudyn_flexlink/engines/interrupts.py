@@ -1,19 +1,19 @@
 """How a run is asked to end before its time: by whoever calls, never by signals taken here.
 
-The command line gives means to ask (`stopped_by`), made of Ctrl-C. From Python there are none:
-Ctrl-C raises `KeyboardInterrupt` as everywhere.
+The command line gives means to ask (`stopped_by`), made of Ctrl-C. Else a run is made `aside`: in a
+thread, while the main one waits. There Python raises KeyboardInterrupt, and never within a step.
 """
 
 from __future__ import annotations
 
-import signal
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from contextvars import ContextVar
+from concurrent.futures import Future
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextvars import ContextVar, copy_context
 from dataclasses import dataclass
-from types import FrameType
-from typing import Any, Protocol
+from queue import Empty, SimpleQueue
+from threading import Thread, current_thread, main_thread
+from typing import Protocol
 
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
@@ -50,43 +50,6 @@ class Stopping:
     deferrable_interrupts: Callable[[], AbstractContextManager[Deferred]]
 
 
-@contextmanager
-def between_steps() -> Iterator[Callable[[], None]]:
-    """Let signals of Python's wait inside, until the function given is called.
-
-    A solver of another language swallows what a signal's handler raises while it calls Python. Here
-    the handlers of whoever calls run between two steps, where what they raise is not lost.
-    """
-    waiting = list[tuple[int, FrameType | None]]()
-
-    def note(number: int, frame: FrameType | None) -> None:
-        waiting.append((number, frame))
-
-    def let_them_run() -> None:
-        while waiting:
-            number, frame = waiting.pop(0)
-            handlers[number](number, frame)
-
-    handlers = _handlers()
-    for number in handlers:
-        signal.signal(number, note)
-    try:
-        yield let_them_run
-    finally:
-        for number, handler in handlers.items():
-            if signal.getsignal(number) is note:  # a handler may have set another one
-                signal.signal(number, handler)
-        let_them_run()
-
-
-def _handlers() -> dict[int, Callable[[int, FrameType | None], Any]]:
-    """Python's handlers of signals: they run in the main thread, and can be set there alone."""
-    if threading.current_thread() is not threading.main_thread():
-        return {}
-    known = {number: signal.getsignal(number) for number in signal.valid_signals()}
-    return {number: handler for number, handler in known.items() if callable(handler)}
-
-
 _given: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
 
 
@@ -110,3 +73,83 @@ def deferrable_interrupts() -> AbstractContextManager[Deferred]:
     """Let a request to end be taken note of after the solve, where the caller gave means to ask."""
     means = _given.get()
     return nullcontext(_NeverAsked()) if means is None else means.deferrable_interrupts()
+
+
+# --- from Python ------------------------------------------------------------------------------
+
+
+LOOK = 0.1  # s: Windows tells a thread that waits of Ctrl-C only between two looks
+
+
+class _Request:
+    """A request to end that another thread may make."""
+
+    def __init__(self) -> None:
+        self.pending = False
+        self._end: Callable[[], None] | None = None
+
+    def ask(self) -> None:
+        self.pending = True
+        if self._end is not None:
+            self._end()
+
+    @contextmanager
+    def interrupts(self, end: Callable[[], None]) -> Iterator[None]:
+        self._end = end
+        if self.pending:  # it came before the first step: there is nothing to keep
+            raise KeyboardInterrupt
+        try:
+            yield
+        finally:
+            self._end = None
+
+    @contextmanager
+    def deferrable(self) -> Iterator[Deferred]:
+        yield self
+
+
+def aside(
+    make: Callable[[Callable[[float], None] | None], Result],
+    progress: Callable[[float], None] | None,
+) -> Result:
+    """Make a run in a thread of its own, and call `progress` from this one, at the end with 1.
+
+    Ctrl-C, and whatever else is raised here meanwhile, ends the run after the step under way; what
+    is no Ctrl-C is raised again. Where the caller gave other means, or in a thread, in which Python
+    raises no KeyboardInterrupt, the run is made as it is.
+    """
+    if _given.get() is not None or current_thread() is not main_thread():
+        return make(progress)
+    request, made, told = _Request(), Future[Result](), SimpleQueue[float | None]()
+
+    def work() -> None:
+        try:
+            with stopped_by(Stopping(request.interrupts, request.deferrable)):
+                made.set_result(make(told.put if progress is not None else None))
+        except BaseException as error:
+            made.set_exception(error)
+        finally:
+            told.put(None)
+
+    try:
+        Thread(target=copy_context().run, args=(work,), daemon=True).start()
+        _follow(told, progress)
+    except BaseException as error:
+        request.ask()
+        _follow(told)  # one more Ctrl-C does not wait
+        if not isinstance(error, KeyboardInterrupt):
+            raise
+    return made.result()
+
+
+def _follow(
+    told: SimpleQueue[float | None], progress: Callable[[float], None] | None = None
+) -> None:
+    """Hand on what a thread tells, until it ends and tells None."""
+    while True:
+        with suppress(Empty):
+            done = told.get(timeout=LOOK)
+            if done is None:
+                return
+            if progress is not None:
+                progress(done)

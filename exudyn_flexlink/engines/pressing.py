@@ -1,4 +1,4 @@
-"""Forces of penalty contacts by gaps and rates, with their slopes: those of `exudyn_flexlink.laws`.
+"""Forces of many penalty contacts by gaps and rates, with their slopes: as `laws` has them.
 
 A force goes on smoothly where a gap has opened: there a touch ends, within the step.
 """
@@ -11,38 +11,17 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.integrate.problem import Press, Pressing
-from exudyn_flexlink.laws import Impulse, Penalty, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, PressingLaw
 from exudyn_flexlink.mechanism import Channel, Contact
-
-
-def pressing(numbers: Sequence[FloatArray], gap: FloatArray, rate: FloatArray) -> Pressing:
-    """Forces by `laws.RestitutionPenalty`.
-
-    `numbers` are the elastic and lossy parts of stiffnesses (N/m) and transition speeds (m/s).
-    """
-    elastic, lossy, speed = numbers
-    rising = np.tanh(-rate / speed)
-    stiffness = elastic + lossy * rising
-    damping = np.maximum(-gap, 0.0) * lossy / speed * (1 - rising * rising)
-    return Pressing(-gap * stiffness, stiffness, damping)
 
 
 class Laws:
     """Laws of contacts (c,); rigid ones have no force."""
 
-    def __init__(self, laws: Sequence[Penalty | Impulse]) -> None:
-        numbers = [
-            (law.elastic, law.lossy, law.transition_speed)
-            if isinstance(law, RestitutionPenalty)
-            else (0.0, 0.0, 1.0)
-            for law in laws
-        ]
-        self._numbers = np.array(numbers, dtype=np.float64).reshape(-1, 3).T
+    def __init__(self, laws: Sequence[PressingLaw]) -> None:
         self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
-        others = [law for law in laws if not isinstance(law, RestitutionPenalty | Impulse)]
-        self._others = [
-            (law, np.array([one == law for one in laws])) for law in dict.fromkeys(others)
-        ]
+        giving = dict.fromkeys(law for law in laws if not isinstance(law, Impulse))
+        self._members = [(law, np.array([one == law for one in laws])) for law in giving]
 
     def pressing(
         self, which: IndexArray, gap: FloatArray, rate: FloatArray, approach: FloatArray
@@ -51,9 +30,11 @@ class Laws:
 
         `approach` (c,) are the speeds (m/s) with which the touches of all began.
         """
-        found = pressing(self._numbers[:, which], gap, rate)
-        for law, members in self._others:
+        found = Pressing(*np.zeros((3, *gap.shape)))
+        for law, members in self._members:
             own = members[which]
+            if own.all():
+                return Pressing(*law.pressing(-gap, -rate, approach[which]))
             if own.any():
                 parts = law.pressing(-gap[..., own], -rate[..., own], approach[which[own]])
                 for column, part in zip(found, parts, strict=True):
@@ -68,16 +49,19 @@ def rubbing(contacts: Sequence[Contact | Channel]) -> FloatArray:
     return np.asarray(np.array(found).reshape(-1, 2).T, dtype=np.float64)
 
 
-def press_by(laws: Sequence[Penalty | Impulse], approach: FloatArray) -> Press:
+def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
     """Forces of contacts and their slopes, by gaps and rates (..., c, 2); none where they open.
 
-    Their touches began with the speeds `approach` (c,), m/s.
+    Their touches began with the speeds `approach` (c,), m/s. What lets go before it opens is
+    followed beyond.
     """
     own, every = Laws(laws), np.arange(len(laws))
+    lets_go = np.array([not isinstance(law, Impulse) and law.lets_go for law in laws], dtype=bool)
 
     def press(touching: FloatArray) -> Pressing:
         gap = touching[..., 0]
-        found, closed = own.pressing(every, gap, touching[..., 1], approach), gap < 0
+        found = own.pressing(every, gap, touching[..., 1], approach)
+        closed = (gap < 0) | lets_go
         return found._replace(force=found.force * closed, stiffness=found.stiffness * closed)
 
     return press

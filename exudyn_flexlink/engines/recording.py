@@ -33,8 +33,9 @@ class Kept(NamedTuple):
     """Instants (m,), s, that are kept, and what is known there.
 
     `places` (m, slots) are those on the whole curves, `press` (m, c) the contacts' forces (N),
-    `pressed` (m, c) tells which of them press. `totals` (m, 2) are the energies lost, in dampers
-    and contacts, and supplied (J); `own` are the engine's arrays, with an axis of instants each.
+    `pressed` (m, c) tells which of them press. `totals` (m, 2 + joints) are the energies lost, in
+    dampers, contacts and friction, and supplied, then those lost by friction of joints (J); `own`
+    are the engine's arrays, with an axis of instants each.
     """
 
     t: FloatArray
@@ -83,8 +84,9 @@ class BlockRecorder(ABC):
         self.contacts, self.meter = seeker.contacts, EnergyMeter(mechanism)
         self.energy_residual = self.largest_kinetic_energy = self.constraint_error = 0.0
         # Totals so far: lost in dampers, supplied (J), then impulses of contacts (N s), then what
-        # was done on each (J).
-        self._reached = np.zeros(2 + 2 * len(self.contacts))
+        # was done on each, and lost by friction of each joint (J).
+        self.frictions = len(mechanism.frictions)
+        self._reached = np.zeros(2 + 2 * len(self.contacts) + self.frictions)
         self._next = 1  # sample
         self._kept: list[Kept] = []
         self._last: Kept  # where the last step ended, as it was before an event there
@@ -213,9 +215,10 @@ class BlockRecorder(ABC):
         return np.asarray((parts[:, None] ** powers / powers) @ self._powers)
 
     def _told(self, totals: FloatArray) -> FloatArray:
-        """Energies lost and supplied (m, 2) of totals (m, ...)."""
+        """Energies lost and supplied, and those by friction (m, 2 + joints), of totals (m, ...)."""
         lost = totals[:, 0] + totals[:, 2 + len(self.contacts) :].sum(axis=1)
-        return np.stack([lost, totals[:, 1]], axis=1)
+        rubbed = totals[:, totals.shape[1] - self.frictions :]
+        return np.column_stack([lost, totals[:, 1], rubbed])
 
     def _keep_samples(self, steps: Steps, known: Kept) -> None:
         """Keep the samples; in contacts the ends of steps, too, where none is."""
@@ -284,7 +287,7 @@ class BlockRecorder(ABC):
     def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
-        lost, supplied = at.totals.T.copy()
+        lost, supplied = at.totals[:, :2].T.copy()
         for k in np.flatnonzero(at.pressed.any(axis=0)).tolist():
             contact, rows = self.contacts[k], at.pressed[:, k]
             if isinstance(contact.law, Impulse):

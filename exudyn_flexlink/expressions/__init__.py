@@ -5,4 +5,4 @@ from exudyn_flexlink.expressions.parsing import in_words, looks_like_expression,
 from exudyn_flexlink.expressions.ranges import Addend, Bounds
 from exudyn_flexlink.expressions.resolving import SHORTER, pole, pulses, resolved
 from exudyn_flexlink.expressions.tape import RATES
-from exudyn_flexlink.expressions.tokens import ExpressionError, Sensed
+from exudyn_flexlink.expressions.tokens import ExpressionError, Sensed, tokens_of

@@ -25,6 +25,8 @@ class NoValueError(Sendable, ArithmeticError):
     `what` it lacks may be a derivative.
     """
 
+    advice = "mend the expression: min and max, or where(t < 1, one, other), keep it in bounds"
+
     def __init__(self, text: str, time: float, what: str = "value") -> None:
         super().__init__(f"'{text}' has no {what} at t = {time:.6g} s")
         self.text = text

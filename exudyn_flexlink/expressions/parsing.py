@@ -46,14 +46,14 @@ class _Piece(NamedTuple):
     powers: Powers | None
 
 
-def parse_expression(text: str) -> Expression:
-    """Read a formula.
+def parse_expression(text: str, own: str = "") -> Expression:
+    """Read a formula; the word `own` is what has it: the length of a spring, or its angle.
 
     Raises:
         ExpressionError: it is none, or has more than a formula may have.
 
     """
-    return _Reader(text).expression()
+    return _Reader(text, own).expression()
 
 
 def looks_like_expression(text: str) -> bool:
@@ -96,9 +96,9 @@ def _require_order(tokens: Sequence[Token]) -> None:
 class _Reader:
     """Takes Python's tree of a formula apart, inner nodes first: no formula is too deep for it."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, own: str = "") -> None:
         self.text = text
-        self.tokens = list(tokens_of(text))
+        self.tokens = list(tokens_of(text, own))
         _require_order(self.tokens)
         # Numbers in place of words: none of Python's own is among them.
         words = (

@@ -83,8 +83,8 @@ _SLIPS = {
 }
 
 
-def tokens_of(text: str) -> Iterator[Token]:
-    """Cut a formula into its pieces, the last of kind end.
+def tokens_of(text: str, own: str = "") -> Iterator[Token]:
+    """Cut a formula into its pieces, the last of kind end; the word `own` is sensed.
 
     Raises:
         ExpressionError: a piece is none.
@@ -98,6 +98,8 @@ def tokens_of(text: str) -> Iterator[Token]:
             yield _quantity(found)
         elif found["sensed"]:
             yield Token("sensed", found[0], sensed=_sensed(found))
+        elif own and found["name"] == own:
+            yield Token("sensed", own, sensed=Sensed(own, ""))
         elif found["other"]:
             hint = _SLIPS.get(found[0], "")
             raise ExpressionError(f"'{found[0]}' can't stand in an expression", hint)

@@ -17,6 +17,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    TurnStop,
     deepest_allowed,
     pair_sides,
     pairs,
@@ -49,6 +50,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_velocity,
     angle_of,
     force_at,
+    joint_speed,
     left_of,
     length_along,
     line_of,
@@ -63,8 +65,10 @@ from exudyn_flexlink.mechanism.kinematics import (
     turning,
 )
 from exudyn_flexlink.mechanism.laying_out import Start
-from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches
+from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches, shared_forces
 from exudyn_flexlink.mechanism.model import (
+    Apart,
+    JointFriction,
     LinearSpring,
     Mechanism,
     Motor,
@@ -92,6 +96,7 @@ from exudyn_flexlink.mechanism.schedule import (
     cut_off,
     end_of_run,
     extent,
+    fittest,
     formulation,
     half_period,
     half_periods,

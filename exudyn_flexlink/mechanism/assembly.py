@@ -114,12 +114,16 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
 def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:
     """Give a spring that is at rest as assembled its angle."""
     turned = float(turning(spring.first, spring.second, q))
-    return spring if spring.rest_angle is not None else replace(spring, rest_angle=turned)
+    law = None if spring.law is None else replace(spring.law, start=turned)
+    rest = turned if spring.rest_angle is None else spring.rest_angle
+    return replace(spring, rest_angle=rest, law=law)
 
 
 def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
     """Give a spring that is at rest as assembled its length."""
-    return spring if spring.length is not None else replace(spring, length=length_of(spring, q))
+    length = length_of(spring, q)
+    law = None if spring.law is None else replace(spring.law, start=length)
+    return replace(spring, length=length if spring.length is None else spring.length, law=law)
 
 
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:

@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     FaceContact,
 )
 from exudyn_flexlink.mechanism.model import (
+    JointFriction,
     LinearSpring,
     Mechanism,
     Motor,
@@ -37,6 +38,7 @@ from exudyn_flexlink.mechanism.model import (
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.penalties import penalty_of
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
@@ -85,7 +87,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
             *bodies.springs,
         ),
         linear_springs=(
-            *(_linear_spring(bodies, n, s) for n, s in linear.items()),
+            *(_linear_spring(bodies, n, s) for n, s in linear.items() if n not in scene.ropes),
             *bodies.linear_springs,
         ),
         speed_motors=tuple(
@@ -98,10 +100,15 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
             for n, d in _of(drives, specs.TorqueDrive).items()
         ),
         forces=tuple(_force(bodies, n, d) for n, d in _of(drives, specs.ForceDrive).items()),
-        contacts=tuple(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
+        contacts=(
+            *(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
+            *(stop(bodies, n, own) for n, own in scene.stops.items()),
+            *(rope(bodies, n, own) for n, own in scene.ropes.items()),
+        ),
         bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
         gravity=scene.gravity,
+        frictions=tuple(_joint_frictions(bodies)),
     )
 
 
@@ -140,6 +147,20 @@ def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: PenaltyLaw) -> 
     )
 
 
+def _joint_frictions(bodies: Bodies) -> Iterator[JointFriction]:
+    """Return the friction of pins and slides that have some."""
+    for name, joint in bodies.scene.joints.items():
+        if isinstance(joint, RevoluteJoint) and joint.friction and joint.friction.acts:
+            own = joint.friction
+            share = own.coefficient * (own.radius or 0.0)
+            pin = Pin(name, *bodies.ends(joint))
+            yield JointFriction(name, pin, own.torque, share, own.slip_speed)
+        elif isinstance(joint, specs.PrismaticJoint) and joint.friction and joint.friction.acts:
+            along = joint.friction
+            sizes = along.force, along.coefficient, along.slip_speed
+            yield JointFriction(name, bodies.slide(name), *sizes)
+
+
 # --- springs and contacts ------------------------------------------------------------
 
 
@@ -158,18 +179,20 @@ def _rotary_spring(
             stiffness = inertia * (2 * pi * spring.frequency) ** 2
         if spring.damping_ratio is not None:
             damping = 2 * spring.damping_ratio * (stiffness * inertia) ** 0.5
-    return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle)
+    law = spring_law(name, spring.torque)
+    return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle, law)
 
 
 def _linear_spring(bodies: Bodies, name: str, spec: specs.LinearSpring) -> LinearSpring:
     """Return a spring and damper between two points, or along a prismatic joint."""
     stiffness, damping, length = spec.stiffness, spec.damping, spec.length
+    law = spring_law(name, spec.force)
     if spec.joint is None:
         assert spec.points is not None  # the scene checks that there is one of both
         first, second = (bodies.anchor(point, spec.at) for point in spec.points)
-        return LinearSpring(name, first, second, stiffness, damping, length)
+        return LinearSpring(name, first, second, stiffness, damping, length, law=law)
     slide = bodies.slide(spec.joint)
-    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide)
+    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide, law)
 
 
 def _contact(

@@ -1,4 +1,4 @@
-"""What can touch: a point and a face, two circles, a point and a curve, a link and its guide."""
+"""What can touch: a point and a face or a curve, two circles, a hinge and its stop, a guide."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cached_property
 from math import hypot, inf
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import Friction, Impulse, Penalty
+from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.parts import Anchor
 
 MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
@@ -30,7 +30,7 @@ class FaceContact:
     start: Anchor
     end: Anchor
     side: float
-    law: Penalty | Impulse
+    law: PressingLaw
     friction: Friction | None = None
 
     @property
@@ -62,7 +62,7 @@ class CircleContact:
     second: Anchor
     radii: tuple[float, float]
     inside: bool
-    law: Penalty | Impulse
+    law: PressingLaw
     friction: Friction | None = None
 
     @property
@@ -101,7 +101,7 @@ class CurveContact:
     carrier: int
     side: float
     radius: float
-    law: Penalty | Impulse
+    law: PressingLaw
     friction: Friction | None = None
 
     @property
@@ -122,7 +122,44 @@ class CurveContact:
         return (self.point,), tuple(Anchor(self.carrier, x, y) for x, y in along)
 
 
-Contact = FaceContact | CircleContact | CurveContact
+@dataclass(frozen=True)
+class TurnStop:
+    """A hinge that can't turn beyond the angle `bound` (rad): its gap is an angle, as is its depth.
+
+    `way` is +1 if greater angles of the second part against the first are free, -1 if smaller ones
+    are. The law's force is a torque (N m); whole turns count.
+    """
+
+    name: str
+    first: Anchor
+    second: Anchor
+    bound: float
+    way: float
+    law: PressingLaw
+    friction: None = None
+
+    @property
+    def point(self) -> Anchor:
+        """Where the hinge is."""
+        return self.second
+
+    @property
+    def length(self) -> float:
+        """Length of what is struck: infinite, as there are no ends."""
+        return inf
+
+    @property
+    def parts(self) -> tuple[int, int]:
+        """Part that the stop turns, and the one that it turns back."""
+        return self.second.part, self.first.part
+
+    @property
+    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+        """Anchors of both parts, where the hinge is."""
+        return (self.second,), (self.first,)
+
+
+Contact = FaceContact | CircleContact | CurveContact | TurnStop
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    TurnStop,
 )
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
@@ -23,6 +24,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     length_along,
     seen_from,
     turned,
+    turning,
 )
 from exudyn_flexlink.mechanism.model import Mechanism, Slide
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
@@ -37,9 +39,10 @@ HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 class Approach:
     """How near a contact is; arrays of one shape.
 
-    `gap` (m) is positive while apart, `gap_rate` (m/s) its derivative by time. `place` (m) counts
-    along the face or the curve from its start, or around the second circle from the x-axis of its
-    part. `slip` (m/s) is the speed of the first part's material against that of the second.
+    `gap` (m; rad of a hinge's stop) is positive while apart, `gap_rate` (m/s) its derivative by
+    time. `place` (m) counts along the face or the curve from its start, or around the second circle
+    from the x-axis of its part. `slip` (m/s) is the speed of the first part's material against that
+    of the second.
     `normal` (..., 2) is the direction in which the contact pushes the first part, `along` (..., 2)
     that of places and slip.
 
@@ -159,7 +162,18 @@ def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
         return _of_circles(contact, q, v)
     if isinstance(contact, CurveContact):
         return _of_curve(contact, q, v)
+    if isinstance(contact, TurnStop):
+        return _of_stop(contact, q, v)
     return _of_face(contact, q, v)
+
+
+def _of_stop(contact: TurnStop, q: FloatArray, v: FloatArray) -> Approach:
+    """The gap is an angle; a torque has no direction and no place."""
+    parts = contact.first.part, contact.second.part
+    gap = contact.way * (turning(*parts, q) - contact.bound)
+    none = np.zeros_like(gap)
+    aside = np.zeros((*gap.shape, 2))
+    return Approach(gap, none, contact.way * turning(*parts, v), none, aside, aside)
 
 
 def _of_face(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:

@@ -9,12 +9,13 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
-from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
+from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact, TurnStop
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
     anchor_velocity,
     force_at,
+    joint_speed,
     left_of,
     length_along,
     line_of,
@@ -25,7 +26,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     turning,
 )
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
-from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Slide
 from exudyn_flexlink.mechanism.parts import GROUND
 
 MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
@@ -46,7 +47,7 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
     """Generalised forces without those of constraints and contacts, (3 parts,): N, N m.
 
     Weight, centrifugal terms of parts whose origin is not their centre, springs, torques and forces
-    of drives.
+    of drives, regularised friction of joints.
     """
     forces = np.zeros((len(q), 3))
     gravity = np.asarray(mechanism.gravity)
@@ -57,11 +58,20 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
     for spring in mechanism.springs:
         angle = turning(spring.first, spring.second, q)
         rate = turning(spring.first, spring.second, v)
+        if spring.law is not None:
+            _add_torque(forces, spring.first, spring.second, -float(spring.law.at(angle)))
         torque = -spring.stiffness * (angle - (spring.rest_angle or 0.0)) - spring.damping * rate
         _add_torque(forces, spring.first, spring.second, float(torque))
     for linear in mechanism.linear_springs:
         stretched = anchor_jacobian(linear.second, q) - anchor_jacobian(linear.first, q)
         forces += (stretched.T @ spring_force(linear, q, v)).reshape(forces.shape)
+    for friction in mechanism.frictions:
+        joint, size = friction.joint, float(friction.regularised(joint_speed(friction.joint, q, v)))
+        if isinstance(joint, Slide):
+            stretched = anchor_jacobian(joint.second, q) - anchor_jacobian(joint.first, q)
+            forces += (stretched.T @ (size * line_of(joint, q))).reshape(forces.shape)
+        else:
+            _add_torque(forces, joint.first.part, joint.second.part, size)
     for motor in mechanism.torque_motors:
         _add_torque(forces, motor.first, motor.second, size_at(motor.size, time, q, v))
     for force in mechanism.forces:
@@ -143,7 +153,13 @@ def contact_mass(
 
     ``1 / (largest mobility of the first body's anchors + that of the second's)``, with every joint
     kept, and whatever the direction. It bounds the duration of an impact from below, so the step.
+    At a hinge's stop it is the inertia (kg m^2) that both oppose to its torque.
     """
+    if isinstance(contact, TurnStop):
+        row = np.zeros(q.shape)
+        _add_torque(row, contact.first.part, contact.second.part, 1.0)
+        turned_by = _moving(mechanism, q, places).nearest(row.ravel())
+        return 1.0 / max(float((row * turned_by).sum()), 1e-300)
     first, second = contact.anchors
     rows = np.array([anchor_jacobian(anchor, q) for anchor in (*first, *second)])
     moved = _moving(mechanism, q, places).nearest(rows.reshape(-1, q.size).T)
@@ -163,6 +179,8 @@ def spring_force(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArr
         return np.asarray(-spring.stiffness * between - spring.damping * moving)
     stretched, rate, along = _stretched(spring, q, v)
     tension = spring.stiffness * stretched + spring.damping * rate
+    if spring.law is not None:
+        tension = tension + spring.law.at(stretched + (spring.length or 0.0))
     return np.asarray(-tension[..., None] * along)
 
 
@@ -174,7 +192,10 @@ def length_of(spring: LinearSpring, q: FloatArray) -> float:
 def stored_energy(spring: LinearSpring, q: FloatArray) -> FloatArray:
     """Energy (...,) of the spring, J, at coordinates (..., parts, 3)."""
     stretched, _, _ = _stretched(spring, q, q)
-    return np.asarray(0.5 * spring.stiffness * stretched**2)
+    stored = 0.5 * spring.stiffness * stretched**2
+    if spring.law is not None:
+        stored = stored + spring.law.energy(stretched + (spring.length or 0.0))
+    return np.asarray(stored)
 
 
 def damping_power(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArray:
@@ -236,6 +257,7 @@ class EnergyMeter:
     def __init__(self, mechanism: Mechanism) -> None:
         parts, springs = mechanism.parts, mechanism.springs
         self._linear = mechanism.linear_springs
+        self._turned_by_law = [spring for spring in springs if spring.law is not None]
         self._mass = np.array([part.mass for part in parts])
         self._inertia = np.array([part.inertia_about_origin for part in parts])
         self._centre = np.array([part.centre for part in parts])
@@ -260,6 +282,9 @@ class EnergyMeter:
         stored = 0.5 * np.sum(self._stiffness * (self._turned(q) - self._rest) ** 2, axis=-1)
         for spring in self._linear:
             stored = stored + stored_energy(spring, q)
+        for own in self._turned_by_law:
+            if own.law is not None:
+                stored = stored + own.law.energy(turning(own.first, own.second, q))
         return np.asarray(stored - np.sum(self._mass * height, axis=-1))
 
     def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:

@@ -9,8 +9,10 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.model import (
+    Apart,
     Mechanism,
     Motor,
+    Pin,
     PointForce,
     Sense,
     Size,
@@ -86,6 +88,13 @@ def speed_along(slide: Slide, q: FloatArray, v: FloatArray) -> FloatArray:
     return np.asarray(np.sum(along * moving, axis=-1) + turning * across)
 
 
+def joint_speed(joint: Pin | Slide, q: FloatArray, v: FloatArray) -> FloatArray:
+    """How fast (...) a joint turns or slides, rad/s or m/s."""
+    if isinstance(joint, Slide):
+        return speed_along(joint, q, v)
+    return turning(joint.first.part, joint.second.part, v)
+
+
 def slot_point(slot: Slot, q: FloatArray) -> FloatArray:
     """Position of a slot's anchor in the axes of its curve, m; `q` (..., parts, 3): (..., 2)."""
     return seen_from(slot.carrier, anchor_position(slot.anchor, q), q)
@@ -124,6 +133,9 @@ def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
         return turning(sense.first, sense.second, x)
     if isinstance(sense, Sliding):
         return speed_along(sense.slide, q, v) if sense.is_speed else length_along(sense.slide, q)
+    if isinstance(sense, Apart):
+        between = anchor_position(sense.second, q) - anchor_position(sense.first, q)
+        return np.asarray(np.hypot(between[..., 0], between[..., 1]))
     return np.asarray(anchor_position(sense.point, q)[..., sense.axis])
 
 

@@ -77,6 +77,17 @@ def _null_space(rows: FloatArray) -> FloatArray:
     return np.asarray(directions[rank:].T)
 
 
+def shared_forces(assembly: Assembly) -> set[str]:
+    """Names of the joints whose forces the motion does not tell, for others hold the same."""
+    if not assembly.surplus:
+        return set()
+    joints = constraint_rows(assembly.mechanism, assembly.state.q, assembly.state.places)
+    idle = np.abs(_null_space(joints.jacobian().T)).max(axis=1, initial=0.0) > DEPENDENT
+    starts = joints.first_rows[:-1]
+    return {name for name, any_idle in zip(joints.names, np.logical_or.reduceat(idle, starts),
+                                           strict=True) if any_idle}  # fmt: skip
+
+
 def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
     """Angles (parts,) in rad of every other way to close the joints that a few searches find.
 

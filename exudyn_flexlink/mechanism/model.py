@@ -11,11 +11,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact, Contact
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
+from exudyn_flexlink.mechanism.spring_laws import SpringLaw
 
 KNOT_TIME = 1e-12  # s: instants so near to each other are one
 
@@ -65,10 +69,31 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class JointFriction:
+    """Dry friction in a joint: it brakes by a bound, and holds up to that.
+
+    The bound is `constant` (N m, along a slide N) and, by the force in the joint, `share` of that:
+    of a pin its coefficient times its radius (m), of a slide its coefficient, by what is across the
+    line. Where it is regularised, `slip_speed` (rad/s or m/s) is what it needs to act in full.
+    """
+
+    name: str
+    joint: Pin | Slide
+    constant: float
+    share: float
+    slip_speed: float
+
+    def regularised(self, speed: FloatArray) -> FloatArray:
+        """T by the constant part of the bound where nothing holds, at speeds (...)."""
+        return np.asarray(-self.constant * np.tanh(speed / self.slip_speed))
+
+
+@dataclass(frozen=True)
 class RotarySpring:
     """Torsional spring and damper between two parts: N m/rad, N m s/rad.
 
-    `rest_angle` (rad) is that of the second part relative to the first; None: as assembled.
+    `rest_angle` (rad) is that of the second part relative to the first; None: as assembled. A
+    `law` adds a torque by the angle.
     """
 
     name: str
@@ -77,6 +102,7 @@ class RotarySpring:
     stiffness: float
     damping: float
     rest_angle: float | None
+    law: SpringLaw | None = None
 
 
 @dataclass(frozen=True)
@@ -86,7 +112,7 @@ class LinearSpring:
     It acts along the line between them, without force at `length` (m); None: as assembled. One of
     length 0 draws the second anchor to the first in every direction, as does its damper. Along a
     `slide` it acts on how far that is out: then its length has a sign, and its anchors are those of
-    the slide.
+    the slide. A `law` adds a force by the length.
     """
 
     name: str
@@ -96,6 +122,7 @@ class LinearSpring:
     damping: float
     length: float | None
     slide: Slide | None = None
+    law: SpringLaw | None = None
 
 
 @dataclass(frozen=True)
@@ -139,7 +166,21 @@ class Sliding:
     is_speed: bool
 
 
-Sense = Turning | Placed | Sliding
+@dataclass(frozen=True)
+class Apart:
+    """Senses how far apart two anchors are, m."""
+
+    first: Anchor
+    second: Anchor
+
+
+Sense = Turning | Placed | Sliding | Apart
+
+
+def _length_sense(spring: LinearSpring) -> Sliding | Apart:
+    if spring.slide is not None:
+        return Sliding(spring.slide, is_speed=False)
+    return Apart(spring.first, spring.second)
 
 
 @dataclass(frozen=True)
@@ -189,6 +230,7 @@ class Mechanism:
     bearings: tuple[CircleContact, ...]
     channels: tuple[Channel, ...]
     gravity: tuple[float, float]
+    frictions: tuple[JointFriction, ...] = ()
     pulses: tuple[float, ...] = ()  # instants (s) within short pulses of drives
     unfound: tuple[str, ...] = ()  # where such pulses were not looked for, in words
 
@@ -238,6 +280,15 @@ class Mechanism:
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:
         """Springs at angles, then those between anchors."""
         return (*self.springs, *self.linear_springs)
+
+    @property
+    def spring_laws(self) -> list[tuple[SpringLaw, Sense]]:
+        """Springs by a table or a formula, and what it is of."""
+        found: list[tuple[SpringLaw | None, Sense]] = [
+            *((s.law, Turning(s.first, s.second, is_speed=False)) for s in self.springs),
+            *((s.law, _length_sense(s)) for s in self.linear_springs),
+        ]
+        return [(law, sense) for law, sense in found if law is not None]
 
     @property
     def turned_by_drives(self) -> list[tuple[int, int]]:

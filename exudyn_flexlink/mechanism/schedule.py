@@ -10,7 +10,7 @@ from math import ceil, copysign, floor, hypot, inf, isfinite, log10, pi, sqrt
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.laws import Impulse, OneSided
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact, pairs
 from exudyn_flexlink.mechanism.contacts import swings
@@ -22,9 +22,14 @@ from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.scene import (
     HertzLaw,
     ImpulseLaw,
+    PinFriction,
     PointOnCurve,
+    PrismaticJoint,
+    RevoluteJoint,
     Scene,
+    SlideFriction,
     SpeedDrive,
+    TorsionalSpring,
 )
 from exudyn_flexlink.source import Mistake
 
@@ -43,6 +48,12 @@ ELASTIC_STEPS = 2.0  # times the steps there: 60 lose 1e-5 of the energy in an i
 # (`scripts/rounding.py`); without a strike 4e-15 m, from where on steps are as short as can be.
 ROUNDINGS = 5e3
 NO_SMALL_PART = 0.1  # of what a mechanism reaches: an error that hides how it moves
+
+
+NO_JUMPS = (
+    "redundant coordinates need a penalty law; speeds that jump are for the formulation 'minimal' "
+    "and for the engine 'lagrangian'"
+)
 
 
 @dataclass(frozen=True)
@@ -128,38 +139,75 @@ def formulation(scene: Scene) -> str:
     """How Exudyn represents the scene: what it asks for, or the fastest.
 
     Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
-    for redundant ones, which know no impulses and no points on curves.
+    for redundant ones, which know no impulses and no points on curves, and in which friction of
+    joints holds nothing.
     """
     asked = scene.solver.formulation
-    if asked != "auto":
-        return asked
-    return "minimal" if scene.accuracy.step is None or beyond_redundant(scene) else "redundant"
+    return asked if asked != "auto" else fittest(scene)
+
+
+def fittest(scene: Scene) -> str:
+    """Formulation that 'auto' means."""
+    holds = scene.accuracy.step is None or any(_rubbing(scene)) or beyond_redundant(scene)
+    return "minimal" if holds else "redundant"
+
+
+def _rubbing(scene: Scene) -> Iterator[tuple[str, PinFriction | SlideFriction]]:
+    """Joints with dry friction, by name."""
+    for name, joint in scene.joints.items():
+        friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
+        if friction is not None and friction.acts:
+            yield name, friction
 
 
 def beyond_redundant(scene: Scene) -> list[Mistake]:
-    """Return what Exudyn's own solver does not know: points on curves, and some laws of contacts.
+    """Return what Exudyn's own solver does not know: contacts at curves, and where speeds jump.
 
-    It is what steps redundant coordinates, with beams or without.
+    Nor formulas of cylinders, stops of hinges or with a damper, ropes, springs by tables, and
+    friction by the force in a joint. It steps redundant coordinates, with beams or without.
     """
-    found = []
-    for at, law in scene.laws.items():
-        if isinstance(law, HertzLaw) and law.length is not None:
-            message = (
-                f"Exudyn's own solver has no formula '{law.formula}': take 'formulation: minimal', "
-                "or 'formula: sphere'"
-            )
-            found.append(Mistake((*at, "law", "formula"), message))
+    rubbing = "friction by the force in a joint is for 'formulation: minimal'; or give a {}"
+    found = [
+        Mistake(
+            ("joints", name, "friction", "coefficient"),
+            rubbing.format("'torque'" if isinstance(own, PinFriction) else "'force'"),
+        )
+        for name, own in _rubbing(scene)
+        if own.coefficient > 0
+    ]
+    found += _laws_beyond_redundant(scene)
     for name, contact in scene.contacts.items():
         if isinstance(contact, PointOnCurve):
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
             found.append(Mistake(("contacts", name), message))
-        elif isinstance(contact.law, ImpulseLaw):
-            message = (
-                "redundant coordinates need a penalty law; speeds that jump are for the "
-                "formulation 'minimal' and for the engine 'lagrangian'"
-            )
-            found.append(Mistake(("contacts", name, "law"), message))
+    for name, spring in scene.springs.items():
+        key = "torque" if isinstance(spring, TorsionalSpring) else "force"
+        if getattr(spring, key) is not None and name not in scene.ropes:
+            message = "Exudyn's own solver has linear springs alone: take 'formulation: minimal'"
+            found.append(Mistake(("springs", name, key), message))
+    for name in scene.ropes:
+        message = "Exudyn's own solver has no springs of one side: take 'formulation: minimal'"
+        found.append(Mistake(("springs", name, "acts"), message))
+    for stop in scene.stops.values():
+        if stop.turns or getattr(stop.law, "restitution", None) is None:
+            what = "of hinges" if stop.turns else "with a damper"
+            message = f"Exudyn's own solver has no stops {what}: take 'formulation: minimal'"
+            found.append(Mistake(stop.path, message))
     return found
+
+
+def _laws_beyond_redundant(scene: Scene) -> Iterator[Mistake]:
+    """Laws of contacts and stops that Exudyn's own solver does not know."""
+    laws = {scene.law_path(name): law for name, law in scene.laws.items()}
+    for path, law in laws.items():
+        if isinstance(law, ImpulseLaw):
+            yield Mistake(path, NO_JUMPS)
+        elif isinstance(law, HertzLaw) and law.length is not None:
+            message = (
+                f"Exudyn's own solver has no formula '{law.formula}': take 'formulation: minimal', "
+                "or 'formula: sphere'"
+            )
+            yield Mistake((*path, "formula"), message)
 
 
 def sample_times(scene: Scene, mechanism: Mechanism, end: float) -> FloatArray:
@@ -249,7 +297,7 @@ def resolutions(
     half_of = half_of or partial(half_period, assembly)
     asked, found = scene.solver.steps_per_contact, []
     for contact in assembly.mechanism.touching:
-        if not isinstance(contact.law, Impulse):
+        if not isinstance(contact.law, Impulse | OneSided):
             half = half_of(contact)
             steps = asked * (ELASTIC_STEPS if contact.law.restitution > ELASTIC else 1.0)
             found.append(Resolution(half, half / steps))
@@ -292,10 +340,10 @@ def least_tolerance(assembly: Assembly) -> float:
 
 
 def coarse_tolerance(scene: Scene, assembly: Assembly) -> Iterator[str]:
-    """Say that the tolerance that a scene asks for is no small part of its mechanism."""
+    """Say that the tolerance that a scene asks for is large beside its mechanism."""
     asked = scene.accuracy.tolerance
     if asked is not None and asked > NO_SMALL_PART * extent(assembly):
         yield (
-            f"the tolerance of {asked:.3g} m is no small part of the mechanism, which reaches "
-            f"{extent(assembly):.3g} m; is a unit missing, as in '1 um'?"
+            f"the tolerance of {asked:.3g} m is more than {NO_SMALL_PART:.0%} of the size of the "
+            f"mechanism, {extent(assembly):.3g} m; is a unit missing, as in '1 um'?"
         )

@@ -9,7 +9,7 @@ joints closes loops: those constraints tie coordinates of the tree to one anothe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class Link:
     """One joint and what it carries.
 
     `parent` is a link (ROOT: the ground), `offset` (m) the joint's place in the parent's axes and
-    `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries.
+    `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries. One that
+    is `held` never moves: the force that holds it is that in the joint after it.
     """
 
     parent: int
@@ -34,6 +35,7 @@ class Link:
     offset: tuple[float, float]
     turn: float = 0.0
     parts: tuple[int, ...] = ()
+    held: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,13 +83,19 @@ class TreeLayout:
     rides: list[Ride] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
     joints: dict[str, tuple[int, float]] = field(default_factory=dict)
+    felt: dict[str, tuple[int, ...]] = field(default_factory=dict)  # held links before a joint
 
     @property
     def free(self) -> list[int]:
         """Coordinates of the tree that neither a motor nor a slot fixes."""
-        fixed = {*self.motors, *(slot.sliding for slot in self.slots)}
+        fixed = {*self.known, *(slot.sliding for slot in self.slots)}
         fixed |= {link for ride in self.rides for link in ride.along}
         return [i for i in range(len(self.links)) if i not in fixed]
+
+    @property
+    def known(self) -> list[int]:
+        """Coordinates that motors prescribe, and those that are held."""
+        return sorted({*self.motors, *(link for links in self.felt.values() for link in links)})
 
     def path(self, link: int) -> list[int]:
         """Links from the ground to this one, which is the last."""
@@ -166,6 +174,7 @@ class _Spanning:
         self.layout = TreeLayout()
         self._groups = weld_groups(mechanism)
         self._frames = {part: frame for group in self._groups for part, frame in group.items()}
+        self._felt = {own.name for own in mechanism.frictions if own.share > 0}
         self._hung: dict[int, Frame] = {}  # frame of each group's axes, by its number
         self._number = {part: k for k, group in enumerate(self._groups) for part in group}
         self._hang(0, Frame(ROOT))  # the ground's
@@ -205,9 +214,8 @@ class _Spanning:
         near, far = (second, first) if turned else (first, second)
         parent, x, y = self.layout.place(near)
         own = self._frames[far.part]
-        group, link = self._number[far.part], len(self.layout.links)
+        group = self._number[far.part]
         at = own.place(far.x, far.y)
-        self.layout.joints[joint.name] = (link, -1.0 if turned else 1.0)
         if isinstance(joint, Pin):
             kind, turn, angle = HINGE, 0.0, 0.0
         else:
@@ -216,8 +224,22 @@ class _Spanning:
             along, back = (-back, -along) if turned else (along, back)
             kind, turn = ALONG_X, self.layout.frame(near.part).angle + along
             angle = back - own.angle
-        self.layout.links.append(Link(parent, kind, (x, y), turn, self._carried(group)))
+        before = Link(parent, kind, (x, y), turn)
+        if joint.name in self._felt:
+            before = self._held(joint, before)
+        link = len(self.layout.links)
+        self.layout.joints[joint.name] = (link, -1.0 if turned else 1.0)
+        self.layout.links.append(replace(before, kind=kind, parts=self._carried(group)))
         self._hang(group, with_at_origin(at, link, angle))
+
+    def _held(self, joint: Pin | Slide, at: Link) -> Link:
+        """Add the slides that feel the force in a joint; return where that is after them."""
+        first = len(self.layout.links)
+        for kind in (ALONG_X, ALONG_Y) if isinstance(joint, Pin) else (ALONG_Y,):
+            self.layout.links.append(replace(at, kind=kind, held=True))
+            at = Link(len(self.layout.links) - 1, kind, (0.0, 0.0))
+        self.layout.felt[joint.name] = tuple(range(first, len(self.layout.links)))
+        return at
 
     def _loose(self, mechanism: Mechanism) -> tuple[int, tuple[float, float]]:
         """Return a group that nothing holds, and the point of it that is best followed."""
@@ -273,7 +295,7 @@ def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
     if link == ROOT or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
         return None
     across = layout.links[link].parent
-    if across == ROOT or layout.links[across].kind != ALONG_Y:
+    if across == ROOT or layout.links[across].kind != ALONG_Y or layout.links[across].held:
         return None
     return Ride(slot, (layout.links[across].parent, across))
 

@@ -5,7 +5,14 @@ number of samples. What a scene does not have, a point, a contact, a joint with 
 joint where a crank is asked for, is a ValueError that says so.
 """
 
-from exudyn_flexlink.observables.answers import ANGLE, DISPLACEMENT, Measure, measures
+from exudyn_flexlink.observables.answers import (
+    ANGLE,
+    DISPLACEMENT,
+    Measure,
+    carrying_joint,
+    measures,
+)
+from exudyn_flexlink.observables.bodies import BodyMotion, body_motion
 from exudyn_flexlink.observables.crank import (
     crank_angle,
     crank_column,
@@ -17,7 +24,13 @@ from exudyn_flexlink.observables.crank import (
     turned_since_start,
     turns,
 )
-from exudyn_flexlink.observables.forces import Force, force_peaks, forces_of
+from exudyn_flexlink.observables.forces import (
+    Force,
+    force_peaks,
+    forces_of,
+    momentary_forces,
+)
+from exudyn_flexlink.observables.joints import JointForce, force_error, joint_force
 from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
 from exudyn_flexlink.observables.parting import (
     STILL,
@@ -48,6 +61,12 @@ from exudyn_flexlink.observables.points import (
     still_text,
     straight_between,
     watched_point,
+)
+from exudyn_flexlink.observables.signals import (
+    Signal,
+    own_columns,
+    signals,
+    unknown_signal,
 )
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (

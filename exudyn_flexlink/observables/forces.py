@@ -9,6 +9,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables.touching import sleeves_with_play
+from exudyn_flexlink.observables.watched import extremes_of
 from exudyn_flexlink.result import Result
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
@@ -54,12 +55,27 @@ def forces_of(result: Result) -> dict[str, Force]:
         ("joint force", "N", joints),
         ("spring force", "N", result.spring_forces),
         ("wall force", "N", _wall_forces(result)),
-        ("contact force", "N", {name: own.force for name, own in result.contacts.items()}),
+        *(
+            (f"contact {'torque' if unit == 'N m' else 'force'}", unit, {name: own.force})
+            for name, own in result.contacts.items()
+            for unit in [result.scene.unit_of(name, "N")]
+        ),
     )
     return {
         f"{quantity} of {name}": Force(quantity, name, unit, values)
         for quantity, unit, found in kinds
         for name, values in found.items()
+    }
+
+
+def momentary_forces(result: Result) -> set[str]:
+    """Names of contact forces and torques that are impulses alone: between these they are zero."""
+    return {
+        name
+        for name, force in forces_of(result).items()
+        if force.quantity.startswith("contact")
+        and np.isinf(result.contacts[force.name].touches.peak_force).any()
+        and not force.values.any()
     }
 
 
@@ -80,19 +96,17 @@ def force_peaks(result: Result) -> dict[str, ForcePeak]:
     A contact with impulses is left out: their force has no bound.
     """
     unbound = {
-        f"contact force of {name}"
+        name
         for name, own in result.contacts.items()
         if not np.isfinite(own.touches.peak_force).all()
     }
-    exact = {
-        f"contact force of {name}": result.extremes[f"{name}.force_N"].greatest
-        for name, own in result.contacts.items()
-        if len(result.extremes[f"{name}.force_N"].time)
-    }
+    peaks = {name: result.extremes[extremes_of(result.scene, name)[0]] for name in result.contacts}
+    exact = {name: peak.greatest for name, peak in peaks.items() if len(peak.time)}
     found = {}
     for name, force in forces_of(result).items():
         largest = int(np.argmax(np.abs(force.size)))
-        value, at = exact.get(name, (float(force.size[largest]), float(result.time[largest])))
-        if name not in unbound:
+        own = force.name if force.quantity.startswith("contact") else ""
+        value, at = exact.get(own, (float(force.size[largest]), float(result.time[largest])))
+        if own not in unbound:
             found[name] = ForcePeak(value, force.unit, at)
     return found

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exudyn_flexlink.arguments import instants, number, takes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -18,11 +19,10 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
 )
 from exudyn_flexlink.observables.answers import Measure, Moved, Slid, Turned, answer_of, rest_of
-from exudyn_flexlink.observables.points import between_samples
+from exudyn_flexlink.observables.points import between_samples, require_inside
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
-
-NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
+from exudyn_flexlink.units import Dimension
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,7 @@ class LeverResponse:
             f"{greatest:+.5g} {unit} at {then:.5g} s, {len(self.time)} samples>"
         )
 
+    @takes(time=instants)
     def value_at(self, time: FloatArray) -> FloatArray:
         """Value at instants (s) of the run, between samples too: see `between_samples`.
 
@@ -64,13 +65,10 @@ class LeverResponse:
             ValueError: one of them is not in the run.
 
         """
-        begin, end = float(self.time[0]), float(self.time[-1])
-        if not np.all((np.asarray(time) >= begin - NOTHING) & (np.asarray(time) <= end + NOTHING)):
-            raise ValueError(
-                f"the run goes from {begin:.9g} to {end:.9g} s: nothing is known beyond"
-            )
+        require_inside(self.time, time)
         return between_samples(self.time, self.value, self.rate, time)
 
+    @takes(begin=number(Dimension.TIME, endless=True), end=number(Dimension.TIME, endless=True))
     def between(self, begin: float, end: float) -> LeverResponse:
         """The part from `begin` to before `end` (s) alone; may be nothing."""
         inside = (self.time >= begin) & (self.time < end)

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from exudyn_flexlink.arguments import instants, takes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -29,6 +31,7 @@ from exudyn_flexlink.scene import (
 )
 from exudyn_flexlink.source import did_you_mean
 
+NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
 HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
 
 
@@ -45,9 +48,17 @@ class PointPath:
         until = f"{self.time[-1]:.5g} s, " if len(self.time) else ""
         return f"<PointPath of {self.point}: to {until}{len(self.time)} samples>"
 
-    def at(self, time: FloatArray) -> FloatArray:
-        """Positions (M, 2) m at instants (M,) s, interpolated: see `between_samples`."""
-        return between_samples(self.time, self.position, self.velocity, time)
+    @takes(time=instants)
+    def at(self, time: ArrayLike) -> FloatArray:
+        """Positions (M, 2) m at instants (M,) s, or (2,) at one: see `between_samples`.
+
+        Raises:
+            ValueError: one of them is not in the run.
+
+        """
+        own = np.asarray(time, dtype=float)
+        require_inside(self.time, own)
+        return between_samples(self.time, self.position, self.velocity, own)
 
 
 def watched_point(scene: Scene) -> str:
@@ -167,6 +178,18 @@ def straight_between(time: FloatArray, values: FloatArray, at: FloatArray) -> Fl
     if values.ndim == 1:
         return np.interp(at, time, values)
     return np.stack([np.interp(at, time, column) for column in values.T], axis=-1)
+
+
+def require_inside(time: FloatArray, at: FloatArray) -> None:
+    """Refuse instants `at` (s) outside the samples `time` (N,) s of a run.
+
+    Raises:
+        ValueError: one of them is outside, or no number.
+
+    """
+    begin, end = float(time[0]), float(time[-1])
+    if not np.all((at >= begin - NOTHING) & (at <= end + NOTHING)):
+        raise ValueError(f"time: the run goes from {begin:.9g} to {end:.9g} s, no further")
 
 
 def between_samples(

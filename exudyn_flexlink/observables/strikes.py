@@ -51,8 +51,8 @@ def strikes(result: Result, contact: str) -> list[Strike]:
     are not. Without such a crank there is no measure of what belongs together, and every contact or
     impact is a strike of its own.
     """
-    if contact not in result.scene.contacts:
-        known = ", ".join(result.scene.contacts) or "none"
+    if contact not in result.scene.all_contacts:
+        known = ", ".join(result.scene.all_contacts) or "none"
         raise ValueError(f"the scene has no contact '{contact}'; there are: {known}")
     angle = crank_angle(result) if crank_joint(result.scene) is not None else None
     bursts: list[list[Interval]] = []

@@ -17,6 +17,13 @@ from exudyn_flexlink.observables.points import point_anchor, watched_point
 from exudyn_flexlink.scene import Scene
 
 
+def extremes_of(scene: Scene, contact: str) -> tuple[str, str]:
+    """Names of the force and penetration of a contact, or of what a hinge's stop has of both."""
+    turns = scene.unit_of(contact, "m") == "rad"
+    names = ("torque_N_m", "penetration_rad") if turns else ("force_N", "penetration_m")
+    return f"{contact}.{names[0]}", f"{contact}.{names[1]}"
+
+
 class Watched:
     """What is watched of a scene, whose parts are at `start` (parts, 3) at time 0.
 
@@ -26,7 +33,7 @@ class Watched:
     """
 
     def __init__(self, scene: Scene, mechanism: Mechanism, start: FloatArray) -> None:
-        point, told = watched_point(scene), measures(scene).items()
+        self._scene, point, told = scene, watched_point(scene), measures(scene).items()
         self._anchor = point_anchor(scene, mechanism, point)
         self._answers = [
             answer_of(scene, mechanism, struck_by(mechanism, contact), start)
@@ -40,10 +47,9 @@ class Watched:
         # Distance and speed are watched as squares, which are smooth even where they are 0.
         self._squared = (len(places) - 1, len(self.names) - 1)
 
-    @staticmethod
-    def of_contact(name: str) -> tuple[str, str]:
-        """Names of a contact's force and penetration."""
-        return f"{name}.force_N", f"{name}.penetration_m"
+    def of_contact(self, name: str) -> tuple[str, str]:
+        """Names of a contact's force and penetration: see `extremes_of`."""
+        return extremes_of(self._scene, name)
 
     def of(
         self, poses: FloatArray, rates: FloatArray, slopes: Callable[[FloatArray], FloatArray]

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import yaml
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.animation import film_of, player
+from exudyn_flexlink.loading import yaml_of
 from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import joints_with_play
@@ -25,6 +25,7 @@ from exudyn_flexlink.report import (
     energy_table,
     error_table,
     failure_text,
+    friction_table,
     guide_facts,
     guide_table,
     number,
@@ -46,7 +47,6 @@ MOST_TOUCHES = 200  # folded, until the reader opens them
 MODEL = "model.yaml"
 """Name under which the page offers the model file."""
 
-WIDTH = 100  # columns of the model file
 WIDE = replace(SCREEN, titled=False)  # the page says what stands in a title
 NARROW = PRINT  # a column of print, 86 mm, is about as wide as a phone
 PIXELS = 96  # of a page in an inch
@@ -107,7 +107,13 @@ def contents_of(result: Result) -> dict[str, Any]:
         _strikes(result, pictures),
         _touches(result, pictures),
         Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
-        Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
+        Section(
+            "energy",
+            "Energy",
+            (),
+            _of(pictures, "energy"),
+            _filled([energy_table(result), friction_table(result)]),
+        ),
         Section("effects", "Effects", tables=[effects]),
         Section("errors", "Errors", tables=_filled([errors, run_force_errors(result)])),
     ]
@@ -143,7 +149,7 @@ def _facts(result: Result) -> Table:
 
 
 def _strikes(result: Result, pictures: Mapping[str, Picture]) -> Section:
-    contacts = result.scene.contacts
+    contacts = result.scene.all_contacts
     tables = [strike_table(result, contact, MOST_STRIKES) for contact in contacts]
     texts = [f"{told.caption}: none." for told in tables if not told.rows]
     answers = response_table(result)
@@ -189,10 +195,7 @@ def model_text(scene: Scene) -> str | None:
     data = scene.to_data()
     if len(json.dumps(data, ensure_ascii=False).encode("utf-8")) > LARGEST_FILE // 2:
         return None  # YAML takes more room, and its reader some seconds
-    text: str = yaml.safe_dump(
-        data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=WIDTH
-    )
-    return text
+    return yaml_of(scene)
 
 
 def command_of(result: Result) -> str:

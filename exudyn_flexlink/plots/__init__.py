@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
+from exudyn_flexlink.plots.fits import against, fit
 from exudyn_flexlink.plots.forces import energy, forces
+from exudyn_flexlink.plots.given import Given, listed, told_apart
 from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
 from exudyn_flexlink.plots.sleeve import guide_contact

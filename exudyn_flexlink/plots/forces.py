@@ -9,8 +9,16 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
-from exudyn_flexlink.observables import Force, Strike, forces_of, strikes, touching
+from exudyn_flexlink.observables import (
+    Force,
+    Strike,
+    forces_of,
+    momentary_forces,
+    strikes,
+    touching,
+)
 from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.given import Given, placed
 from exudyn_flexlink.plots.panels import (
     along,
     engine_colour,
@@ -24,6 +32,7 @@ from exudyn_flexlink.plots.panels import (
 )
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, RED, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
 LEAST_HEIGHT = 1.75  # inches of a panel
@@ -37,7 +46,7 @@ _ENERGIES = (
 
 
 @styled
-def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def forces(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
     """Drive torques, slot, joint, wall and contact forces over the crank angle, or over time.
 
     Below, the first strike of every contact in a zoom. What a second run tells of their
@@ -52,16 +61,19 @@ def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
     zooms = {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
     entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
     heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
-    figure = new_figure(result, "Forces", max(2.8, sum(heights)), style)
-    rows = figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
+    names = [*panels, *(["first strikes"] if zooms else [])]
+    height = max(2.8, sum(heights))
+    figure, rows = placed(
+        ax, names, lambda: new_figure(result, "Forces", height, style), height_ratios=heights
+    )
     x, label = along(result)
     for i, (axes, (quantity, panel)) in enumerate(zip(rows, panels.items(), strict=False)):
-        if i:
+        if i and ax is None:
             axes.sharex(rows[0])
         _draw(axes, result, panel, x)
         axes.set_ylabel(quantity)
-    over_run(list(rows[: len(panels)]), result, x, label)
-    if zooms:
+    over_run(rows[: len(panels)], result, x, label)
+    if zooms and len(rows) == len(names):
         _zoom(rows[-1], result, zooms)
     letter(rows)
     return figure
@@ -76,7 +88,8 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
         colour, faint = SERIES[i % len(SERIES)], 0.5 if width > thin else 1.0
         own = result.error.forces.get(name, ForceDeviation("", None, None))
         error = max((part.largest for part in (own.free, own.touching) if part), default=0.0)
-        label = force.name + (f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else "")
+        label = f"{force.name}{_place(result.scene, force)}"
+        label += f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else ""
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
         if own.free is not None:
             # While something touches, the largest error is that of a peak: none of an instant.
@@ -84,6 +97,18 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
             ends = (force.size - own.free.largest, force.size + own.free.largest)
             axes.fill_between(x, *ends, where=known, color=colour, alpha=0.25, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
+
+
+def _place(scene: Scene, force: Force) -> str:
+    """At which point a force acts, in words; nothing of a torque, and of what has no one point."""
+    found = {"joint": scene.joints, "slot": scene.joints, "spring": scene.springs,
+             "drive": scene.drives, "contact": scene.contacts}  # fmt: skip
+    own = found.get(force.quantity.split()[0], {}).get(force.name)
+    if force.unit != "N" or own is None:
+        return ""
+    points = [getattr(own, "point", None), *reversed(getattr(own, "points", ()))]
+    moving = [point for point in points if point not in (None, "ground")]
+    return f" at {moving[0]}" if moving else ""
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
@@ -98,7 +123,8 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
         axes.plot(1e3 * since[inside], force, color=colour, marker=".", markersize=sized(2.5),
                   linewidth=0.8, label=label)  # fmt: skip
     axes.set_xlabel("time since the first touch (ms)")
-    axes.set_ylabel("contact force\n(N)")
+    unit = " or ".join(dict.fromkeys(result.scene.unit_of(name, "N") for name in zooms))
+    axes.set_ylabel(f"contact force\n({unit})")
     legend_outside(axes)
 
 
@@ -110,14 +136,13 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     """
     found: dict[str, dict[str, Force]] = {}
     # Between impacts without duration a line at zero looks as if nothing had been struck.
-    momentary = {
-        f"contact force of {name}"
-        for name, own in result.contacts.items()
-        if np.isinf(own.touches.peak_force).any() and not own.force.any()
-    }
+    momentary = momentary_forces(result)
     for name, force in forces_of(result).items():
         if name not in momentary:
-            found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
+            vector = "size of the\n" if force.values.ndim > 1 else ""
+            line = " " if vector else "\n"
+            axis = f"{vector}{force.quantity}{line}({force.unit})"
+            found.setdefault(axis, {})[name] = force
     for axis, panel in found.items():
         acting = {name: force for name, force in panel.items() if _acts(result, force)}
         found[axis] = acting or panel
@@ -126,21 +151,28 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
 
 def _acts(result: Result, force: Force) -> bool:
     """Tell whether a force is ever there; a touch may be shorter than what is between samples."""
-    contact = result.contacts.get(force.name) if force.quantity == "contact force" else None
+    contact = result.contacts.get(force.name) if force.quantity.startswith("contact") else None
     touched = contact is not None and len(contact.touches) > 0
     return touched or bool(np.any(force.size))
 
 
 @styled
-def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def energy(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
     """Energies over time and, on a logarithmic axis, what their balance misses.
 
     None if there is nothing but one sample.
     """
     if len(result.time) < 2:
         return None
-    figure = new_figure(result, "Energy, and the error of its balance", 5.2, style)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    subject = "Energy, and the error of its balance"
+    figure, panels = placed(
+        ax,
+        ["energy", "error of the balance"],
+        lambda: new_figure(result, subject, 5.2, style),
+        sharex=True,
+        height_ratios=(3, 2),
+    )
+    upper = panels[0]
     series = [getattr(result.energy, name) for name, *_ in _ENERGIES]
     largest = max(float(np.max(np.abs(values))) for values in series)
     factor, unit = (1e3, "mJ") if largest < 1 else (1.0, "J")
@@ -148,11 +180,14 @@ def energy(result: Result, *, style: Style = SCREEN) -> Figure | None:
     widths = line_widths(series, thin)
     for (name, colour, line), values, width in zip(_ENERGIES, series, widths, strict=True):
         look = {"linestyle": line} if width == thin else {"alpha": 0.5}
-        upper.plot(result.time, factor * values, color=colour, linewidth=width, label=name, **look)
+        panels[0].plot(
+            result.time, factor * values, color=colour, linewidth=width, label=name, **look
+        )
     upper.set_ylabel(f"energy ({unit})")
-    _residual(lower, result, factor, unit)
-    over_run((upper, lower), result, result.time, "time (s)")
-    letter([upper, lower])
+    if len(panels) > 1:
+        _residual(panels[1], result, factor, unit)
+    over_run(panels, result, result.time, "time (s)")
+    letter(panels)
     return figure
 
 

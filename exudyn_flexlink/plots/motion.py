@@ -25,6 +25,7 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.given import Given, placed
 from exudyn_flexlink.plots.panels import (
     BEYOND_LINE,
     forward,
@@ -52,7 +53,7 @@ BAND = 11.0  # points, of the shading along a line
 
 @styled
 def coordinates(
-    result: Result, point: str | None = None, *, style: Style = SCREEN
+    result: Result, point: str | None = None, *, style: Style = SCREEN, ax: Given | None = None
 ) -> Figure | None:
     """Both coordinates of a point (default: the watched one) lap by lap (paper, Fig. 3).
 
@@ -69,10 +70,14 @@ def coordinates(
     strips = sleeves_with_play(result)
     heights = [4.0, *(strip_height(result) for _ in strips)]
     subject = f"Coordinates of {point}" + ("; below, how the link touches its guide" * bool(strips))
-    figure = new_figure(result, subject, 0.4 + sum(heights), style)
-    axes, *below = figure.subplots(
-        len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
-    )[:, 0]
+    names = ["coordinates", *(f"link in {joint}" for joint in strips)]
+    figure, (axes, *below) = placed(
+        ax,
+        names,
+        lambda: new_figure(result, subject, 0.4 + sum(heights), style),
+        sharex=True,
+        height_ratios=heights,
+    )
     position = path(result, point).position
     factor, unit = length_unit(position)
     if forward(result):
@@ -86,7 +91,7 @@ def coordinates(
     axes.set_ylabel(f"coordinates of {point} ({unit})")
     axes.axhline(0, color=GREY, linewidth=0.8)
     legend_outside(axes)
-    for lower, joint in zip(below, strips, strict=True):
+    for lower, joint in zip(below, strips, strict=False):
         strip(lower, result, joint)
         lower.set_xlabel(axes.get_xlabel())
     if below:
@@ -111,7 +116,7 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
 
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
-    found = [strike for name in result.scene.contacts for strike in strikes(result, name)]
+    found = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
     begins = [strike.begin for strike in found]
     before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in found])
     x = np.interp(begins, result.time, turned_since_start(result)) - before
@@ -122,21 +127,35 @@ def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
 
 
 @styled
-def polar(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def polar(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
     """Distance of the watched point from the origin O over the crank angle (paper, Fig. 5).
 
-    None without a crank that goes round: an angle that swings says nothing in polar form.
+    None without a crank that goes round: an angle that swings says nothing in polar form. Axes that
+    are given keep their radial scale.
+
+    Raises:
+        ValueError: the axes that are given are not polar.
+
     """
     if not turns(result) or len(result.time) < 2:
         return None
     point = watched_point(result.scene)
     subject = f"Distance of S, {point}, from O over the crank angle"
-    figure = new_figure(result, subject, 5.6, style)
-    axes = figure.subplots(subplot_kw={"projection": "polar"})
-    assert isinstance(axes, PolarAxes)
+    figure, (axes,) = placed(
+        ax,
+        ["polar"],
+        lambda: new_figure(result, subject, 5.6, style),
+        subplot_kw={"projection": "polar"},
+    )
+    if not isinstance(axes, PolarAxes):
+        raise ValueError(
+            "ax: polar needs polar axes: plt.subplots(subplot_kw={'projection': 'polar'})"
+        )
     radius = np.linalg.norm(path(result, point).position, axis=1)
     factor, unit = length_unit(radius)
     draw_radius(axes, result, factor * radius)
+    if ax is not None:
+        return figure
     radial_scale(axes, factor * radius, f"distance OS ({unit})")
     legend_outside(axes, 1.12, below=True)
     return figure
@@ -178,6 +197,10 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     scale.xaxis.set_major_locator(NullLocator())
     scale.set_ylabel(label)
     scale.grid(visible=False)
+    if start > 0:
+        told = f"the scale begins\nat {start:g}, not at zero"
+        axes.text(0.5, 0.5, told, transform=axes.transAxes, ha="center", va="center", color=GREY,
+                  fontsize=mpl.rcParams["legend.fontsize"])  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     Slot,
+    TurnStop,
     anchor_position,
     angle_of,
     left_of,
@@ -31,16 +32,20 @@ from exudyn_flexlink.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from exudyn_flexlink.scene import (
     FlexibleBody,
     ForceDrive,
+    PointOnLine,
     PrismaticJoint,
     RigidBody,
+    RodBody,
     Scene,
     SleeveJoint,
     TorsionalSpring,
+    split_point,
 )
 
 ROUND = 73  # points of a circle, the last on the first
 COILS = 6  # of a linear spring
 _BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
+RAY = 0.4  # of the length of what turns: a stop of its hinge
 MARGIN = 0.05  # of the size of what is shown, around it
 THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs some height
 
@@ -124,11 +129,11 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     tracks: list[Slot | CurveContact] = [*model.slots, *on_curves]
     for track in tracks:
         yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
-    for face in faces(model):
-        yield Drawn("face", RED, through(face.name, face.start, face.end))
+    yield from _drawn_faces(scene, model)
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    circles = [(own.name, *circle) for own in model.contacts for circle in circles_of(own)]
+    round_ones = [own for own in model.contacts if own.name not in scene.ropes]
+    circles = [(own.name, *circle) for own in round_ones for circle in circles_of(own)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
@@ -141,6 +146,18 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
             yield Drawn("spring", GREEN, through(spring.name, spring.first, spring.second))
     for body in scene.bodies:
         yield from _drawn_body(scene, model, body)
+
+
+def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
+    """Faces, stops and ropes."""
+    for own in model.contacts:
+        if isinstance(own, FaceContact):
+            kind = "face" if own.name in scene.contacts else "stop"
+            yield Drawn(kind, RED, through(own.name, own.start, own.end))
+        elif isinstance(own, TurnStop):
+            yield Drawn("stop", RED, through(own.name, *stop_ray(model, own)))
+        elif own.name in scene.ropes and isinstance(own, CircleContact):
+            yield Drawn("rope", GREEN, through(own.name, own.first, own.second))
 
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
@@ -196,6 +213,17 @@ def faces(model: Mechanism) -> list[FaceContact]:
     return [contact for contact in model.contacts if isinstance(contact, FaceContact)]
 
 
+def stop_ray(model: Mechanism, stop: TurnStop) -> tuple[Anchor, Anchor]:
+    """A short ray from a hinge to where the centre of what turns, or its x-axis, is at the stop."""
+    base, moving, angle = stop.first, stop.second, stop.bound
+    if moving.part == GROUND:
+        base, moving, angle = moving, base, -angle
+    part = model.parts[moving.part]
+    away = complex(*part.centre) - complex(moving.x, moving.y)
+    tip = RAY * part.reach * np.exp(1j * (angle + np.angle(away)))
+    return base, Anchor(base.part, base.x + tip.real, base.y + tip.imag)
+
+
 def coil(ends: FloatArray) -> FloatArray:
     """A spring (..., points, 2) m between its ends (..., 2, 2)."""
     along = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, 2 * COILS), [0.85, 1.0]])
@@ -243,12 +271,31 @@ def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
         yield Mark("point that may strike", face.point)
 
 
+def lettered(scene: Scene) -> dict[str, str]:
+    """Rods that the paper calls CD, the one guide, and BE, the one lever that is struck.
+
+    By the letters of start and end; none without a guide: other mechanisms have other names.
+    """
+    guides = {own.guide for own in scene.joints.values() if isinstance(own, SleeveJoint)}
+    lines = [own.line for own in scene.contacts.values() if isinstance(own, PointOnLine)]
+    levers = {split_point(end)[0] for line in lines for end in line} if guides else set()
+    return {
+        letters: name
+        for letters, names in (("CD", guides), ("BE", levers))
+        for name in names
+        if len(names) == 1 and isinstance(scene.bodies[name], RodBody)
+    }
+
+
 def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
-    """Points that the paper names: the origin O, P in the one slot, and S, the watched one."""
-    found = {"O": Anchor(GROUND, 0.0, 0.0)}
+    """Points that the paper names: S, the watched one, O, P in the one slot, ends of rods."""
+    found = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
     if len(model.slots) == 1:
         found["P"] = model.slots[0].anchor
-    return {**found, "S": point_anchor(scene, model, watched_point(scene))}
+    for letters, body in lettered(scene).items():
+        for letter, end in zip(letters, ("start", "end"), strict=True):
+            found[letter] = point_anchor(scene, model, f"{body}.{end}")
+    return found
 
 
 def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import crank_angle, path, turns, watched_point
+from exudyn_flexlink.plots.given import is_given
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN, NARROW, SCREEN
 from exudyn_flexlink.result import Result
 
@@ -60,7 +61,7 @@ def title_at(result: Result, index: int, digits: int = 0) -> str:
 
 def letter(panels: Iterable[Axes]) -> None:
     """Name panels (a), (b), .., before their titles, where there are several."""
-    panels = list(panels)
+    panels = [axes for axes in panels if not is_given(axes)]
     for i, axes in enumerate(panels if len(panels) > 1 else ()):
         name = chr(ord("a") + i) if i < 26 else str(i + 1)
         axes.set_title(f"({name}) {axes.get_title(loc='left')}".rstrip(), loc="left")
@@ -72,7 +73,7 @@ def is_narrow(figure: Any) -> bool:
 
 
 def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **more: Any) -> None:
-    """Put the legend, if there is anything to say, off the data.
+    """Put the legend, if there is anything to say, off the data; into axes that are given.
 
     Right of the axes, from `left` axes widths; in a narrow figure above them, or `below` the
     figure. `more` is for ``Axes.legend``, such as other `handles`.
@@ -82,6 +83,9 @@ def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **mor
     if not labels:
         return
     figure: Any = axes.figure
+    if is_given(axes):
+        axes.legend(**more)
+        return
     if is_narrow(figure) and below:
         ncols = columns_of(labels, figure, part=0.95)
         figure.legend(**more, loc="outside lower center", ncols=ncols)
@@ -174,8 +178,8 @@ def over_run(panels: Sequence[Axes], result: Result, x: FloatArray, label: str) 
         shade_beyond(axes, result, x, named=axes is panels[0])
         legend_outside(axes)
         axes.tick_params(labelbottom=axes is panels[-1])
+        limits(axes, x)
     panels[-1].set_xlabel(label)
-    limits(panels[-1], x)
 
 
 def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import matplotlib as mpl
@@ -23,6 +24,7 @@ from exudyn_flexlink.observables import (
     turns,
 )
 from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.given import Given, placed
 from exudyn_flexlink.plots.panels import (
     engine_colour,
     is_beyond,
@@ -46,7 +48,7 @@ ROUNDED = 12  # decimals of angles (rad) that tell one from another
 
 
 @styled
-def lever(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def lever(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
     """Angle or displacement of every struck body over time; below, strike by strike.
 
     None if the scene has no contact.
@@ -54,17 +56,20 @@ def lever(result: Result, *, style: Style = SCREEN) -> Figure | None:
     bodies = struck_bodies(result.scene)
     if not bodies or len(result.time) < 2:
         return None
-    figure = new_figure(result, "Response of " + ", ".join(bodies), 5.8 * len(bodies), style)
-    panels = list(figure.subplots(2 * len(bodies), 1, squeeze=False)[:, 0])
-    for i, contact in enumerate(bodies.values()):
+    draw, names = list[Callable[[Axes], None]](), list[str]()
+    for body, contact in bodies.items():
         response, found = lever_response(result, contact), strikes(result, contact)
-        whole, single = panels[2 * i], panels[2 * i + 1]
-        _whole_run(whole, result, response, found, style)
+        own: dict[str, Any] = {"result": result, "response": response, "found": found}
+        draw.append(partial(_whole_run, **own, style=style))
+        names.append(body)
         if found:
-            _strike_by_strike(single, result, response, found)
-        else:
-            single.remove()
-    letter(axes for axes in panels if axes in figure.axes)
+            draw.append(partial(_strike_by_strike, **own))
+            names.append(f"{body}, strike by strike")
+    subject, height = "Response of " + ", ".join(bodies), 2.9 * len(names)
+    figure, panels = placed(ax, names, lambda: new_figure(result, subject, height, style))
+    for axes, panel in zip(panels, draw, strict=False):
+        panel(axes)
+    letter(panels)
     return figure
 
 
@@ -86,9 +91,10 @@ def _whole_run(
     axes.set_ylabel(ylabel)
     axes.set_xlabel("time (s)")
     _annotate_peaks(axes, result, response)
-    if not style.narrow:  # there the legend stands above
+    second = bool(axes.child_axes)  # of another run, in axes that were given
+    if not style.narrow and not second:  # in a narrow figure the legend stands above
         _turns_on_top(axes, result)
-    has_scale = _tip_scale(axes, response)
+    has_scale = not second and _tip_scale(axes, response)
     legend_outside(axes, 1.13 if has_scale else 1.01)
 
 
@@ -100,7 +106,7 @@ def _scale(response: LeverResponse) -> tuple[float, str]:
 
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
     """Tick every impact at the lower edge: impulses have no duration that a span could show."""
-    own = [n for n, c in result.scene.contacts.items() if c.struck == body]
+    own = [n for n, c in result.scene.all_contacts.items() if c.struck == body]
     hits = [
         interval.begin for n in own for interval in result.contacts[n].touches if interval.impact
     ]

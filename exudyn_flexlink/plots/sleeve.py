@@ -23,6 +23,7 @@ from exudyn_flexlink.observables import (
     turned_since_start,
 )
 from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.given import Given, placed
 from exudyn_flexlink.plots.outline import Viewpoint, through
 from exudyn_flexlink.plots.panels import (
     forward,
@@ -104,7 +105,9 @@ def _rows(result: Result, states: ContactStates) -> Iterator[tuple[str, FloatArr
 
 
 @styled
-def guide_contact(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def guide_contact(
+    result: Result, *, style: Style = SCREEN, ax: Given | None = None
+) -> Figure | None:
     """The link in its guide free, on one point and on two (paper, Fig. 2), at instants of the run.
 
     Each is the middle of the longest time in that state; what never occurs is left out. Drawn in
@@ -117,16 +120,19 @@ def guide_contact(result: Result, *, style: Style = SCREEN) -> Figure | None:
     joint, model = joints[0], build_mechanism(result.scene)
     channel = next(channel for channel in model.channels if channel.name == joint)
     subject = f"Link in '{joint}', seen from the guide; drawn larger across than along"
-    figure = new_figure(result, subject, 1.75 * len(shown) + 0.4, style)
-    panels = figure.subplots(len(shown), 1, squeeze=False, sharex=True, sharey=True)[:, 0]
+    names, height = [what for what, _ in shown], 1.75 * len(shown) + 0.4
+    figure, panels = placed(
+        ax, names, lambda: new_figure(result, subject, height, style), sharex=True, sharey=True
+    )
     factor, unit = length_unit(channel.length)
-    for axes, (what, index) in zip(panels, shown, strict=True):
+    for axes, (what, index) in zip(panels, shown, strict=False):
         _draw(axes, result, model, channel, index)
         beyond = ", beyond the horizon" * is_beyond(result, float(result.time[index]))
         axes.set_title(f"{what}: {title_at(result, index, 1)}{beyond}", loc="left")
         axes.set_ylabel(f"across ({unit})")
     reach = ROOM * channel.clearance * factor
-    panels[0].set_ylim(-reach, reach)
+    for axes in panels:
+        axes.set_ylim(-reach, reach)
     panels[-1].set_xlabel(f"along the guide, from its start ({unit})")
     known: dict[str, Any] = {}
     for axes in panels:

@@ -17,7 +17,6 @@ from matplotlib.transforms import Bbox
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
-from exudyn_flexlink.plots.drawing import Sketch
 from exudyn_flexlink.plots.frame import framed_figure, settle
 from exudyn_flexlink.plots.outline import (
     acting_marks,
@@ -28,6 +27,7 @@ from exudyn_flexlink.plots.outline import (
     together,
 )
 from exudyn_flexlink.plots.panels import legend_outside, sized
+from exudyn_flexlink.plots.sketch import Sketch
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.scene import Scene
 

@@ -12,12 +12,14 @@ from exudyn_flexlink.report.contacts import (
     strike_table,
     touch_table,
 )
+from exudyn_flexlink.report.fits import against_text, fit_text
 from exudyn_flexlink.report.parts import effects_table
 from exudyn_flexlink.report.run import (
     cost_table,
     energy_table,
     error_table,
     failure_text,
+    friction_table,
     idle_settings,
     positions_text,
     run_force_errors,

@@ -141,7 +141,7 @@ def notes(study: Study) -> list[str]:
         )
     found += _of_rods(study, "rods" in kinds)
     if not stiffnesses(study.scene):
-        why = "strike by impulses" if study.scene.contacts else "there is no contact"
+        why = "strike by impulses" if study.scene.all_contacts else "there is no contact"
         found.append(f"contact compliance: none, {why}")
     elif "contact" not in kinds:
         found.append("contact compliance: not told, there was no time to vary it")
@@ -151,8 +151,8 @@ def notes(study: Study) -> list[str]:
 def _other_model(study: Study, method: Method) -> str:
     finest = min((p for p in study.points if p.method == method), key=lambda p: p.value)
     return (
-        f"{method.name}: another model of the link, whose motion no setting makes that of the "
-        f"rods; at {method.set_to(finest.value)} it is {finest.errors.largest:.1e} m from it"
+        f"{method.name}: another model of the link, which moves otherwise than rods at any "
+        f"setting; at {method.set_to(finest.value)} it is {finest.errors.largest:.1e} m off"
     )
 
 

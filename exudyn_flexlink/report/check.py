@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from math import inf
 
+from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.laws import Impulse, LineContact, Penalty, PowerPenalty, RestitutionPenalty
+from exudyn_flexlink.laws import (
+    Impulse,
+    LineContact,
+    PowerPenalty,
+    PressingLaw,
+    RestitutionPenalty,
+)
 from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
@@ -22,6 +29,7 @@ from exudyn_flexlink.mechanism import (
     resolutions,
     turn_goal,
 )
+from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.parts import (
     curve_lines,
@@ -40,14 +48,18 @@ from exudyn_flexlink.scene import (
     ImpulseLaw,
     Joint,
     Law,
+    PinFriction,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
     SleeveJoint,
+    SlidePenalty,
     SlotJoint,
     Spring,
+    StopLaw,
     Table,
     TorsionalSpring,
+    TurnPenalty,
     Value,
 )
 
@@ -117,7 +129,27 @@ def _joined(joint: Joint) -> str:
     clearance = joint.clearance if isinstance(joint, RevoluteJoint) else 0.0
     play = f", clearance {number(clearance)} m" if clearance > 0 else ""
     idle = IDLE if isinstance(joint, RevoluteJoint) and joint.law and not joint.acting else ""
-    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{along}{play}{idle}"
+    told = f"{along}{play}{idle}{_rubs(joint)}"
+    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{told}"
+
+
+def _rubs(joint: Joint) -> str:
+    """By what dry friction brakes a joint."""
+    friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
+    if friction is None or not friction.acts:
+        return ""
+    if isinstance(friction, PinFriction):
+        constant, unit, place = (
+            friction.torque,
+            "N m",
+            f" at radius {number(friction.radius or 0)} m",
+        )
+    else:
+        constant, unit, place = friction.force, "N", ""
+    told = [f"{number(constant)} {unit}"] if constant > 0 else []
+    if friction.coefficient > 0:
+        told.append(f"coefficient {number(friction.coefficient)}{place}")
+    return f", friction {' and '.join(told)}"
 
 
 def _fit(sleeve: SleeveJoint) -> str:
@@ -134,6 +166,12 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
         for spring in mechanism.all_springs
         if spring.name in scene.springs
     ]
+    for name, rope in scene.ropes.items():
+        side, begins = ("longer", "pulls") if rope.acts == "tension" else ("shorter", "pushes")
+        what = f"{_where(rope)}, {begins} where {side} than {number(rope.length or 0.0)} m"
+        if rope.preload:
+            what += f", from {number(rope.preload)} N on"
+        rows.append([name, what, *_spring_numbers(rope)])
     for name in scene.bodies:
         for kind, what in (("stretch", "rods stretch"), ("hinge", "hinges")):
             own = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]
@@ -155,10 +193,16 @@ def _placed(at: tuple[float, float] | None) -> str:
     return "" if at is None else f" at ({number(at[0])}, {number(at[1])}) m"
 
 
-def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
-    force, change = ("N", "m") if isinstance(spring, LinearSpring) else ("N m", "rad")
+def _spring_numbers(spring: RotarySpring | LinearSpring | specs.LinearSpring) -> list[str]:
+    force, change = ("N m", "rad") if isinstance(spring, RotarySpring) else ("N", "m")
+    rest = "no spring"
+    if isinstance(spring, specs.LinearSpring):
+        rest = "a table"  # of what has no stiffness and acts on one side
+    elif spring.law is not None:
+        own = spring.law.applied
+        rest = str(own.expression) if isinstance(own, Formula) else "a table"
     return [
-        f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else "no spring",
+        f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else rest,
         f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
     ]
 
@@ -188,7 +232,8 @@ def _value(value: Value, unit: str) -> str:
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     forces = {own.name: own.law for own in (*mechanism.touching, *mechanism.channels)}
-    rows = [[name, str(c), *_law(c.law, forces[name])] for name, c in scene.contacts.items()]
+    touching = {**scene.contacts, **scene.stops}
+    rows = [[name, str(own), *_law(own.law, forces[name])] for name, own in touching.items()]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
@@ -207,7 +252,12 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     return section("Contacts", rows)
 
 
-def _law(law: Law, force: Penalty | Impulse) -> list[str]:
+def _law(law: Law | StopLaw, force: PressingLaw) -> list[str]:
+    if isinstance(law, SlidePenalty | TurnPenalty):
+        unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
+        damped = f"c {number(law.damping or 0.0)} {unit[1]}"
+        lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
+        return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
     restitution = f"restitution {restitution_told(law)}"
     if isinstance(law, ImpulseLaw):
         return ["rigid, by impulse", restitution, ""]

@@ -152,7 +152,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
     Empty cells: what a strike that still lasts passes on in all, and the force of an impulse.
     """
     found = strikes(result, contact)
-    struck = result.scene.contacts[contact].struck
+    struck = result.scene.all_contacts[contact].struck
     columns: dict[str, Column[Strike]] = {}
     if found and found[0].lap is not None:
         columns["lap"] = "", lambda strike: str(strike.lap)
@@ -166,6 +166,8 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
         "approach": ("m/s", lambda strike: f"{strike.approach_speed:.4f}"),
         "place": ("m", lambda strike: f"{strike.place:.5f}"),
     }
+    if contact not in result.scene.contacts:
+        del columns["place"]
     if struck is not None:
         response = lever_response(result, contact)
         begins = [*(strike.begin for strike in found), inf]
@@ -183,7 +185,10 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
         "energy lost": ("J", lambda strike: _known(strike.energy_lost)),
         "peak force": ("N", lambda strike: _known(strike.peak_force)),
     }
-    return table_of_items(f"Strikes of contact '{contact}'", columns, found[:most], len(found))
+    told = {
+        name: (result.scene.unit_of(contact, unit), cell) for name, (unit, cell) in columns.items()
+    }
+    return table_of_items(f"Strikes of contact '{contact}'", told, found[:most], len(found))
 
 
 def response_table(result: Result) -> Table:

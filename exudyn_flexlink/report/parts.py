@@ -88,7 +88,7 @@ def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
     for joint, springs in _springs_of_joints(scene, mechanism).items():
         stiffness = sum(spring.stiffness for spring in springs)
         held = _held_by(joint, mechanism)
-        if held is None or stiffness <= 0:
+        if held is None or stiffness <= 0 or any(spring.law for spring in springs):
             continue
         turns = isinstance(springs[0], RotarySpring)
         parts, welds = mechanism.parts, mechanism.welds
@@ -175,23 +175,27 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     Losses of impacts are told apart from damping, the viscous one of hinges and springs.
     """
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
-    # Joints that may have a clearance; laws of all that can touch, by its name.
-    laws = {name: law for (_, name), law in scene.laws.items()}
+    laws = scene.laws
+    # Joints that may have a clearance.
     kinds = (SleeveJoint, RevoluteJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
+    lossy = [n for n, law in laws.items() if law.restitution is not None and law.restitution < 1]
     rough = [n for n, law in laws.items() if isinstance(law, PenaltyLaw) and law.friction > 0]
+    rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
+    damped += [n for n, own in scene.stops.items() if getattr(own.law, "damping", None)]
+    damped += [n for n, own in scene.ropes.items() if own.damping]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
         _effect("clearance", [n for n, j in walled.items() if j.clearance > 0]),
         _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
-        _effect("impact", list(scene.contacts)),
+        _effect("impact", [*scene.contacts, *scene.stops]),
         _effect("friction", rough),
         _effect("damping", list(dict.fromkeys(damped))),
-        _effect("restitution below 1", [n for n, law in laws.items() if law.restitution < 1]),
+        _effect("restitution below 1", lossy),
         _effect("gravity", gravity if any(scene.gravity) else []),
     ]
     return Table("Effects", rows)
@@ -201,7 +205,7 @@ def restitution_table(scene: Scene) -> Table:
     """Return which restitution laws really give that do not promise what they are asked for."""
     rows = [
         [name, law.type, restitution_told(law)]
-        for (_, name), law in scene.laws.items()
+        for name, law in scene.laws.items()
         if isinstance(law, DampedLaw)
     ]
     return Table("Restitution of contact laws", rows)
@@ -229,7 +233,7 @@ def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["left to forces", f"{left}: {_moved(scene, assembly)}"])
     if assembly.surplus:  # which minimal coordinates leave out
         names = listed(list(assembly.surplus))
-        told = f"what {names} would hold, other joints hold already, in every position"
+        told = f"{names}: other joints hold the same already, in every position"
         rows.append(["held twice", told])
     count = left + len(drives)
     fixed = "" if count else ", nothing can move"

@@ -50,8 +50,9 @@ def run_text(result: Result) -> str:
     blocks = [
         [f"{ending}: {result.scene.title}", *lines_of(cost_table(result))],
         lines_of(restitution_table(result.scene)),
-        *(_strikes(result, contact) for contact in result.scene.contacts),
+        *(_strikes(result, contact) for contact in result.scene.all_contacts),
         lines_of(response_table(result)),
+        lines_of(friction_table(result)),
         *(guide_lines(result, joint) for joint in joints_with_play(result)),
         lines_of(error_table(result)),
         lines_of(run_force_errors(result)),
@@ -109,6 +110,17 @@ def energy_table(result: Result) -> Table:
 def _strikes(result: Result, contact: str) -> list[str]:
     told = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
     return lines_of(told) or [f"{told.caption}: none"]
+
+
+def friction_table(result: Result) -> Table:
+    """Return what dry friction took in each joint, and how long that rested."""
+    end, rows = float(result.time[-1]), []
+    for name, own in result.frictions.items():
+        lasts = bool(np.isinf(own.end[-1:]).any())
+        since = f"from {number(float(own.begin[-1]))} s on" if lasts else ""
+        rows.append([name, f"{own.lost[-1]:.4g}", number(own.rest_until(end)), since])
+    head, units = ["joint", "lost", "at rest", ""], ["", "J", "s", ""]
+    return Table("Friction in joints", rows, head, units)
 
 
 def error_table(result: Result) -> Table:

@@ -49,13 +49,16 @@ from exudyn_flexlink.scene.forces import (
 )
 from exudyn_flexlink.scene.joints import (
     Joint,
+    PinFriction,
     PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
     SleeveJoint,
+    SlideFriction,
     SlotJoint,
     WeldJoint,
 )
+from exudyn_flexlink.scene.limits import TURNED, SlidePenalty, Stop, StopLaw, TurnPenalty
 from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (
@@ -77,4 +80,5 @@ from exudyn_flexlink.scene.run import (
     Solver,
 )
 from exudyn_flexlink.scene.schema import is_schema, json_schema
+from exudyn_flexlink.scene.spring_laws import ForceLaw, ForceTable, TorqueLaw, TorqueTable
 from exudyn_flexlink.scene.varying import Table, Value

@@ -1,12 +1,13 @@
-"""Two columns of numbers in a text file: their separators, and what a header says of them."""
+"""Columns of numbers in a text file: their separators, and what a header says of them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
+from typing import NamedTuple
 
 from exudyn_flexlink.units import SPELLINGS, Dimension, Unit, UnknownUnitError, find_unit
 
@@ -42,18 +43,8 @@ def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[flo
         BadFileError: a line can't be read, or its unit is unknown or does not fit.
 
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig").replace('"', "")
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadFileError(f"can't read the file: {error}") from None
-    lines = [(i, line.strip()) for i, line in enumerate(text.split("\n"), 1) if line.strip()]
-    found = ((k, _separator(line)) for k, (_, line) in enumerate(lines) if line[0] != "#")
-    begin, separator = next(((k, one) for k, one in found if one), (len(lines), ","))
-    swapped, (first, second) = _header(path.name, lines[:begin], separator, columns)
-    numbered = [(i, line) for i, line in lines[begin:] if line[0] != "#"]
-    commas = [i for i, line in numbered if "," in line] if separator != "," else []
-    if commas and any("." in line for _, line in numbered):
-        raise BadFileError(f"{path.name} line {commas[0]}: numbers with ',', others with '.'")
+    _, above, separator, numbered, commas = _split(path, lambda which: which == [True, True])
+    swapped, (first, second) = _header(path.name, above, separator, columns)
     rows, by = list[list[float]](), None if separator == " " else separator
     for i, line in numbered:
         try:
@@ -69,11 +60,81 @@ def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[flo
     return [i for i, _ in numbered], rows
 
 
-def _separator(line: str) -> str:
-    """Return what separates two numbers, or else cells of which one is a number; '': nothing."""
+class Cells(NamedTuple):
+    """A table as text: what heads each column, or its number from 1; lines, and their cells.
+
+    `comma` tells that a ',' in a cell is a decimal mark; `text` is that of the file.
+    """
+
+    names: list[str]
+    lines: list[int]
+    rows: list[list[str]]
+    comma: bool
+    text: str
+
+
+def read_cells(path: Path) -> Cells:
+    """Read a table of any number of columns, separated as those of `read_columns` are.
+
+    Of lines above the rows those count that have as many cells; what stands in one column is joined
+    with blanks.
+
+    Raises:
+        BadFileError: the file can't be read, has no rows, or a row has more or fewer cells.
+
+    """
+    text, above, separator, numbered, commas = _split(path, all)
+    rows = [_cells(line, separator) for _, line in numbered]
+    if not rows:
+        raise BadFileError("no rows of two numbers or more, separated by ';', tabs, ',' or blanks")
+    count = len(rows[0])
+    wrong = [(i, row) for (i, _), row in zip(numbered, rows, strict=True) if len(row) != count]
+    if wrong:
+        i, row = wrong[0]
+        raise BadFileError(f"line {i}: {len(row)} cells, where the first row has {count}")
+    own = [line for _, line in above if line[0] != "#"]
+    heads = [_cells(line.lstrip("# \t"), separator) for line in own or [line for _, line in above]]
+    fitting = [cells for cells in heads if len(cells) == count]
+    if own and not fitting:
+        line = f"line {above[-1][0]}"
+        raise BadFileError(f"{line}: expected {count} names of columns, separated as numbers are")
+    joined = [" ".join(filter(None, cells)) for cells in zip(*fitting, strict=True)]
+    names = joined or [str(k + 1) for k in range(count)]
+    return Cells(names, [i for i, _ in numbered], rows, bool(commas), text)
+
+
+Lines = list[tuple[int, str]]
+
+
+def _split(
+    path: Path, fits: Callable[[list[bool]], bool]
+) -> tuple[str, Lines, str, Lines, list[int]]:
+    """Return the text, lines above the first row, the separator, rows, and lines with a ','.
+
+    The first row is one of which it `fits` which cells are numbers.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig").replace('"', "")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadFileError(
+            f"can't read the file: {getattr(error, 'strerror', '') or error}"
+        ) from None
+    lines = [(i, line.strip()) for i, line in enumerate(text.split("\n"), 1) if line.strip()]
+    found = ((k, _separator(line, fits)) for k, (_, line) in enumerate(lines) if line[0] != "#")
+    begin, separator = next(((k, one) for k, one in found if one), (len(lines), ","))
+    numbered = [(i, line) for i, line in lines[begin:] if line[0] != "#"]
+    commas = [i for i, line in numbered if "," in line] if separator != "," else []
+    if commas and any("." in line for _, line in numbered):
+        raise BadFileError(f"{path.name} line {commas[0]}: numbers with ',', others with '.'")
+    return text, lines[:begin], separator, numbered, commas
+
+
+def _separator(line: str, fits: Callable[[list[bool]], bool]) -> str:
+    """Return what separates numbers, or else cells of which one is a number; '': nothing."""
     by = {one: [_is_number(cell, one) for cell in _cells(line, one)] for one in _SEPARATORS}
-    some = [one for one in _SEPARATORS[:-1] if len(by[one]) > 1 and any(by[one])]
-    return next(iter([one for one in by if by[one] == [True, True]] + some), "")
+    several = [one for one in by if len(by[one]) > 1]
+    some = [one for one in several if any(by[one]) and one != " "]
+    return next(iter([one for one in several if fits(by[one])] + some), "")
 
 
 def _cells(line: str, separator: str) -> list[str]:
@@ -117,20 +178,35 @@ def _header(
 
 def _named(cells: list[str], columns: Columns) -> tuple[bool, list[float | None]]:
     """Tell whether cells name the columns the other way round, and return the columns' units."""
-    words = [set(re.findall(r"[^\W\d_]+", _BRACKETED.sub("", cell).lower())) for cell in cells]
+    words = [_words(cell) for cell in cells]
     one, other = (_CALLED.get(name, set[str]()) for name in columns)
     swapped = bool(one & words[1]) and not (one & words[0] or other & words[1])
     if columns is PLACES and _POLAR & words[0] and not (one | other) & (words[0] | words[1]):
         raise BadFileError(f"'{cells[0]}' and '{cells[1]}' are polar: give x and y")
     units = [
-        _unit(*both) for both in zip(cells[:: -1 if swapped else 1], columns.values(), strict=True)
+        unit_of(*both)
+        for both in zip(cells[:: -1 if swapped else 1], columns.values(), strict=True)
     ]
     if columns is PLACES and units.count(None) == 1 and 1.0 not in units:
         raise BadFileError(f"'{cells[0]}' and '{cells[1]}': only one of them has a unit")
     return swapped, units
 
 
-def _unit(cell: str, measures: Sequence[Dimension]) -> float | None:
+def names_time(cell: str) -> bool:
+    """Tell whether a header's cell names a column of time."""
+    return bool(_CALLED["time"] & _words(cell))
+
+
+def bare_name(cell: str) -> str:
+    """Return a header's cell without a unit in brackets."""
+    return _BRACKETED.sub("", cell).strip()
+
+
+def _words(cell: str) -> set[str]:
+    return set(re.findall(r"[^\W\d_]+", _BRACKETED.sub("", cell).lower()))
+
+
+def unit_of(cell: str, measures: Sequence[Dimension]) -> float | None:
     """Return the unit in SI that a header's cell names: in brackets, or behind a name, or alone."""
     bracketed = _BRACKETED.search(cell)
     if not measures or (bracketed and bracketed[1] == _OF_TIME):

@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from exudyn_flexlink.laws import FACTORS, restitution_of
 from exudyn_flexlink.quantities import (
     Coordinate,
     Number,
@@ -15,6 +14,7 @@ from exudyn_flexlink.quantities import (
     PositiveSpeed,
     PositiveStiffness,
 )
+from exudyn_flexlink.restitution import FACTORS, restitution_of
 from exudyn_flexlink.scene.base import ByType, MaterialName, Part, listed, refuse
 
 Restitution = Annotated[

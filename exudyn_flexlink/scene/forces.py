@@ -16,6 +16,7 @@ from exudyn_flexlink.quantities import (
     Coordinate,
     NonNegativeDamping,
     NonNegativeDuration,
+    NonNegativeForce,
     NonNegativeStiffness,
     NonNegativeTorsionalDamping,
     NonNegativeTorsionalStiffness,
@@ -37,6 +38,13 @@ from exudyn_flexlink.scene.base import (
     TwoPoints,
     refuse,
     refuse_place,
+)
+from exudyn_flexlink.scene.spring_laws import (
+    ByOwn,
+    ForceLaw,
+    ForceTable,
+    TorqueLaw,
+    TorqueTable,
 )
 from exudyn_flexlink.scene.varying import Table, Value, Varying
 from exudyn_flexlink.units import Dimension
@@ -69,7 +77,7 @@ Gravity = Annotated[tuple[Acceleration, Acceleration], XY, _DownOrVector()]
 class TorsionalSpring(Part):
     """A spring, a damper or both, that act on the angle of a revolute joint."""
 
-    one_or_none = (("stiffness", "frequency"), ("damping", "damping_ratio"))
+    one_or_none = (("stiffness", "frequency", "torque"), ("damping", "damping_ratio"))
     type: Literal["torsional"] = "torsional"
     joint: Annotated[Name, REVOLUTE] = Field(description="name of a revolute joint")
     stiffness: NonNegativeTorsionalStiffness | None = Field(
@@ -79,6 +87,11 @@ class TorsionalSpring(Part):
         None,
         description="undamped frequency of the body about its grounded joint, with what is welded "
         "to it; or 'stiffness'",
+    )
+    torque: Annotated[TorqueLaw, ByOwn("angle", TorqueTable, Dimension.TORQUE)] | None = Field(
+        None,
+        description="in place of a stiffness: a table of torques by angle, or a formula of "
+        "'angle'; positive: it turns the second body back, clockwise",
     )
     damping: NonNegativeTorsionalDamping | None = Field(
         None, description="torque per angular speed; or 'damping_ratio'"
@@ -92,8 +105,13 @@ class TorsionalSpring(Part):
 
     @model_validator(mode="after")
     def _has_a_spring_or_a_damper(self) -> TorsionalSpring:
-        if all(value is None for value in (self.stiffness, self.frequency, self.damping)):
-            refuse("needs 'stiffness', 'frequency' or 'damping'")
+        stiff = self.stiffness, self.frequency, self.torque
+        if all(value is None for value in (*stiff, self.damping)):
+            refuse("needs 'stiffness', 'frequency', 'torque' or 'damping'")
+        if self.torque is not None and self.damping_ratio is not None:
+            refuse("needs a spring of one stiffness", "give 'damping'", at="damping_ratio")
+        if self.torque is not None and self.rest_angle is not None:
+            refuse("a table or a formula tells where it has none", "leave it out", at="rest_angle")
         if self.damping_ratio is not None and self.stiffness == 0:
             refuse("needs a spring: the stiffness is 0", "give 'damping'", at="damping_ratio")
         return self
@@ -117,6 +135,20 @@ class LinearSpring(Part):
         0.0, description="force per change of length; left out: a damper alone"
     )
     damping: NonNegativeDamping = Field(0.0, description="force per rate of that change")
+    acts: Literal["both", "tension", "compression"] = Field(
+        "both",
+        description="tension: only where it is longer than 'length', as a rope; compression: only "
+        "where it is shorter, as a buffer; its damper neither pushes in a rope nor pulls in a "
+        "buffer",
+    )
+    preload: NonNegativeForce = Field(
+        0.0, description="with 'acts': force with which it begins; left out: 0"
+    )
+    force: Annotated[ForceLaw, ByOwn("length", ForceTable, Dimension.FORCE)] | None = Field(
+        None,
+        description="in place of a stiffness: a table of forces by length, or a formula of "
+        "'length'; positive: it pulls both ends together",
+    )
     length: Coordinate | None = Field(
         None,
         description="without force; along a joint how far its second point is from its first, with "
@@ -125,9 +157,55 @@ class LinearSpring(Part):
     )
 
     @model_validator(mode="after")
+    def _acts_on_one_side(self) -> LinearSpring:
+        if self.acts == "both":
+            if self.preload:
+                refuse("needs 'acts': tension or compression", at="preload")
+            return self
+        what = "a rope" if self.acts == "tension" else "a buffer"
+        if isinstance(self.force, Expression):
+            refuse("acts on both sides", "take a table of 'force', or min and max", at="acts")
+        if self.force is None and not self.stiffness:
+            refuse(f"{what} needs a 'stiffness'")
+        if self.length is None:
+            refuse("missing 'length'", f"at which {what} begins to act")
+        if isinstance(self.force, ForceTable) and self.length is not None:
+            self._fits(self.force, self.length)
+        if self.points is not None and self.length == 0:
+            refuse(f"must be greater than 0 of {what} between points", at="length")
+        return self
+
+    def _fits(self, table: ForceTable, length: float) -> None:
+        """Refuse a table that does not begin at the length, or goes on to the wrong side."""
+        rope = self.acts == "tension"
+        edge = table.points[0 if rope else -1][0]
+        if edge != length:
+            key = "first" if rope else "last"
+            refuse(f"its {key} row must be at 'length', {length:g} m", at=("force", "points"))
+        if table.rule != "linear":
+            refuse("a force of one side is 'linear' between rows", at=("force", "rule"))
+        way = 1.0 if rope else -1.0
+        for i, (_, force) in enumerate(table.points):
+            if way * force < 0:
+                what = "a rope can't push" if rope else "a buffer can't pull: its forces are < 0"
+                refuse(what, at=("force", "points", i, 1))
+        if not any(force for _, force in table.points):
+            refuse("has no force at all", at=("force", "points"))
+        if self.preload:
+            refuse("a table says itself with which force it begins", at="preload")
+
+    @model_validator(mode="after")
+    def _has_one_force(self) -> LinearSpring:
+        if self.force is not None and self.stiffness:
+            refuse("'stiffness' and 'force' exclude each other; give one of them", at="force")
+        if self.force is not None and self.acts == "both" and self.length is not None:
+            refuse("a table or a formula tells where it has no force", "leave it out", at="length")
+        return self
+
+    @model_validator(mode="after")
     def _between_points_or_along_a_joint(self) -> LinearSpring:
-        if not {"stiffness", "damping"} & self.model_fields_set:
-            refuse("needs 'stiffness' or 'damping'")
+        if not {"stiffness", "damping", "force"} & self.model_fields_set:
+            refuse("needs 'stiffness', 'damping' or 'force'")
         if self.points is None and self.at is not None:
             refuse("only a spring with the ground has a fixed place", at="at")
         if self.points is not None:

@@ -8,7 +8,17 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 from pydantic.functional_validators import BeforeValidator
 
-from exudyn_flexlink.quantities import Angle, NonNegativeLength, PositiveLength, Ratio
+from exudyn_flexlink.quantities import (
+    Angle,
+    NonNegativeForce,
+    NonNegativeLength,
+    NonNegativeTorque,
+    Number,
+    PositiveAngularSpeed,
+    PositiveLength,
+    PositiveSpeed,
+    Ratio,
+)
 from exudyn_flexlink.scene.base import (
     GROUND,
     XY,
@@ -31,6 +41,7 @@ from exudyn_flexlink.scene.contact_laws import (
     PenaltyLaw,
     refuse_misfit,
 )
+from exudyn_flexlink.scene.limits import SlideLimits, TurnLimits
 
 _EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
 
@@ -72,6 +83,57 @@ def _gives_clearance(joint: Part) -> bool:
     return "clearance" in joint.model_fields_set
 
 
+class PinFriction(Part):
+    """Dry friction of a pin, by Coulomb: a torque, a coefficient, or both; it holds what rests."""
+
+    torque: NonNegativeTorque = Field(0.0, description="that it brakes by, and holds up to")
+    coefficient: Annotated[float, Number(at_least=0.0)] = Field(
+        0.0, description="Coulomb's, by the force in the joint; needs a radius"
+    )
+    radius: PositiveLength | None = Field(None, description="of the pin, on which that force rubs")
+    slip_speed: PositiveAngularSpeed = Field(
+        1e-3, description="in redundant coordinates alone: below it the joint creeps"
+    )
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any."""
+        return self.torque > 0 or self.coefficient > 0
+
+    @model_validator(mode="after")
+    def _has_a_size(self) -> PinFriction:
+        if not self.model_fields_set & {"torque", "coefficient"}:
+            refuse("missing 'torque' or 'coefficient'", "e.g. friction: {torque: 0.2 N m}")
+        if self.coefficient > 0 and self.radius is None:
+            refuse("missing 'radius', that of the pin, on which the force in the joint rubs")
+        if "coefficient" not in self.model_fields_set and self.radius is not None:
+            refuse("a radius is for a 'coefficient'; a torque needs none", at="radius")
+        return self
+
+
+class SlideFriction(Part):
+    """Dry friction of a slide, by Coulomb: a force, a coefficient, or both; it holds what rests."""
+
+    force: NonNegativeForce = Field(0.0, description="that it brakes by, and holds up to")
+    coefficient: Annotated[float, Number(at_least=0.0)] = Field(
+        0.0, description="Coulomb's, by the force across the line"
+    )
+    slip_speed: PositiveSpeed = Field(
+        1e-3, description="in redundant coordinates alone: below it the joint creeps"
+    )
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any."""
+        return self.force > 0 or self.coefficient > 0
+
+    @model_validator(mode="after")
+    def _has_a_size(self) -> SlideFriction:
+        if not self.model_fields_set & {"force", "coefficient"}:
+            refuse("missing 'force' or 'coefficient'", "e.g. friction: {force: 5 N}")
+        return self
+
+
 class RevoluteJoint(PointsJoint):
     """Two points coincide, the bodies turn; positive: the second turns counter-clockwise.
 
@@ -89,11 +151,25 @@ class RevoluteJoint(PointsJoint):
     law: Annotated[GivingLaw | None, _gives_way("a bearing needs")] = Field(
         None, description="force between journal and bearing; with clearance, idle if that is 0"
     )
+    limits: TurnLimits | None = Field(None, description="stops at a least and a greatest angle")
+    friction: PinFriction | None = Field(
+        None, description="dry friction, without clearance; with it, that is the law's"
+    )
 
     @property
     def acting(self) -> PenaltyLaw | None:
         """The law, if anything can press."""
         return self.law if self.clearance > 0 else None
+
+    @model_validator(mode="after")
+    def _rubs_in_one_way(self) -> RevoluteJoint:
+        if self.clearance > 0 and self.friction is not None:
+            refuse(
+                "a joint with clearance rubs by its law",
+                "give 'friction', a coefficient, under 'law'; or no clearance",
+                at="friction",
+            )
+        return self
 
     @model_validator(mode="after")
     def _bearing_needs_a_law(self) -> RevoluteJoint:
@@ -137,6 +213,8 @@ class PrismaticJoint(PointsJoint):
         "ground's if that is 'ground'"
     )
     angle: Angle = Field(0.0, description="of the second body relative to the first")
+    limits: SlideLimits | None = Field(None, description="stops at a least and a greatest length")
+    friction: SlideFriction | None = Field(None, description="dry friction")
 
     @field_validator("axis")
     @classmethod

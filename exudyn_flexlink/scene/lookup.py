@@ -131,7 +131,9 @@ def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> 
         for i, own in enumerate(value):
             yield from references(own, (*path, i), refers)
     elif isinstance(value, Expression):
-        yield from (Reference(path, _wanted(sensed), sensed.of) for sensed in value.sensed)
+        yield from (
+            Reference(path, _wanted(sensed), sensed.of) for sensed in value.sensed if sensed.of
+        )
     elif isinstance(value, str) and refers is not None:
         yield Reference(path, refers, value)
 

@@ -13,12 +13,13 @@ from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.contact_laws import Law
 from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
-from exudyn_flexlink.scene.joints import Joint
+from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, Spring
+from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
+from exudyn_flexlink.scene.limits import TURNED, Rope, Stop, StopLaw, moving, stops_of
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, Outputs, Run, Solver
-from exudyn_flexlink.source import Document, SceneError, dotted
+from exudyn_flexlink.source import Document, KeyPath, SceneError, dotted
 
 
 class Scene(Part):
@@ -66,11 +67,51 @@ class Scene(Part):
         return self._document
 
     @property
-    def laws(self) -> dict[tuple[str, str], Law]:
-        """Laws of all that can touch, by section and name: walls and bearings, then contacts."""
-        joints = {("joints", n): getattr(j, "acting", None) for n, j in self.joints.items()}
-        contacts = {("contacts", n): contact.law for n, contact in self.contacts.items()}
-        return {at: law for at, law in (joints | contacts).items() if law is not None}
+    def stops(self) -> dict[str, Stop]:
+        """Stops of the joints' limits, by names such as 'hinge.to'."""
+        return {
+            name: stop
+            for joint, own in self.joints.items()
+            if isinstance(own, (RevoluteJoint, PrismaticJoint)) and own.limits
+            for name, stop in stops_of(joint, own.limits, own.points)
+        }
+
+    @property
+    def ropes(self) -> dict[str, LinearSpring]:
+        """Springs that act on one side, ropes and buffers, by name."""
+        springs = self.springs.items()
+        return {n: s for n, s in springs if isinstance(s, LinearSpring) and s.acts != "both"}
+
+    @property
+    def all_contacts(self) -> dict[str, Contact | Stop | Rope]:
+        """Contacts of the scene, then stops of its joints, then ropes and buffers, by name."""
+        ropes = {name: Rope(own, moving(self._ends(own))) for name, own in self.ropes.items()}
+        return {**self.contacts, **self.stops, **ropes}
+
+    def _ends(self, spring: LinearSpring) -> tuple[str, str]:
+        if spring.points is not None:
+            return spring.points
+        joint = self.joints[spring.joint or ""]
+        assert isinstance(joint, PrismaticJoint)  # names are checked
+        return joint.points
+
+    @property
+    def laws(self) -> dict[str, Law | StopLaw]:
+        """Laws of walls and bearings, then contacts, then stops, by name; springs have none."""
+        walls = {name: getattr(joint, "acting", None) for name, joint in self.joints.items()}
+        found = {name: law for name, law in walls.items() if law is not None}
+        return found | {n: own.law for n, own in {**self.contacts, **self.stops}.items()}
+
+    def law_path(self, name: str) -> KeyPath:
+        """Where the scene gives the law of one of these names."""
+        if name in self.stops:
+            return "joints", self.stops[name].joint, "limits", "law"
+        return "contacts" if name in self.contacts else "joints", name, "law"
+
+    def unit_of(self, contact: str, unit: str) -> str:
+        """Unit of what is told of a contact, by that of points: a hinge's stop turns."""
+        stop = self.stops.get(contact)
+        return TURNED.get(unit, unit) if stop is not None and stop.turns else unit
 
     @classmethod
     def from_parts(cls, sections: Mapping[str, Any], document: Document) -> Scene:

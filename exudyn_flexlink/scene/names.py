@@ -223,6 +223,9 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
         if getattr(parts.get("joints", name), "law", None) is not None:
             message = f"'{name}' is a joint with contacts of its own"
             yield Mistake(path, message, "give it another name", on_key=True)
+        if getattr(parts.get("springs", name), "acts", "both") != "both":
+            message = f"'{name}' is a spring that acts on one side, a contact of its own"
+            yield Mistake(path, message, "give it another name", on_key=True)
         if isinstance(contact, PointOnCurve):
             if isinstance(parts.get("curves", contact.curve), LapsSpec):
                 message = f"'{contact.curve}' is another curve in each lap"
@@ -232,14 +235,18 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
 
 def _materials_of_laws(parts: Parts) -> Iterator[Mistake]:
     """Refuse materials of Hertz's law without lateral contraction."""
-    for section in ("joints", "contacts"):
-        for name, part in parts.valid(section):
-            law = getattr(part, "law", None)
-            for i, own in enumerate((isinstance(law, HertzLaw) and law.materials) or ()):
-                material = parts.get("materials", own)
-                if material is not None and material.poissons_ratio is None:
-                    message = f"material '{own}' has no poissons_ratio, which Hertz's law needs"
-                    yield Mistake((section, name, "law", "materials", i), message)
+    found = [
+        ((section, name, *within, "law"), getattr(one, "law", None))
+        for section in ("joints", "contacts")
+        for name, part in parts.valid(section)
+        for within, one in (((), part), (("limits",), getattr(part, "limits", None)))
+    ]
+    for path, law in found:
+        for i, own in enumerate((isinstance(law, HertzLaw) and law.materials) or ()):
+            material = parts.get("materials", own)
+            if material is not None and material.poissons_ratio is None:
+                message = f"material '{own}' has no poissons_ratio, which Hertz's law needs"
+                yield Mistake((*path, "materials", i), message)
 
 
 def _initial(parts: Parts) -> Iterator[Mistake]:

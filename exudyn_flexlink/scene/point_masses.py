@@ -87,5 +87,6 @@ def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
                 yield name, {split_point(contact.point)[0]}
     for name, joint in parts.valid("joints"):
         law = joint.acting if isinstance(joint, RevoluteJoint) else None
-        if law is not None and law.friction > 0:
+        dry = joint.friction if isinstance(joint, RevoluteJoint) else None
+        if (law is not None and law.friction > 0) or (dry is not None and dry.acts):
             yield name, set(joint.bodies)

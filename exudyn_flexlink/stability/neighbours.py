@@ -16,7 +16,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.continuing import continued, free_spans, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.stability.exponent import (
     Exponent,
@@ -39,6 +39,20 @@ NEAR = 0.25  # of a stretch: an instant farther from where one is wanted is left
 
 class StoppedError(ValueError):
     """A run that the exponent needs stopped before its end; the text says why."""
+
+
+def require_whole(made: Result, told: str) -> None:
+    """Refuse a run that stopped; `told` says so.
+
+    Raises:
+        KeyboardInterrupt: the user stopped it.
+        StoppedError: it stopped for another reason.
+
+    """
+    if made.outcome.reason == INTERRUPTED:
+        raise KeyboardInterrupt
+    if not made.outcome.completed:
+        raise StoppedError(told)
 
 
 def exponent_of(
@@ -70,8 +84,7 @@ def exponent_of(
         run = type(scene.run)(duration=end - begin, sample=end - begin)
         there = moved(base, state.reshape(-1, 6)).changed(run=run)
         made = simulate(there)
-        if not made.outcome.completed:
-            raise StoppedError(f"from {begin:.6g} s on: {made.outcome.reason}")
+        require_whole(made, f"from {begin:.6g} s on: {made.outcome.reason}")
         return np.concatenate([made.poses[-1], made.rates[-1]], axis=-1).ravel()
 
     motion = Trajectory(times, states.reshape(len(times), -1))

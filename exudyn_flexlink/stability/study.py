@@ -24,7 +24,7 @@ from exudyn_flexlink.stability.laps import (
     repeating,
     rhythm_of,
 )
-from exudyn_flexlink.stability.neighbours import STRETCHES, Simulate, StoppedError, exponent_of
+from exudyn_flexlink.stability.neighbours import STRETCHES, Simulate, exponent_of, require_whole
 from exudyn_flexlink.stability.sections import Section, section_by_crank, section_by_time
 
 FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it
@@ -174,8 +174,7 @@ def study(
 
 def _whole(simulate: Simulate, scene: Scene) -> Result:
     run = simulate(scene)
-    if not run.outcome.completed:
-        raise StoppedError(f"the run {run.outcome.told}")
+    require_whole(run, f"the run {run.outcome.told}")
     return run
 
 

@@ -8,6 +8,7 @@ readers.
 
 from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
 from exudyn_flexlink.storage.errors import StorageError
+from exudyn_flexlink.storage.fits import save_against, save_fit
 from exudyn_flexlink.storage.manifest import own_files
 from exudyn_flexlink.storage.reading import load
 from exudyn_flexlink.storage.replacing import (
@@ -25,6 +26,7 @@ from exudyn_flexlink.storage.sweep import (
     save_table,
 )
 from exudyn_flexlink.storage.tables import (
+    all_columns,
     lever_columns,
     touch_columns,
     trajectory_columns,

@@ -9,10 +9,10 @@ from typing import Final
 from exudyn_flexlink.raising import Sendable
 
 PROGRAM: Final = "exudyn-flexlink"
-FORMAT = 13
+FORMAT = 14
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
-STABILITY, SWEEP = "stability.json", "sweep.json"
+STABILITY, SWEEP, FIT = "stability.json", "sweep.json", "fit.json"
 MANIFEST = "manifest.json"
 
 

@@ -21,6 +21,7 @@ from pydantic_core import to_json
 from exudyn_flexlink.storage.errors import (
     ACCURACY,
     COMPARISON,
+    FIT,
     MANIFEST,
     PROGRAM,
     STABILITY,
@@ -35,6 +36,7 @@ KINDS = {
     ACCURACY: "study",
     SWEEP: "sweep",
     STABILITY: "stability",
+    FIT: "fit",
 }
 """What a folder holds, by the document that is in it."""
 

@@ -10,10 +10,14 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables import (
+    body_motion,
     crank_angle,
     crank_column,
+    forces_of,
     lever_response,
+    momentary_forces,
     path,
+    point_names,
     struck_bodies,
     watched_point,
 )
@@ -69,6 +73,47 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     return columns | {"ended": np.isfinite(touches.end).astype(np.float64)}
 
 
+def force_columns(result: Result) -> dict[str, FloatArray]:
+    """All forces and torques as columns (N,), as ``crank.joint_force_x_N``.
+
+    A contact by impulses has none: they are in `touch_columns`.
+    """
+    columns, left_out = _instants(result), momentary_forces(result)
+    for told, force in forces_of(result).items():
+        name, quantity, values = force.name, force.quantity.replace(" ", "_"), force.values
+        if quantity == "wall_force":  # of 'sleeve, upper wall'
+            name, _, wall = name.rpartition(", ")
+            quantity = f"{wall.replace(' ', '_')}_force"
+        parts = {"": values} if values.ndim == 1 else {"_x": values[:, 0], "_y": values[:, 1]}
+        if told not in left_out:
+            for axis, own in parts.items():
+                columns[column_of(f"{name}.{quantity}{axis}", force.unit)] = own
+    return columns
+
+
+def all_columns(result: Result) -> dict[str, FloatArray]:
+    """All that is told at every sample, as columns (N,): ``link.angle_rad``, ``link.end.x_m``.
+
+    Bodies and points, answers of struck bodies (``lever.response.angle_rad``), forces (see
+    `force_columns`) and energies (``energy.kinetic_J``).
+    """
+    struck, energy, told = struck_bodies(result.scene), result.energy, _instants(result)
+    columns = dict(told)
+    for body in result.scene.bodies:
+        seen = body_motion(result, body)
+        columns |= {f"{body}.angle_rad": seen.angle, f"{body}.rate_rad_per_s": seen.rate}
+    tables = {point: trajectory_columns(result, point) for point in point_names(result.scene)}
+    tables |= {f"{body}.response": lever_columns(result, own) for body, own in struck.items()}
+    for name, table in tables.items():
+        columns |= {f"{name}.{key}": own for key, own in table.items() if key not in told}
+    names = ("kinetic", "stored", "dissipated", "supplied", "residual")
+    return (
+        columns
+        | force_columns(result)
+        | {f"energy.{name}_J": getattr(energy, name) for name in names}
+    )
+
+
 def _instants(result: Result) -> dict[str, FloatArray]:
     columns = {"t_s": result.time}
     angle = crank_column(result.scene)
@@ -81,6 +126,9 @@ def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
     """Return the tables of a run by file name; the user's names may not be fit for one."""
     point = watched_point(result.scene)
     tables = {f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point)}
+    forces = force_columns(result)
+    if len(forces) > len(_instants(result)):
+        tables["forces.csv"] = forces
     for body, contact in struck_bodies(result.scene).items():
         tables[_free_name(f"lever_{_fit(body)}", tables)] = lever_columns(result, contact)
     for joint in (*result.bearings, *result.sleeves):

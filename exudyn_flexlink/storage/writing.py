@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic_core import to_json
 
 from exudyn_flexlink.loading import plain_data
@@ -20,7 +21,7 @@ from exudyn_flexlink.observables import (
     strikes,
     struck_bodies,
 )
-from exudyn_flexlink.result import Extremes, Result
+from exudyn_flexlink.result import Extremes, FrictionHistory, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import attributes_of, taken_apart
 from exudyn_flexlink.storage.documents import write_document
@@ -37,10 +38,10 @@ def save(result: Result, folder: Path) -> None:
     """Write a result into `folder`, which is made if it is missing.
 
     ``result.nc`` is all of it. The rest is for readers: ``summary.json``,
-    ``trajectory_<point>.csv`` of the watched point, ``lever_<body>.csv`` of every body that a
-    contact strikes, and ``touches_<joint>.csv`` of every joint with clearance that touched. The
-    column crank_angle_rad has the name of its joint where that is no crank, see `crank_column`, and
-    is left out where the scene has no revolute joint.
+    ``trajectory_<point>.csv`` of the watched point, ``forces.csv`` of all forces and torques,
+    ``lever_<body>.csv`` of every body that a contact strikes, and ``touches_<joint>.csv`` of every
+    joint with clearance that touched. The column crank_angle_rad has the name of its joint where
+    that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
     Files of the same names are written over; inside a `staged_folder`, all is written whole or not
     at all, and no file of the user is replaced.
 
@@ -75,7 +76,7 @@ def _summary(result: Result) -> dict[str, Any]:
         **first,
         "strikes": {
             name: [strike_data(strike, scene) for strike in strikes(result, name)]
-            for name in scene.contacts
+            for name in scene.all_contacts
         },
         "levers": {
             body: peak_data(lever_response(result, name))
@@ -84,6 +85,10 @@ def _summary(result: Result) -> dict[str, Any]:
         "extremes": {name: _extremes(own) for name, own in result.extremes.items()},
         "clearances": {
             name: contact_data(contact_totals(result, name)) for name in joints_with_play(result)
+        },
+        "frictions": {
+            name: friction_data(own, float(result.time[-1]))
+            for name, own in result.frictions.items()
         },
         **last,
         "events": result.events,
@@ -98,7 +103,7 @@ def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
     absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
     names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
     return {
-        column_of(names.get(key) or key, units.get(key, "")): value
+        column_of(names.get(key) or key, scene.unit_of(strike.contact, units.get(key, ""))): value
         for key, value in vars(strike).items()
         if key not in absent
     }
@@ -113,6 +118,16 @@ def contact_data(totals: ContactTotals) -> dict[str, float]:
         "impulse_N_s": totals.impulse,
         "energy_lost_J": totals.energy_lost,
         "longest_touch_s": totals.longest,
+    }
+
+
+def friction_data(own: FrictionHistory, end: float) -> dict[str, Any]:
+    """What friction in a joint did up to the end (s) of a run, by name and unit."""
+    return {
+        "energy_lost_J": float(own.lost[-1]),
+        "time_at_rest_s": own.rest_until(end),
+        "rests_begin_s": own.begin.tolist(),
+        "rests_end_s": np.minimum(own.end, end).tolist(),
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from exudyn_flexlink.quantities import Quantity
@@ -18,8 +18,13 @@ _UNITS = sorted(_ALL | {"J", "W", "N s", "1/s"}, key=len, reverse=True)
 
 def si_unit(scene: Scene, path: str) -> str:
     """Return the SI unit of the number at a path, such as 'rad/s'; empty where it has none."""
-    dimension = _dimension_at(scene, path.split("."))
-    return "" if dimension is None else _SYMBOLS.get(dimension.si, dimension.si)
+    measured = quantity_at(scene, path)
+    return "" if measured is None else symbol_of(measured.dimension)
+
+
+def symbol_of(dimension: Dimension) -> str:
+    """Return the SI unit of a dimension as it is written behind a number."""
+    return _SYMBOLS.get(dimension.si, dimension.si)
 
 
 def column_of(path: str, unit: str) -> str:
@@ -28,10 +33,11 @@ def column_of(path: str, unit: str) -> str:
     return f"{path}_{told}" if told else path
 
 
-def _dimension_at(scene: Scene, path: Sequence[str]) -> Dimension | None:
+def quantity_at(scene: Scene, path: str) -> Quantity | None:
+    """Return dimension and limits of the number at a path; None where nothing tells them."""
     value: Any = scene
     hints: tuple[Any, ...] = ()
-    for step in path:
+    for step in path.split("."):
         if isinstance(value, Part):
             fields = type(value).model_fields.items()
             key = next((key for key, field in fields if step in (key, field.alias)), None)
@@ -46,19 +52,19 @@ def _dimension_at(scene: Scene, path: Sequence[str]) -> Dimension | None:
         else:
             return None
     if isinstance(value, Measured):
-        return value.dimension
-    return next((one for hint in hints for one in _dimensions(hint)), None)
+        return Quantity(value.dimension)
+    return next((one for hint in hints for one in _quantities(hint)), None)
 
 
-def _dimensions(hint: Any) -> Iterator[Dimension]:
-    """Dimensions that the annotations in a type name, if they leave no choice."""
+def _quantities(hint: Any) -> Iterator[Quantity]:
+    """Quantities that the annotations in a type name, if they leave no choice."""
     if isinstance(hint, Quantity):
-        yield hint.dimension
+        yield hint
     elif isinstance(hint, Varying):
-        yield from hint.dimensions if len(hint.dimensions) == 1 else ()
+        yield from map(Quantity, hint.dimensions if len(hint.dimensions) == 1 else ())
     else:
         for inner in (*get_args(hint), *getattr(hint, "__metadata__", ())):
-            yield from _dimensions(inner)
+            yield from _quantities(inner)
 
 
 def label_of(column: str) -> tuple[str, str]:

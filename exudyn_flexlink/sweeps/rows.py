@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 
+from exudyn_flexlink.arguments import a, takes
 from exudyn_flexlink.observables import (
     ANGLE,
     DISPLACEMENT,
@@ -19,6 +20,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.sweeps.dimensions import column_of
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 
@@ -89,6 +91,7 @@ class OneRun:
         return self.row(result)
 
 
+@takes(result=a(Result))
 def standard_row(result: Result) -> dict[str, Scalar]:
     """Return what a sweep tells of a run that came to its end; units end the names.
 
@@ -101,7 +104,7 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     horizon, the instant from which on both part (None if they never do).
     """
     found: dict[str, Scalar] = {}
-    for contact in result.scene.contacts:
+    for contact in result.scene.all_contacts:
         found |= _of_contact(result, contact)
     for body, contact in struck_bodies(result.scene).items():
         seen = lever_response(result, contact)
@@ -127,14 +130,16 @@ def _of_contact(result: Result, contact: str) -> dict[str, Scalar]:
     found = strikes(result, contact)
     touches = result.contacts[contact].touches
     last: list[Strike] = found[-2:]
+    force, speed = (
+        column_of(name, result.scene.unit_of(contact, unit))
+        for name, unit in (("greatest_force", "N"), ("greatest_approach_speed", "m/s"))
+    )
     return {
         f"{contact}.strikes": len(found),
         f"{contact}.last_period_s": last[1].begin - last[0].begin if len(last) > 1 else None,
-        f"{contact}.greatest_force_N": _greatest_force(result, contact),
+        f"{contact}.{force}": _greatest_force(result, contact),
         f"{contact}.energy_lost_J": float(touches.energy_lost.sum()),
-        f"{contact}.greatest_approach_speed_m_per_s": float(
-            touches.approach_speed.max(initial=0.0)
-        ),
+        f"{contact}.{speed}": float(touches.approach_speed.max(initial=0.0)),
     }
 
 

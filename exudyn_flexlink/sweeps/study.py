@@ -66,8 +66,8 @@ def read_study(file: Path, settings: Iterable[str] = (), allow_outside: bool = F
 
     """
     no_study = "this is a model, no study"
-    hint = "vary its values with '--vary path=values', or let a study name it: 'model: ...'"
-    if not file.suffix and model_file(file.as_posix()) and not file.exists():
+    hint = "vary its values with '--over path=values', or let a study name it: 'model: ...'"
+    if not file.suffix and model_file(file.as_posix()) and not file.is_file():
         raise SceneError(Document(str(file)), [Mistake((), no_study, hint)])
     document = load_document(file)
     if "bodies" in document.data:

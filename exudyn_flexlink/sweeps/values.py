@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from sys import float_info
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,10 @@ from exudyn_flexlink.yaml_reader import MINUS, read_yaml
 
 MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
 DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
-HINT = "start:stop:count such as '2:40:20' or '0:5 mm:11', or a list such as '1 mm, 2 mm, 5 mm'"
+HINT = "start:stop:count such as '2:40:20' or '0:5:11 mm', or a list such as '1, 2, 5 mm'"
 RANGE_HINT = "lowest:highest such as '2:40' or '0:5 mm'"
 _NUMBER = re.compile(rf"\s*({NUMBER})\s*({UNIT})?\s*")
+_COUNT = re.compile(rf"\s*([0-9]+)\s*({UNIT})?\s*")
 
 Value = float | str
 """A number, or a text as it stands in a model file, such as '5 mm' or 'beam'."""
@@ -79,7 +81,7 @@ def values_of(given: Any) -> tuple[Value, ...]:
         given = given.tolist()
     if isinstance(given, bool | int | float):
         given = (given,)
-    if not isinstance(given, Sequence):
+    if not isinstance(given, Sequence) or isinstance(given, bytes | bytearray | memoryview):
         raise ValuesError(f"expected values, got {in_words(given)}")
     return _listed([value_of(one, i) for i, one in enumerate(given)])
 
@@ -119,13 +121,13 @@ def _of_text(text: str) -> tuple[Value, ...]:
         parts = text.split(":")
         if len(parts) != 3:
             raise ValuesError(f"expected start:stop:count, got '{text}'")
-        found, count = _range(parts[0], parts[1], HINT), parts[2].strip()
-        if not count.isdecimal() or not 2 <= int(count) <= MOST_VALUES:
+        last = _COUNT.fullmatch(parts[2])
+        if last is None or not 2 <= int(last[1]) <= MOST_VALUES:
             raise ValuesError(
                 f"expected a number of values, 2 to {MOST_VALUES}, after the second colon; "
-                f"got '{count}'"
+                f"got '{parts[2].strip()}'"
             )
-        return found.spread(int(count))
+        return _range(parts[0], parts[1], HINT, last[2] or "").spread(int(last[1]))
     read = read_yaml(f"[{text}]")
     if read.problems or not isinstance(read.data, list):
         raise ValuesError(f"expected values, got '{text}'")
@@ -134,21 +136,22 @@ def _of_text(text: str) -> tuple[Value, ...]:
 
 def _with_last_unit(values: list[Value]) -> Sequence[Value]:
     """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
-    last = _NUMBER.fullmatch(values[-1]) if isinstance(values[-1], str) else None
+    last = _NUMBER.fullmatch(values[-1]) if values and isinstance(values[-1], str) else None
     unit = last[2] if last else None
     if unit is None or not all(isinstance(one, float) for one in values[:-1]):
         return values
     return [*(f"{number_text(float(one))} {unit.strip()}" for one in values[:-1]), values[-1]]
 
 
-def _range(low: str, high: str, hint: str) -> Range:
+def _range(low: str, high: str, hint: str, unit: str = "") -> Range:
     ends = [_NUMBER.fullmatch(text) for text in (low, high)]
     if not (ends[0] and ends[1]):
         wrong = high if ends[0] else low
         raise ValuesError(f"expected a number, or one with a unit, got '{wrong.strip()}'", hint)
-    units = {(end[2] or "").strip() for end in ends if end} - {""}
+    units = {unit.strip(), *((end[2] or "").strip() for end in ends if end)} - {""}
     if len(units) > 1:
-        raise ValuesError(f"'{low}' and '{high}' have two units", "give both ends in one unit")
+        told = " and ".join(f"'{one}'" for one in sorted(units))
+        raise ValuesError(f"the range has the units {told}", "give one, which holds for all")
     numbers = [float(end[1].replace(MINUS, "-")) for end in ends if end]
     if not all(map(isfinite, numbers)):
         raise ValuesError(f"'{low}:{high}' is no finite range", hint)
@@ -167,7 +170,7 @@ def value_of(given: Any, entry: int | None = None) -> Value:
     if hasattr(given, "item") and not isinstance(given, np.ndarray):  # a number of numpy's
         given = given.item()
     if isinstance(given, int | float) and not isinstance(given, bool):
-        if not isfinite(given):
+        if not abs(given) <= float_info.max:  # nor a whole number beyond
             raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
         return float(given)
     if isinstance(given, str) and given.strip():

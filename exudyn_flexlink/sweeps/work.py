@@ -10,7 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from exudyn_flexlink.loading import document_of_data, scene_of
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, SceneError, dotted
 from exudyn_flexlink.sweeps.plan import Point, Sweep
@@ -55,6 +55,8 @@ class Work:
 
         def simulate(scene: Scene) -> Result:
             result = self.simulate(scene)
+            if result.outcome.reason == INTERRUPTED:  # and with it the sweep: it is no row
+                raise KeyboardInterrupt
             end = [] if result.outcome.completed else [f"a run {result.outcome.told}"]
             warned.extend([*result.warnings, *end])
             if self.keep is not None:

@@ -96,7 +96,7 @@ def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[M
         "body": list(scene.bodies),
         "relative_to": list(scene.bodies),
         "seen_from": list(scene.bodies),
-        "contact": [*scene.contacts, *with_clearance],
+        "contact": [*scene.all_contacts, *with_clearance],
     }
     for key, names in known.items():
         given = getattr(number, key, None)

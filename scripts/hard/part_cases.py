@@ -58,6 +58,7 @@ PART_CASES = (
     # their energy balance, of order 2, misses a quarter of the energy there, and the run says so.
     Case("force_pulse", "closed form", PLAIN, (MINIMAL,), part_truths.force_pulse),
     Case("jerked_spoke", "one equation", TOLD, EXUDYN, part_truths.jerked_spoke),
+    Case("stops", "closed form", PLAIN, (MINIMAL,), part_truths.stops),
     Case("narrow_hollow", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("narrow_ring", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("unequal_laps", "closed form", TOLD, EXUDYN, part_truths.unequal_laps),

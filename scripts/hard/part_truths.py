@@ -35,6 +35,21 @@ def fast_spin(result: Result) -> float:
     return _off(result, flight + _turned(corner - centre, angle + turning * t))
 
 
+def stops(result: Result) -> float:
+    """A block between two elastic stops: free flight and half a period of a stop, in turns."""
+    joint = result.scene.joints["way"]
+    law, width = joint.limits.law, joint.limits.to
+    speed, turning = 1.0, sqrt(law.stiffness / result.scene.bodies["block"].mass)
+    flight, touch = width / speed, pi / turning
+    since = (result.time + flight / 2) % (2 * (flight + touch))  # from a stop on
+    back = since > flight + touch
+    own = np.where(back, since - flight - touch, since)
+    beyond = width + speed / turning * np.sin(turning * (own - flight))
+    ahead = np.where(own < flight, speed * own, beyond)
+    place = np.where(back, width - ahead, ahead)
+    return _off(result, np.stack([place, 0 * place], axis=1))
+
+
 def trammel(result: Result) -> float:
     """A beam that turns evenly; at 0 its start is on the x axis, left of where the ways cross."""
     scene = result.scene

@@ -247,8 +247,8 @@ class Player {
       drawTrail(pen, view, take, this.t, LOOK.trail * this.speed, take.data.colour || INK);
     });
     this.takes.forEach((take, rank) => drawTake(pen, view, take, both ? rank : -1));
-    drawPoints(pen, view, this.takes[0]);
     this.takes.forEach((take, rank) => drawTouches(pen, view, take, this, rank));
+    drawPoints(pen, view, this.takes[0]);
     drawScale(pen, view, this.data.unit);
     for (const { pen: own, name } of this.zooms) {
       own.begin(dark);

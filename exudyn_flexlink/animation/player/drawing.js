@@ -195,7 +195,7 @@ function drawPoints(pen, view, take) {
   const told = [];
   for (const [name, { part, x, y }] of Object.entries(take.data.points)) {
     const place = view.put(take.at(part, x, y));
-    if (name === "S") pen.dot(place, 4.4, INK);
+    if (name === "S") pen.dot(place, 4.4, INK, pen.paper);
     const beside = told.find(([, other]) => Math.hypot(other[0] - place[0], other[1] - place[1]) < 14);
     if (beside) beside[0] += `, ${name}`;
     else told.push([name, place]);
@@ -224,7 +224,7 @@ function touchesOf(own, player) {
   return found;
 }
 
-// The forces of the second run are told below its touches, those of the first above.
+// Names of points are above: forces are below, of two runs those of the second alone.
 function drawTouches(pen, view, take, player, rank, touching = take.touching) {
   let told = 0;
   for (const own of touching) {
@@ -237,10 +237,10 @@ function drawTouches(pen, view, take, player, rank, touching = take.touching) {
       drawGlow(pen, place, radius, one.fresh);
       const matters = own.places === null || one.strength > LOOK.labelled;
       if (!matters || one.force === 0 || one.strength * one.fresh < most) continue;
-      const pressing = one.touching ? forceNow(take, own, one.k) : one.force;
-      const text = one.force < 0 ? `${round(-one.force)} N s` : `${round(pressing)} N`;
+      const now = one.touching ? `${round(forceNow(take, own, one.k))} N` : `0 N, was ${round(one.force)} N`;
+      const text = one.force < 0 ? `${round(-one.force)} N s` : now;
       const side = place[0] > pen.width - 80 ? -1 : 1;
-      pen.words(text, place[0] + side * (radius + 4), place[1] + (rank > 0 ? 1 : -1) * (10 + 14 * told), {
+      pen.words(text, place[0] + side * (radius + 4), place[1] + (rank === 0 && player.takes.length > 1 ? -1 : 1) * (10 + 14 * told), {
         colour: TOUCH, bold: true, size: 13, alpha: one.fresh, align: side < 0 ? "right" : "left",
       });
       told += 1;
@@ -267,10 +267,11 @@ function drawGlow(pen, [x, y], radius, fresh) {
 function forceNow(take, own, k) {
   const pair = own.which[k];
   const found = take.pressing(own).find(([one]) => own.places === null || one === pair);
-  return found ? found[1] : own.strength[k];
+  return found ? found[1] : 0;
 }
 
 function round(value) {
+  if (value === 0) return "0";
   return value >= 1000 ? value.toFixed(0) : value.toPrecision(3);
 }
 

@@ -18,7 +18,7 @@ function drawZoom(pen, player, name) {
     else drawStrike(pen, view, take, name, which, player);
   });
   pen.context.restore();
-  pen.words(own.words + larger(player, own, scale, ratio) + state(player, own), 12, 10, { size: 12, colour: PALE });
+  pen.words(own.words + larger(player, own, scale, ratio) + state(player, own, pen, scale), 12, 10, { size: 12, colour: PALE });
 }
 
 // How metres of a zoom become pixels. A guide is larger across than along where there is room, a
@@ -41,12 +41,22 @@ function larger(player, { guide }, scale, ratio) {
   return `, ${Number((scale / picture).toPrecision(2))} times larger`;
 }
 
-function state({ takes, t }, own) {
-  return own.guide && takes.length === 1 ? ` – ${stateOf(takes[0], own, t)}` : "";
+function state({ takes, t, data }, own, pen, scale) {
+  if (takes.length > 1) return "";
+  return own.guide ? ` – ${stateOf(takes[0], own, t)}` : away(takes[0], own, data.unit, [pen.width / 2 / scale, (pen.height - 20) / 2 / scale]);
+}
+
+// How far off the point that may strike is, as long as it is outside the zoom on a face.
+// `half` of what is shown, along and across, m.
+function away(take, { view, along, across, point }, { factor, name }, half) {
+  const place = take.from(view, take.at(point.part, point.x, point.y));
+  const off = [along, across].map(([low, high], i) => Math.abs(place[i] - (low + high) / 2) - half[i]);
+  const size = Math.hypot(...off.map((one) => Math.max(one, 0)));
+  return size > 0 ? ` – ${point.name} is ${Number((factor * size).toPrecision(3))} ${name} away` : "";
 }
 
 function drawStrike(pen, view, take, name, rank, player) {
   drawTake(pen, view, take, rank);
-  if (rank <= 0) drawPoints(pen, view, take);
   drawTouches(pen, view, take, player, rank, take.touching.filter((own) => own.name === name));
+  if (rank <= 0) drawPoints(pen, view, take);
 }

@@ -30,8 +30,8 @@ THIN = 0.25
 def shortened(given: float, half_period: float, step: float) -> str:
     """Warn that contacts of half a period (s) were resolved by steps (s) of their own."""
     return (
-        f"a step of {given:.3g} s is too long for a contact, which would be over after "
-        f"{half_period / given:.2g} of it: in contact steps were {step:.3g} s"
+        f"a step of {given:.3g} s is too long for a contact, which lasts {half_period:.2g} s: "
+        f"in contact steps were {step:.3g} s"
     )
 
 
@@ -48,8 +48,9 @@ def few_steps(result: Result) -> Iterator[str]:
 
 def thin_overlaps(result: Result) -> Iterator[str]:
     """Say of each contact where it sank deepest, against the overlap of its point and its face."""
+    # Circles overlap all around, and slides their stops.
     for face in build_mechanism(result.scene).contacts:
-        if not isinstance(face, FaceContact):  # circles overlap all around
+        if not isinstance(face, FaceContact) or face.name not in result.scene.contacts:
             continue
         length, worst = face.length, (0.0, 0.0, 0.0, 0.0)
         for touch in result.contacts[face.name].touches:
@@ -72,6 +73,8 @@ def deep_strikes(result: Result) -> Iterator[str]:
     At that depth no direction is the nearest way out any more.
     """
     for contact in build_mechanism(result.scene).contacts:
+        if contact.name not in result.scene.contacts:  # a stop, a rope or a buffer has no radius
+            continue
         history = result.contacts[contact.name]
         radius = _round(contact, history.place)
         depth = np.where(history.force > 0, -history.gap, 0.0)

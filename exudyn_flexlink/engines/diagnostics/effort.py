@@ -43,7 +43,7 @@ def tiny_steps(result: Result) -> Iterator[str]:
     shortest = result.checks.smallest_step
     if result.outcome.reason != INTERRUPTED or shortest > TINY_STEP:
         return
-    rigid = {n for n, own in result.scene.contacts.items() if isinstance(own.law, ImpulseLaw)}
+    rigid = {n for n, own in result.scene.all_contacts.items() if isinstance(own.law, ImpulseLaw)}
     for name, history in {**result.contacts, **result.bearings}.items():
         if name not in rigid and len(history.force) and history.force[-1] != 0:
             what = "joint" if name in result.bearings else "contact"

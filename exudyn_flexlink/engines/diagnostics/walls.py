@@ -20,7 +20,7 @@ COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
 
 
 def coarse_for_clearance(result: Result) -> Iterator[str]:
-    """Say that a tolerance is no small part of a clearance: touches may be missed."""
+    """Say that a tolerance is large beside a clearance: touches may be missed."""
     asked = result.scene.accuracy.tolerance
     clearances = {name: gap for name, gap in _clearances(result).items() if gap > 0}
     if asked is None or not clearances:
@@ -28,14 +28,14 @@ def coarse_for_clearance(result: Result) -> Iterator[str]:
     name = min(clearances, key=clearances.__getitem__)
     if asked > RESOLVED * clearances[name]:
         yield (
-            f"the tolerance of {asked:.3g} m is no small part of the clearance of '{name}', "
-            f"{clearances[name]:.3g} m: touches of its walls may be missed; ask for "
+            f"the tolerance of {asked:.3g} m is more than {RESOLVED:.0%} of the clearance of "
+            f"'{name}', {clearances[name]:.3g} m: touches of its walls may be missed; ask for "
             f"{RESOLVED * clearances[name]:.1g} m or less"
         )
 
 
 def soft_walls(result: Result) -> Iterator[str]:
-    """Warn of walls and bearings whose largest penetration is no small part of their clearance."""
+    """Warn of walls and bearings into which something sinks deep beside their clearance."""
     for name, clearance in _clearances(result).items():
         depth = deepest(result, name)
         if depth <= SOFT * clearance or clearance == 0:
@@ -54,7 +54,7 @@ def soft_walls(result: Result) -> Iterator[str]:
 
 
 def out_of_guides(result: Result) -> Iterator[str]:
-    """Say which links leave their guides, and which take hardly anything of them in all the run."""
+    """Say which links leave their guides, and which are inside a small part of them only."""
     for name, low, high in in_guides(result.scene, build_mechanism(result.scene), result.poses):
         away = np.maximum(low - 1, -high)
         if (out := away > OUTSIDE).any():
@@ -63,7 +63,9 @@ def out_of_guides(result: Result) -> Iterator[str]:
                 f"and is up to {away.max():.2g} of its length away: nothing holds a link there"
             )
         elif len(away) and (used := high.max() - low.min()) < HARDLY_USED:
-            yield f"the link of '{name}' takes {used:.2g} of its guide's length: check units"
+            yield (
+                f"the link of '{name}' is inside only {used:.2g} of its guide's length: check units"
+            )
 
 
 def broken_wall(channel: Channel) -> str:

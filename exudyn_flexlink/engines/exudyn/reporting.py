@@ -11,7 +11,6 @@ from exudyn_flexlink.versions import version_of
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter
 NEAR_ROUNDING = 1e3  # times the least tolerance: from there on it is no help to tighten one
-NO_VALUE_ADVICE = "mend the expression: min and max, or where(t < 1, one, other), keep it in bounds"
 LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
 
 

@@ -13,7 +13,7 @@ from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, beyond_redundant, formulation
+from exudyn_flexlink.mechanism import Mechanism, beyond_redundant, fittest, formulation
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -61,7 +61,8 @@ def formulations(scene: Scene) -> tuple[str, ...]:
     mechanism = assemble_scene(scene).mechanism
     if beyond_redundant(scene):
         return ("minimal",)
-    found = ("minimal", "redundant") if scene.accuracy.step is None else ("redundant", "minimal")
+    first = fittest(scene)
+    found = (first, "redundant" if first == "minimal" else "minimal")
     return (*found, "beam") if _has_beams(scene, mechanism) else found
 
 

@@ -23,6 +23,7 @@ from exudyn_flexlink.engines.lagrangian.system import Motion
 from exudyn_flexlink.engines.touching import Change
 from exudyn_flexlink.integrate.events import fall
 from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.laws import Impulse
 
 if TYPE_CHECKING:
     from exudyn_flexlink.engines.lagrangian.problem import Problem
@@ -63,7 +64,7 @@ class Impacts:
         self.bounces = {
             k: Bounces(own.name, own.law.restitution)
             for k, own in enumerate(problem.system.contacts.all)
-            if problem.touches.rigid[k]
+            if isinstance(own.law, Impulse)
         }
 
     def lifted(self, step: Path, nodes: Motion) -> list[tuple[float, int]]:

@@ -127,16 +127,27 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
     """Parts of a scene that no mechanism of this engine has, and what it lacks for them."""
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
+    for stop in scene.stops.values():
+        yield stop.path, "no stops of joints"
     for kind, lacks in ((WeldJoint, "no welds"), (PrismaticJoint, "no such joints")):
         for name in _joints(scene, kind):
             yield ("joints", name), lacks
+    for friction in mechanism.frictions:
+        yield ("joints", friction.name, "friction"), "no friction in joints"
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody) and body.stretch:
             yield ("bodies", name, "stretch"), "rods that do not stretch"
-    for spring in mechanism.linear_springs:
-        yield ("springs", spring.name), "torsional springs alone"
     for force in mechanism.forces:
         yield ("drives", force.name), "no forces at points"
+    yield from _other_springs(scene, mechanism)
+
+
+def _other_springs(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Springs that this engine does not know, and what it lacks for them."""
+    for name in (*scene.ropes, *(spring.name for spring in mechanism.linear_springs)):
+        yield ("springs", name), "torsional springs alone"
+    for turning in (spring for spring in mechanism.springs if spring.law):
+        yield ("springs", turning.name, "torque"), "springs of one stiffness"
 
 
 def _joints(scene: Scene, kind: type) -> list[str]:

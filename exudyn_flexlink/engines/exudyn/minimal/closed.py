@@ -64,7 +64,7 @@ class ClosedCoordinates:
         self._size = float(lengths.max())
         self._hinges = np.flatnonzero(kinematics.hinge)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        self._known = np.array(sorted(layout.motors), dtype=int)
+        self._known = np.array(layout.known, dtype=int)
         self._prescribed = bool(layout.motors or self.closures.motors)
         self._start = start[0]
         self._solver = ClosureSolver(self.closures, self._size)
@@ -256,6 +256,23 @@ class ClosedCoordinates:
         moved = np.zeros((len(y), 2))
         moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
         return moved[: self._links]
+
+    def held_by_loops(self, at: TreeState, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What `forces` (n, k, links) of constraints leave on coordinates but for the closures'.
+
+        Those are told as well: (n, k, joints, 2) on the second points of joints that close loops.
+        """
+        y, split = np.hstack([at.x, at.places]), self._split
+        where = self.closures.where(y)
+        jacobian = self.closures.jacobian(where)
+        square = jacobian[:, split.rows][:, :, split.dependent]
+        whole = np.pad(forces, [(0, 0), (0, 0), (0, y.shape[1] - self._links)])
+        multipliers = np.zeros((*forces.shape[:2], self.closures.count))
+        # F = J^T of the closures times multipliers, on the dependent coordinates.
+        multipliers[:, :, split.rows] = whole[:, :, split.dependent] @ np.linalg.inv(square)
+        left = forces - multipliers @ jacobian[:, :, : self._links]
+        own = [self.closures.forces(where, multipliers[:, k]) for k in range(forces.shape[1])]
+        return left, np.stack([np.real(own), np.imag(own)], axis=-1).swapaxes(0, 1)
 
     def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""

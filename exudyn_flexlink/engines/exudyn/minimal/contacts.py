@@ -27,11 +27,12 @@ from exudyn_flexlink.engines.exudyn.minimal.shapes import (
     add_force,
     shape_of,
 )
+from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.laws import Impulse, Penalty, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, Penalty, RestitutionPenalty, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -39,7 +40,13 @@ NEAR_END = 1e-4  # of the face: there the point is about to leave it
 
 
 class MinimalContact:
-    """A contact of any shape; both parts may be anywhere in the tree, or on the ground."""
+    """A contact of any shape; both parts may be anywhere in the tree, or on the ground.
+
+    Where it `lets_go`, its force ends before its gap opens.
+    """
+
+    lets_go = False
+    along_table: TableFollower | None = None  # if its law is one
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
         self._shape = shape_of(layout, contact)
@@ -66,6 +73,10 @@ class MinimalContact:
             else:
                 self._shape.free()
 
+    def pressed_by(self, touch: Touch) -> float:
+        """How far (m) a contact that presses is from letting go: its depth."""
+        return -touch.gap
+
     def left_since(self, touch: Touch) -> float:
         """Time (s) since a point that presses slid off the end of its face; negative: until then.
 
@@ -81,7 +92,7 @@ class MinimalContact:
         return self._normal_row(self._look(x, v))
 
     def _normal_row(self, look: Look) -> FloatArray:
-        return self._row(look, look.normal, (look.at, look.at))
+        return self._row(look, look.normal, (look.at, look.at), look.moment)
 
     def _row(
         self, look: Look, way: Vector, at: tuple[Vector, Vector], arm: float = 0.0
@@ -117,15 +128,52 @@ class PenaltyContact(MinimalContact):
     def __init__(self, layout: TreeLayout, contact: Contact, law: Penalty) -> None:
         super().__init__(layout, contact)
         self.law, self.friction = law, contact.friction
+        self.lets_go = law.lets_go
+        self._softness = law.half_period(1.0) ** 2 if self.lets_go else 0.0  # m/N, but for pi^2
+        if isinstance(law, SpringTable):
+            self.along_table = TableFollower(self.depth, contact.name, law)
+
+    def follow(self, x: FloatArray, *, presses: bool) -> None:
+        """Take up a state in which the contact goes on, begins or ends."""
+        super().follow(x, presses=presses)
+        own = self.along_table
+        if own is not None:
+            own.follow(self.depth(x) if presses else None)
+
+    def depth(self, x: FloatArray) -> float:
+        """Penetration (m) at coordinates of the tree; negative while apart."""
+        return -self.touch(x, np.zeros(len(x))).gap
+
+    def acting(self, touch: Touch) -> Penalty:
+        """The law, or that of the piece of a table that acts."""
+        if isinstance(self.law, SpringTable):
+            assert self.along_table is not None
+            return self.along_table.law(-touch.gap)
+        return self.law
 
     def force(self, touch: Touch, approach: float) -> float:
-        """Pressing force, N, in a touch that began so fast (m/s); none while apart."""
+        """Pressing force, N, in a touch that began so fast (m/s); none while apart.
+
+        One that lets go is followed smoothly beyond.
+        """
+        law = self.acting(touch)
+        if isinstance(law, SpringDamper):
+            return law.preload - law.stiffness * touch.gap - law.damping * touch.gap_rate
         if touch.gap >= 0:
             return 0.0
-        if not isinstance(self.law, RestitutionPenalty):
-            return float(self.law.force(-touch.gap, -touch.gap_rate, approach))
-        rising = tanh(-touch.gap_rate / self.law.transition_speed)
-        return -touch.gap * (self.law.elastic + self.law.lossy * rising)
+        if not isinstance(law, RestitutionPenalty):
+            return float(law.force(-touch.gap, -touch.gap_rate, approach))
+        rising = tanh(-touch.gap_rate / law.transition_speed)
+        return -touch.gap * (law.elastic + law.lossy * rising)
+
+    def pressed_by(self, touch: Touch) -> float:
+        """Depth (m), or what of it the force still takes to let go if that is less.
+
+        No force that lets go depends on how fast its touch began.
+        """
+        if not self.lets_go:
+            return super().pressed_by(touch)
+        return min(-touch.gap, self.force(touch, 0.0) * self._softness)
 
     def push(
         self, x: FloatArray, v: FloatArray, onto: FloatArray, approach: float
@@ -141,8 +189,9 @@ class PenaltyContact(MinimalContact):
         rub = self._rub(press, touch)
         (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
         fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
-        add_force(onto, look.first, look.at, (fx, fy), arm * rub)
-        add_force(onto, look.second, look.at, (-fx, -fy), -arm * rub)
+        turned = press * look.moment + arm * rub
+        add_force(onto, look.first, look.at, (fx, fy), turned)
+        add_force(onto, look.second, look.at, (-fx, -fy), -turned)
         power = -press * touch.gap_rate - rub * touch.slip
         return (press, power), (touch.gap, touch.gap_rate)
 
@@ -161,7 +210,7 @@ class PenaltyContact(MinimalContact):
         if look.bend == 0 and self.friction is None:
             return None
         touch = look.touch
-        press_of = press_by([self.law], np.array([approach]))
+        press_of = press_by([self.acting(touch)], np.array([approach]))
         pressing = press_of(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
         past = self._row(look, look.along, (look.at, look.centre))

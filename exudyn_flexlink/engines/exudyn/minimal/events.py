@@ -11,20 +11,19 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    MinimalContact,
-    RigidContact,
-)
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionWatch
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
+from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
 from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import Event, fall, first_fall
+from exudyn_flexlink.integrate.events import GAP_ROUNDING, Event, fall, first_fall
 from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
@@ -32,7 +31,8 @@ Goal = Callable[[FloatArray], float]
 Left = Callable[[FloatArray, FloatArray], tuple[float, float]]
 """How far a point is from the end of its piece, and from its start, at coordinates and places."""
 
-Following = tuple[TrackPoint | OnCurve, float, Left]
+Followed = TrackPoint | OnCurve | TableFollower
+Following = tuple[Followed, float, Left]
 """What is followed along pieces, how little beyond one is still on it, and what is left of it."""
 
 WHOLE = np.ones((1, 1))  # of the step, between its ends
@@ -50,7 +50,7 @@ class ContactChange(NamedTuple):
 class PieceEnd(NamedTuple):
     """What is followed on a curve comes to the end of its piece (way 1), or to its start (-1)."""
 
-    point: TrackPoint | OnCurve
+    point: Followed
     way: int
 
 
@@ -70,9 +70,11 @@ class EventFinder:
         endless = [touch.inside == inf for touch in self.touches]
         own = np.array([contact.length for contact in model.contacts])
         self._lengths = np.where(endless, inf, own)
+        self._let_go = np.array([contact.lets_go for contact in model.contacts], dtype=bool)
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
         self.kinks = KinkWatch(model)
+        self.frictions = FrictionWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
         self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
@@ -98,6 +100,7 @@ class EventFinder:
             found.append(Event(touched[0], what, bends=True))
         if (kink := self.kinks.first(step)) is not None:
             found.append(kink)
+        found += self.frictions.events(step)
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
             found.append(Event(time, TurnsMade()))
@@ -139,10 +142,13 @@ class EventFinder:
             for k, (point, low, high) in enumerate(zip(points, lowest, highest, strict=True))
             if point.left(high)[0] < -SEAM or point.left(low)[1] < -SEAM
         ]
-        curves = [self.model.contacts[k].along_curve for k in self.model.pressed_of_scene]
+        pressed = [self.model.contacts[k] for k in self.model.pressed_of_scene]
+        curves = [contact.along_curve for contact in pressed]
+        tables = [contact.along_table for contact in pressed]
         followed: list[Following] = [
             *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),
             *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
+            *((table, SEAM, table.left) for table in tables if table),
         ]
         if not followed:
             return []
@@ -200,7 +206,7 @@ class EventFinder:
         path = self._path(near, [before, *at_stages, after])
         still = calm(path, self._lengths[which], pressed[which], step.h * PARTS)
         press = step.stages.kept.pushes[:, which, 0]
-        lifts = pressed & self._sides.rigid[: len(every)]
+        lifts = pressed & (self._sides.rigid[: len(every)] | self._let_go)
         still &= ~lifts[which] | (press.min(axis=0) >= LEAST_PRESS * press.max(axis=0))
         return [k for k, calmly in zip(near, still.tolist(), strict=True) if not calmly]
 
@@ -226,6 +232,8 @@ class EventFinder:
             rigid = isinstance(contact, RigidContact)
             stays = partial(self._holds, contact, k) if rigid else partial(self._stays, contact)
             return first_fall(partial(stays, step), None, (step.t, step.end))
+        if self.let_go(k):
+            return first_fall(partial(self._free, contact, step), None, (step.t, step.end))
         way = 1.0 if self._sides.sides[k] is Side.APART else -1.0
 
         def gap(t: float) -> float:
@@ -239,7 +247,16 @@ class EventFinder:
     def _stays(self, contact: MinimalContact, step: Step, t: float) -> float:
         """Value (m) that is positive as long as the point presses on the face."""
         touch = self._touch(contact, step, t)
-        return min(-touch.gap, touch.inside)
+        return min(contact.pressed_by(touch), touch.inside)
+
+    def let_go(self, k: int) -> bool:
+        """Tell whether a contact let go before its gap had opened, and has not been apart since."""
+        closed = self.touches[k].gap < -GAP_ROUNDING and self._sides.sides[k] is Side.APART
+        return bool(self._let_go[k]) and closed
+
+    def _free(self, contact: MinimalContact, step: Step, t: float) -> float:
+        """Value (m) that is positive as long as what has let go has no force."""
+        return -contact.pressed_by(self._touch(contact, step, t))
 
     def _holds(self, contact: MinimalContact, k: int, step: Step, t: float) -> float:
         """Value that is positive as long as a rigid contact presses (N), on its face (m)."""

@@ -249,11 +249,15 @@ def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArra
     x, speed = np.zeros(count), np.zeros(count)
     pose, rate = np.zeros((count + 1, 2), dtype=complex), np.zeros((count + 1, 2), dtype=complex)
     for i, link in enumerate(layout.links):
+        above = link.parent
+        if link.held:  # as it is carried
+            arm = np.exp(1j * pose[above, 1].real) * complex(*link.offset)
+            pose[i] = pose[above] + (arm, link.turn)
+            rate[i] = rate[above] + (1j * rate[above, 1].real * arm, 0.0)
         if not link.parts:
             continue
         pose[i], rate[i] = _link_state(layout, link.parts[0], q, v)
-        above = link.parent
-        if above != ROOT and not layout.links[above].parts:
+        if above != ROOT and not (layout.links[above].parts or layout.links[above].held):
             # A free group: its two slides are its place, from which its own frame is turned only.
             for found, at in ((x, pose[i]), (speed, rate[i])):
                 found[i - 2 : i + 1] = at[0].real, at[0].imag, at[1].real

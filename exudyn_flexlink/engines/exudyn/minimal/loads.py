@@ -14,6 +14,7 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
 from exudyn_flexlink.mechanism import (
+    Apart,
     Mechanism,
     Placed,
     PointForce,
@@ -24,7 +25,10 @@ from exudyn_flexlink.mechanism import (
     Turning,
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
+from exudyn_flexlink.mechanism.spring_laws import PlaceTable, SpringLaw
 from exudyn_flexlink.mechanism.tree import TreeLayout
+
+MEETING = 1e-300  # m: where both ends of a spring meet, it has no direction
 
 
 class Now(NamedTuple):
@@ -53,6 +57,10 @@ class _Linear:
     def value(self, now: Now) -> FloatArray:
         return np.asarray(now.v @ self._row if self._is_speed else now.x @ self._row + self._rest)
 
+    def rows(self, now: Now) -> FloatArray:
+        """Derivatives (n, links) by the coordinates."""
+        return np.broadcast_to(self._row, now.x.shape)
+
 
 class _Length:
     """How far a slide that closes a loop is out, or its speed.
@@ -70,7 +78,7 @@ class _Length:
 
     def value(self, now: Now) -> FloatArray:
         if self._is_speed:
-            return np.asarray(np.sum(self._rows(now) * now.v, axis=1))
+            return np.asarray(np.sum(self.rows(now) * now.v, axis=1))
         first, second = self._points.places(now.places).T
         return np.asarray((self._back(now) * (second - first)).real)
 
@@ -83,7 +91,7 @@ class _Length:
         between = (points[:, 1] - points[:, 0])[:, None]
         return np.asarray(moves[:, 1] - moves[:, 0] - 1j * between * turning)
 
-    def _rows(self, now: Now) -> FloatArray:
+    def rows(self, now: Now) -> FloatArray:
         """Derivatives (n, links) of the length."""
         points = self._points.places(now.places)
         moves = self._kinematics.moves(now.places, self._points.links, points)
@@ -102,9 +110,31 @@ class _Place:
         return place.imag if self._axis else place.real
 
 
+class _Apart:
+    """How far apart two points are; where they meet no direction is known, and no derivative."""
+
+    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, sense: Apart) -> None:
+        self._points = Points(layout, [sense.first, sense.second])
+        self._kinematics = kinematics
+
+    def value(self, now: Now) -> FloatArray:
+        first, second = self._points.places(now.places).T
+        return np.asarray(np.abs(second - first))
+
+    def rows(self, now: Now) -> FloatArray:
+        """Derivatives (n, links) of the distance."""
+        points = self._points.places(now.places)
+        moves = self._kinematics.moves(now.places, self._points.links, points)
+        between = points[:, 1] - points[:, 0]
+        along = between / np.maximum(np.abs(between), MEETING)
+        return np.asarray((along.conj()[:, None] * (moves[:, 1] - moves[:, 0])).real)
+
+
 def _sensor(
     layout: TreeLayout, kinematics: LinkKinematics, sense: Sense
-) -> _Linear | _Length | _Place:
+) -> _Linear | _Length | _Place | _Apart:
+    if isinstance(sense, Apart):
+        return _Apart(layout, kinematics, sense)
     if isinstance(sense, Placed):
         return _Place(layout, kinematics, sense)
     if isinstance(sense, Turning):
@@ -141,8 +171,17 @@ class LoadSize:
         found = [sense.value(now) for sense in self._senses]
         return found + [np.full(now.t.shape, side) for side in self.sides]
 
+    @property
+    def kinks(self) -> int:
+        """Number of its kinks: of a table by what is sensed they are its inner rows."""
+        if isinstance(self._applied, PlaceTable):
+            return self._applied.kinks
+        return self.formula.expression.kinks if self.formula else 0
+
     def switches(self, now: Now) -> FloatArray:
         """Values (kinks, n) that are zero at its kinks."""
+        if isinstance(self._applied, PlaceTable):
+            return self._applied.switches(now.t, self.sensed(now))
         assert self.formula is not None
         return self.formula.expression.switches(now.t + self.formula.clock, self.sensed(now))
 
@@ -195,17 +234,41 @@ class _Force:
         return np.asarray((np.conj(self._force(now))[:, None] * self._moved(now)).real)
 
 
+class _Spring:
+    """A spring by a table or a formula: it draws back what it senses."""
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, law: SpringLaw, sense: Sense
+    ) -> None:
+        senses = () if isinstance(law.applied, Formula) and not law.senses else (sense,)
+        self._size = LoadSize(layout, kinematics, Size(law.applied, senses))
+        sensor = _sensor(layout, kinematics, sense)
+        assert not isinstance(sensor, _Place)  # a spring has a length or an angle
+        self._sensor = sensor
+        self.sizes = [self._size]
+
+    def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
+        """Size, and what a unit of it is on the coordinates (n, links)."""
+        return [(self._size, -self._sensor.rows(now))]
+
+    def push(self, now: Now) -> FloatArray:
+        return -self._size.value(now)[:, None] * self._sensor.rows(now)
+
+
 class Loads:
-    """All torques and forces that drives apply to a tree."""
+    """All torques and forces that drives apply to a tree, and springs that are not linear."""
 
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
         self._kinematics = kinematics
-        self._all: Sequence[_Torque | _Force] = [
+        laws = mechanism.spring_laws
+        self._springs = [_Spring(layout, kinematics, law, sense) for law, sense in laws]
+        self._drives: Sequence[_Torque | _Force] = [
             *(_Torque(layout, kinematics, motor) for motor in mechanism.torque_motors),
             *(_Force(layout, kinematics, force) for force in mechanism.forces),
         ]
+        self._all = [*self._drives, *self._springs]
         sizes = [
             *(motor.size for motor in mechanism.torque_motors),
             *(size for force in mechanism.forces for size in force.sizes),
@@ -213,8 +276,8 @@ class Loads:
         self.any = bool(self._all)
         self.by_formula = [size for size in sizes if isinstance(size.value, Formula)]
         every = [size for load in self._all for size in load.sizes]
-        self.bent = [one for one in every if one.formula and one.formula.expression.kinks]
-        self.stiff = bool(mechanism.forces) or any(size.senses for size in sizes)
+        self.bent = [one for one in every if one.kinks]
+        self.stiff = bool(mechanism.forces or laws) or any(size.senses for size in sizes)
 
     def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (n, links) at instants (n,), coordinates and speeds (n, links).
@@ -223,11 +286,20 @@ class Loads:
             ArithmeticError: one has no value there.
 
         """
+        return self.push_and_supply(t, x, v)[0]
+
+    def push_and_supply(
+        self, t: FloatArray, x: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """As `push`, and the power (n,), W, of all but springs, which store what they take."""
         found = np.zeros(x.shape)
         now = self.now(t, x, v)
-        for load in self._all:
+        for load in self._drives:
             found += load.push(now)
-        return found
+        supply = (found * v).sum(axis=1)
+        for spring in self._springs:
+            found += spring.push(now)
+        return found, supply
 
     def formulas(self, now: Now) -> list[Given]:
         """Every torque and component of a force that a formula gives."""

@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     PenaltyContact,
+    Projector,
     RigidContacts,
     contact_of,
 )
@@ -27,6 +28,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     OpenCoordinates,
     TreeState,
 )
+from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
@@ -60,6 +62,7 @@ class TreeForces(NamedTuple):
     mass: FloatArray  # (links, links)
     force: FloatArray  # (links,)
     pushes: FloatArray  # (contacts, 2): pressing force, N, and the power it takes, W
+    friction: FloatArray  # (joints, 4): torque or force of friction, bound, press, if it rests
     wall: WallPush | None  # what pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
@@ -72,6 +75,7 @@ class TreeForces(NamedTuple):
             self.mass[which],
             self.force[which],
             self.pushes[which],
+            self.friction[which],
             wall,
             self.supply[which],
         )
@@ -97,6 +101,7 @@ class MinimalModel:
         pairs = [*mechanism.touching, *self.walls.contacts]
         self.touches = Touches(pairs, len(self.contacts))
         self.rigid = RigidContacts(self.contacts, self.touches)
+        self.frictions = JointFrictions(layout, mechanism.frictions, self.coordinates)
         self._build()
 
     # --- building -----------------------------------------------------------------------------
@@ -175,23 +180,29 @@ class MinimalModel:
 
     def forces_at(self, t: FloatArray, state: TreeState) -> Evaluation:
         """As `evaluate_all`, at coordinates that are known."""
+        free = self.without_reactions(t, state)
+        if self.frictions.all:
+            return self.frictions.act(free)
+        return self.rigid.with_reactions(free) if self.rigid.closed() else free
+
+    def without_reactions(self, t: FloatArray, state: TreeState) -> Evaluation:
+        """As `forces_at`, without contacts that are rigid, and without friction in joints."""
         mass, force = self._ask(state.x, state.v)
         if self.all_springs.pulls:
             force += self.all_springs.pull(state.x, state.v)
         supply = np.zeros(len(t))
         if self.loads.any:
-            applied = self.loads.push(t, state.x, state.v)
+            applied, supply = self.loads.push_and_supply(t, state.x, state.v)
             force += applied
-            supply += (applied * state.v).sum(axis=1)
         pushes, touching = self._push(state.x, state.v, force)
         wall = self.walls.push(state.x, state.v)
         if wall is not None:
             force += wall.force
-        kept = TreeForces(t, state, mass, force, pushes, wall, supply)
+        rubbed = np.zeros((len(t), len(self.frictions.all), 4))
+        kept = TreeForces(t, state, mass, force, pushes, rubbed, wall, supply)
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
         mass, force = state.transform.reduced(mass), state.transform.reduced_rows(left)
-        free = Evaluation(mass, force, kept, touching)
-        return self.rigid.with_reactions(free) if self.rigid.closed() else free
+        return Evaluation(mass, force, kept, touching)
 
     def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
@@ -239,8 +250,12 @@ class MinimalModel:
 
         What else turns with the mechanism is left to the iteration.
         """
-        giving, projector = self._giving(at), self.rigid.projector(at)
+        giving, projector = self._giving(at), self._projector(at)
         return giving if projector is None else projector.slopes(*giving)
+
+    def _projector(self, at: Evaluation) -> Projector | None:
+        """What closed gaps, or joints that rest, let through; the loader refuses both together."""
+        return self.frictions.projector(at) if self.frictions.all else self.rigid.projector(at)
 
     def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without rigid contacts."""
@@ -280,10 +295,10 @@ class MinimalModel:
         rows = np.array([contact.gradient(state.x, state.v) for _, contact in acting])
         rows = state.transform.reduced_rows(rows)
         # Closed gaps let a force through to the same motions by which they let a gap open.
-        projector = self.rigid.projector(at)
+        projector = self._projector(at)
         rows = rows if projector is None else rows @ projector.free.T
-        approach = self.touches.approach[[k for k, _ in acting]]
-        return rows, press_by([contact.law for _, contact in acting], approach)
+        laws = [contact.acting(contact.touch(state.x, state.v)) for _, contact in acting]
+        return rows, press_by(laws, self.touches.approach[[k for k, _ in acting]])
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move any point, at most."""

@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder, TreeKept
 from exudyn_flexlink.engines.exudyn.reporting import versions
-from exudyn_flexlink.engines.histories import Histories, push_of
+from exudyn_flexlink.engines.histories import Histories, friction_histories, push_of
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
@@ -30,7 +30,14 @@ from exudyn_flexlink.mechanism import (
     turned,
 )
 from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
-from exudyn_flexlink.result import EnergyHistory, EngineSettings, Event, Outcome, Result
+from exudyn_flexlink.result import (
+    EnergyHistory,
+    EngineSettings,
+    Event,
+    FrictionHistory,
+    Outcome,
+    Result,
+)
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 
@@ -103,7 +110,7 @@ def _of_closures(
 ) -> Reactions:
     closures, motors = coordinates.closures, model.layout.motors
     at = closures.where_on(x, _track(coordinates, places))
-    multipliers, rest = _multipliers(closures.jacobian(at), sorted(motors), forces)
+    multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
     found = Reactions()
     in_joints = closures.forces(at, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.
@@ -243,11 +250,23 @@ class RunReader:
             checks=checks(
                 self.run.stepper,
                 recorder,
-                float(recorder.seeker.deepest.max(initial=0.0)),
+                self._deepest(),
             ),
             warnings=warnings,
             outcome=outcome,
+            frictions=self._frictions(),
         )
+
+    def _deepest(self) -> float:
+        """Largest penetration, m; of stops and ropes it is a stretch, or an angle."""
+        scene, seeker = self.run.scene, self.run.recorder.seeker
+        others = {*scene.stops, *scene.ropes}
+        own = [contact.name not in others for contact in seeker.contacts]
+        return float(seeker.deepest[own].max(initial=0.0))
+
+    def _frictions(self) -> dict[str, FrictionHistory]:
+        own, lost = self.kept.own, self.kept.totals[:, 2:]
+        return friction_histories(self.mechanism, self.time, own.rests, own.friction, lost)
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step

@@ -18,6 +18,7 @@ from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken
 from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    PenaltyContact,
     RigidContact,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
@@ -28,11 +29,13 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     PieceEnd,
     TurnsMade,
 )
+from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionChange
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Overlooked
+from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event
@@ -75,7 +78,8 @@ class MinimalProblem:
     def __post_init__(self) -> None:
         x, v = self.model.start
         gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
-        self.model.touches.start(np.array(gaps))
+        springs = [contact.lets_go for contact in self.model.contacts]
+        self.model.touches.start(np.where(springs, 0.0, gaps))
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
@@ -85,7 +89,24 @@ class MinimalProblem:
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
         self.bounds = DepthBounds(self.recorder.contacts)
+        self._begin_pressed()
+        self._finder.frictions.settle(0.0, *self.model.coordinates.independent())
         self.impacts = Impacts(self.model, self._finder, self.recorder)
+
+    def _begin_pressed(self) -> None:
+        """Let ropes and buffers press that are stretched or compressed at time 0."""
+        for k, contact in enumerate(self.model.contacts):
+            touch = self._finder.touches[k]
+            if (
+                isinstance(contact, PenaltyContact)
+                and contact.lets_go
+                and contact.pressed_by(touch) > 0
+            ):
+                self._change(0.0, k, Change.CLOSES, touch)
+                contact.follow(self.model.start[0], presses=True)
+                stored = float(contact.law.stored_energy(-touch.gap))
+                # What it stores counts as lost until it ends.
+                self.recorder.leap(k, 0.0, stored, 0.0)
 
     @property
     def over(self) -> bool:
@@ -110,6 +131,7 @@ class MinimalProblem:
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self._finder.kinks.take_sides(time, q, v)
+        self._finder.frictions.settle(time, q, v)
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
@@ -204,13 +226,18 @@ class MinimalProblem:
             return self._finder.walls.late(what.contact - self._walls, end, step.end)
         if isinstance(what, KinkPassed):
             return self._finder.kinks.late(what, end, step.end)
+        if isinstance(what, FrictionChange):
+            return self._finder.frictions.late(what, step)
         if not isinstance(what, ContactChange):
             return 0.0
         contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
         touch = contact.touch(end.x, end.v)
         slid = contact.left_since(touch) if presses else 0.0
-        # The force of a law begins at zero, however near; a reaction tells by itself where it ends.
+        # The force of a law begins at zero, however near; a reaction tells by itself where it ends,
+        # and so does a force that lets go.
         tells = isinstance(contact, RigidContact) == presses
+        if contact.lets_go:
+            tells = presses or self._finder.let_go(what.contact)
         if slid or tells or meets(touch, step.end) or touch.gap_rate == 0:
             return slid
         return touch.gap / touch.gap_rate
@@ -234,20 +261,32 @@ class MinimalProblem:
         if isinstance(event.what, TurnsMade):
             self.reached = True
         elif isinstance(event.what, PieceEnd):
-            point, way = event.what
-            if isinstance(point, OnCurve):
-                point.next_piece(way)
-            elif not point.next_piece(way, event.time):
-                self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
-                self.stop_advice = "lengthen the curve, or end the run before"
+            self._next_piece(event.what, event.time)
         elif isinstance(event.what, KinkPassed):
             self._finder.kinks.cross(event.what)
+        elif isinstance(event.what, FrictionChange):
+            self._jumped = not event.bends
+            self.recorder.keep_last(before=self._jumped)
+            self._finder.frictions.cross(event.time, event.what)
         elif event.what.contact >= self._walls:
             self._change_walls(event.time, event.what.contact - self._walls)
         elif event.what.contact in self.model.rigid.all:
             self._change_rigid(event.time, event.what.contact)
         else:
             self._change_contact(event.time, event.what.contact)
+
+    def _next_piece(self, end: PieceEnd, time: float) -> None:
+        """Go on along the next piece of a curve or a table; where there is none, the run stops."""
+        point, way = end
+        if isinstance(point, OnCurve):
+            point.next_piece(way)
+        elif isinstance(point, TableFollower):
+            if not point.next_piece(way):
+                self.stop_reason = f"the table of forces of '{point.name}' ends there"
+                self.stop_advice = "give it more rows: no force is made up beyond them"
+        elif not point.next_piece(way, time):
+            self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
+            self.stop_advice = "lengthen the curve, or end the run before"
 
     def _change_rigid(self, time: float, k: int) -> None:
         self.recorder.keep_last(before=True)
@@ -265,7 +304,7 @@ class MinimalProblem:
         """Let a contact begin or end."""
         touch = self._finder.touches[k]
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
-        self._jumped = what is Change.SLIDES_OFF
+        self._jumped = what is Change.SLIDES_OFF or self.model.contacts[k].lets_go
         if k < self._of_scene:
             self.recorder.keep_last(before=self._jumped)
         self._change(time, k, what, touch)

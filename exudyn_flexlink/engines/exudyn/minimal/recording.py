@@ -40,6 +40,8 @@ class TreeKept(NamedTuple):
     v: FloatArray
     a: FloatArray
     forces: FloatArray  # of motors, slots and loops
+    friction: FloatArray  # (m, joints): torque or force on the second part, N m or N
+    rests: FloatArray  # (m, joints): 1 where friction holds a joint
 
 
 class _Waiting(NamedTuple):
@@ -168,8 +170,9 @@ class Recorder(BlockRecorder):
         if whole.wall is not None:
             press[:, len(self.model.contacts) + whole.wall.which] = whole.wall.press
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
-        own = TreeKept(state.x, state.v, a, forces)
-        return Kept(whole.t, self._places(state), press, pressed, np.zeros((count, 2)), own)
+        own = TreeKept(state.x, state.v, a, forces, *whole.friction[..., [0, 3]].T.swapaxes(1, 2))
+        totals = np.zeros((count, 2 + self.frictions))
+        return Kept(whole.t, self._places(state), press, pressed, totals, own)
 
     def _places(self, state: TreeState) -> FloatArray:
         """Places (m, slots) on the whole curves, in the order of the mechanism's slots."""
@@ -182,7 +185,10 @@ class Recorder(BlockRecorder):
         """Rates (m, ...) of the totals at instants."""
         whole: TreeForces = at.kept
         own, count, first = known.own, len(self.contacts), len(self.model.contacts)
-        rates = np.zeros((len(known.t), 2 + 2 * count))
+        rates = np.zeros((len(known.t), 2 + 2 * count + self.frictions))
+        if self.frictions:
+            speeds = own.v @ self.model.frictions.rows.T
+            rates[:, 2 + 2 * count :] = -own.friction * speeds
         rates[:, 0] = self.model.all_springs.lost(own.x, own.v)
         rates[:, 1] = (own.forces * own.v).sum(axis=1) + whole.supply
         rates[:, 2 : 2 + count] = known.press

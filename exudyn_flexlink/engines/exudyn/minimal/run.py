@@ -14,6 +14,7 @@ from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.exudyn.minimal.friction import LOCKS_ADVICE, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
@@ -21,7 +22,6 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_VALUE_ADVICE,
     no_solution_advice,
 )
 from exudyn_flexlink.engines.interrupts import interrupts
@@ -74,7 +74,11 @@ def prepare(
     accuracy = scene.accuracy
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     goal = _goal(scene, assembly, layout)
-    problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
+    try:
+        problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
+    except LockedError as error:
+        own = Mistake(("joints", error.joint, "friction"), f"{error}, as it starts", LOCKS_ADVICE)
+        raise SceneError(scene.document, [own]) from error
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
@@ -92,10 +96,12 @@ def solve(run: MinimalRun) -> tuple[str, str]:
             run.recorder.work_off()
         except DeadCentreError as error:
             complaint = str(error), LOCKED_ADVICE
+        except LockedError as error:
+            complaint = str(error), LOCKS_ADVICE
         except NoConvergenceError as error:
             complaint = _no_convergence(run, error)
         except NoValueError as error:  # of a drive, as it goes on past a knot, or at a sample
-            complaint = str(error), NO_VALUE_ADVICE
+            complaint = str(error), error.advice
     if run.stepper.time < run.problem.end * (1 - 1e-9):
         run.recorder.keep_last()  # stopped early
     run.recorder.flush()
@@ -107,10 +113,12 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
     locked = run.model.coordinates.locked(run.stepper.at.kept.state)
     if locked:
         return locked, LOCKED_ADVICE
+    if run.model.frictions.trouble is not None:
+        return str(run.model.frictions.trouble), LOCKS_ADVICE
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time
     trouble = run.model.trouble
     if trouble is not None and abs(trouble.time - time) < NEAR * run.problem.end:
-        return str(trouble), NO_VALUE_ADVICE
+        return str(trouble), trouble.advice
     shortest = instant(time, EVENT_TIME)
     advice = no_solution_advice(run.model.assembly, tolerance, shortest, time)
     return f"{NO_SOLUTION} ({error})", advice

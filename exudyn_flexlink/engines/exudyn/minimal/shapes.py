@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism import (
     Contact,
     CurveContact,
     FaceContact,
+    TurnStop,
     grip_of,
 )
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
@@ -33,7 +34,8 @@ class Look(NamedTuple):
     `normal` is the direction in which it pushes the first part, `along` that of the slip; both act
     at the first part's point `at`, m, and friction by its `grip` and arm there (m). `first` and
     `second` are the links that carry both parts. `bend` (1/m) is the second derivative of the gap
-    as `at` moves past the second's `centre`, across the normal; 0 where nothing is round.
+    as `at` moves past the second's `centre`, across the normal; 0 where nothing is round. What a
+    stop presses by turns the first part with the `moment` 1, and pushes nowhere.
     """
 
     touch: Touch
@@ -45,6 +47,7 @@ class Look(NamedTuple):
     centre: Vector = (0.0, 0.0)
     bend: float = 0.0
     grip: tuple[float, float] = (1.0, 0.0)
+    moment: float = 0.0
 
 
 class Shape(Protocol):
@@ -69,6 +72,8 @@ def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
         return _Circles(layout, contact)
     if isinstance(contact, CurveContact):
         return OnCurve(layout, contact)
+    if isinstance(contact, TurnStop):
+        return _Stop(layout, contact)
     return _Face(layout, contact)
 
 
@@ -100,6 +105,31 @@ class _Face:
         along = touch.slip - turning * self._side * touch.gap
         turned = -2 * self._side * turning * along - turning * turning * touch.gap
         return nx * (ax - bx) + ny * (ay - by) + turned
+
+
+class _Stop:
+    """A hinge at its stop: hinges on the way between both parts turn it."""
+
+    length = inf
+
+    def __init__(self, layout: TreeLayout, contact: TurnStop) -> None:
+        first, second = contact.first.part, contact.second.part
+        row = layout.turning_row(first, second).tolist()
+        self._row = [(i, share) for i, share in enumerate(row) if share]
+        self._rest, self._way = layout.turn(first, second) - contact.bound, contact.way
+        self._moved: Row = [(i, 0.0, 0.0) for i, share in self._row if share * self._way > 0]
+        self._back: Row = [(i, 0.0, 0.0) for i, share in self._row if share * self._way < 0]
+
+    def look(self, x: list[float], v: list[float]) -> Look:
+        """Look at coordinates and speeds of the tree."""
+        angle, rate = (sum(share * own[i] for i, share in self._row) for own in (x, v))
+        touch = Touch(self._way * (angle + self._rest), 0.0, self._way * rate, 0.0, inf)
+        none = (0.0, 0.0)
+        return Look(touch, none, none, none, self._moved, self._back, moment=1.0)
+
+    def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:  # noqa: ARG002
+        """Return 0: the angle is a sum of coordinates."""
+        return 0.0
 
 
 class _Circles:

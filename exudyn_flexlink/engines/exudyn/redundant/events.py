@@ -14,7 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.window import Window
-from exudyn_flexlink.mechanism import Mechanism, sensed
+from exudyn_flexlink.mechanism import Mechanism, joint_speed, sensed
 from exudyn_flexlink.mechanism.prescribed import Formula
 
 # Of a step: an event nearer than this counts as reached. A step so short would fill the
@@ -22,6 +22,7 @@ from exudyn_flexlink.mechanism.prescribed import Formula
 REACHED = 1e-2
 # Of the largest value so far, and at least of 1 in its SI unit: what the solver leaves of a rest.
 REST = 1e-10
+STEEP = 10.0  # slip speeds: where friction of a joint is its bound, but for 4e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,18 +71,22 @@ def first_zero(value: float, rate: float, curvature: float) -> float:
 
 
 class Kinks:
-    """Follows what max, min and abs compare in formulas of the state, from step to step."""
+    """Follows what max, min and abs compare in formulas of the state, from step to step.
+
+    And where friction of joints, which is smooth but steep, begins and ends to change.
+    """
 
     def __init__(self, mechanism: Mechanism, window: Window) -> None:
         formulas = [(size.value, size.senses) for _, size in mechanism.sizes]
         self._bent = [(f, s) for f, s in formulas if isinstance(f, Formula) and f.expression.kinks]
+        self._frictions = mechanism.frictions
         self._window = window
         self._last, self._rates, self._step = np.zeros(0), np.zeros(0), 0.0
         self._largest = np.zeros(1)
 
     def after_step(self, now: StepEnd, step: float) -> tuple[float, bool]:
         """Shorten the next step (s) to end on a kink; tell whether the last one passed any."""
-        if not self._bent:
+        if not (self._bent or self._frictions):
             return step, False
         values, last, h = self._values(now), self._last, now.step
         self._largest = np.maximum(self._largest, np.abs(values))
@@ -107,4 +112,6 @@ class Kinks:
             formula.expression.switches(time + formula.clock, [sensed(s, q, v) for s in senses])
             for formula, senses in self._bent
         ]
-        return np.concatenate(found)[:, 0]
+        speeds = [joint_speed(own.joint, q, v) / own.slip_speed for own in self._frictions]
+        steep = [speed + side for speed in speeds for side in (-STEEP, STEEP)]
+        return np.concatenate([*(values[:, 0] for values in found), *steep])

@@ -55,7 +55,8 @@ def _add_torque(system: System, motor: TorqueMotor) -> None:
 
         load = {"loadUserFunction": torque} if constant is None else {"load": sign * constant}
         marker = system.angle_marker(part)
-        system.mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, **load))
+        number = system.mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, **load))
+        system.loads.setdefault(motor.name, []).append(int(number))
 
 
 def _add_force(system: System, force: PointForce) -> None:
@@ -74,7 +75,8 @@ def _add_force(system: System, force: PointForce) -> None:
     if force.axes == GROUND and x is not None and y is not None:
         load = {"loadVector": [x, y, 0.0]}
     marker = system.point_marker(force.point)
-    system.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, **load))
+    number = system.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, **load))
+    system.loads[force.name] = [int(number)]
 
 
 def _state(system: System, mbs: Any) -> tuple[Any, Any]:

@@ -17,11 +17,11 @@ from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_VALUE_ADVICE,
     no_solution_advice,
     versions,
 )
-from exudyn_flexlink.engines.histories import Histories
+from exudyn_flexlink.engines.histories import Histories, friction_histories
+from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.mechanism import (
     Assembly,
     Motor,
@@ -29,6 +29,7 @@ from exudyn_flexlink.mechanism import (
     Slide,
     Weld,
     force_at,
+    joint_speed,
     left_of,
     line_of,
     sizes_at,
@@ -39,12 +40,14 @@ from exudyn_flexlink.result import (
     Checks,
     EnergyHistory,
     EngineSettings,
+    FrictionHistory,
     Integrator,
     Outcome,
     Result,
 )
 from exudyn_flexlink.scene import PointsJoint, Scene
 
+CREEPS = 3.0  # of the slip speed: what is slower is held by less than 0.995 of the bound
 METHOD, ORDER = "generalised-alpha, index 3", 2
 
 
@@ -117,9 +120,33 @@ class _RunReader:
             # A lap that begins as the run ends is none.
             laps=tuple(lap for lap in loop.events if lap.time < loop.end),
             checks=self._checks(),
-            warnings=tuple(_warnings(prepared)),
+            warnings=(*_warnings(prepared), *self._creeping()),
             outcome=_outcome(prepared, complaint),
+            frictions=self._frictions(),
         )
+
+    def _frictions(self) -> dict[str, FrictionHistory]:
+        own = self.mechanism.frictions
+        if not own:
+            return {}
+        speeds = [joint_speed(friction.joint, self.poses, self.rates) for friction in own]
+        torques = [one.regularised(speed) for one, speed in zip(own, speeds, strict=True)]
+        never, lost = np.zeros((len(self.kept.t), len(own))), self.kept.totals[:, 2:]
+        columns = never, np.transpose(torques), lost
+        return friction_histories(self.mechanism, self.kept.t, *columns)
+
+    def _creeping(self) -> Iterator[str]:
+        """Say that friction holds nothing here, and how fast a joint creeps as the run ends."""
+        for own in self.mechanism.frictions:
+            speed = abs(float(joint_speed(own.joint, self.poses[-1], self.rates[-1])))
+            unit = "m/s" if isinstance(own.joint, Slide) else "rad/s"
+            creeps = "what should rest creeps"
+            if 0 < speed < CREEPS * own.slip_speed:
+                creeps = f"it creeps by {speed:.2g} {unit} as the run ends"
+            yield (
+                f"friction in joint '{own.name}' holds nothing in redundant coordinates: {creeps}, "
+                "by slip_speed artanh(load/bound); 'formulation: minimal' holds"
+            )
 
     def _torques(self) -> dict[str, FloatArray]:
         """Torque of each drive that has one on its joint's second part, N m."""
@@ -222,7 +249,7 @@ def _plain(complaint: str) -> str:
 
 def _advice(prepared: Prepared, complaint: str) -> str:
     if prepared.system.errors:
-        return NO_VALUE_ADVICE
+        return NoValueError.advice
     if "singular" in complaint:
         return LOCKED_ADVICE
     return no_solution_advice(prepared.assembly, prepared.scene.accuracy.tolerance)

@@ -24,9 +24,8 @@ from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import (
     Friction,
     Impulse,
-    LineContact,
-    Penalty,
     PowerPenalty,
+    PressingLaw,
     RestitutionPenalty,
 )
 from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
@@ -52,18 +51,19 @@ class Pressing(ABC):
     """
 
     length: float  # m, of the face; circles have no ends
+    numbers: list[int]  # of its connectors
 
     def __init__(self, system: System, contact: Contact, normal: int) -> None:
         assert not isinstance(contact.law, Impulse)  # `run` refuses it
         self._mbs, self._law = system.mbs, contact.law
-        self._items = [normal]
+        self.numbers = [normal]
         self._approach = 0.0  # m/s: with which the touch began, or would begin now
         self._friction = contact.friction
         if contact.friction is not None:
             law = _law(system, contact.friction, 0.0, COORDINATE_SPRING)
             anchors = contact.anchors[1][0], contact.anchors[0][0]
             self._slip_marker, self._slip = _across(system, anchors, (1.0, 0.0), law)
-            self._items.append(self._slip)
+            self.numbers.append(self._slip)
         self.awake = False
 
     @abstractmethod
@@ -84,14 +84,14 @@ class Pressing(ABC):
         law = self._law
         if isinstance(law, PowerPenalty) and law.factor > 0:
             damping = law.factor / max(approach, law.transition_speed)
-            self._mbs.SetObjectParameter(self._items[0], "damping", damping)
+            self._mbs.SetObjectParameter(self.numbers[0], "damping", damping)
 
     def wake(self, awake: bool) -> None:
         """Let the contact act in the next step, or cost nothing."""
         if awake == self.awake:
             return
         self.awake = awake
-        for item in self._items:
+        for item in self.numbers:
             self._mbs.SetObjectParameter(item, "activeConnector", awake)
 
     def aim(self, touch: Touch, step: float) -> None:
@@ -240,9 +240,9 @@ class _Place:
         return (x + rx, y + ry), (u - spin * ry, w + spin * rx), angle, spin
 
 
-def _law(system: System, law: Penalty | Impulse | Friction, free: float, kind: str) -> Any:
+def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) -> Any:
     """Return a symbolic function for items of a kind, one for all contacts of the same law."""
-    assert not isinstance(law, Impulse | LineContact)  # `run` refuses them
+    assert isinstance(law, RestitutionPenalty | PowerPenalty | Friction)  # `run` refuses others
     key = law, free, kind
     if key not in system.laws:
         if isinstance(law, PowerPenalty):

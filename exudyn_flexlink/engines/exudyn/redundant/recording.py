@@ -22,6 +22,7 @@ from exudyn_flexlink.mechanism import (
     approach,
     force_at,
     joint_residuals,
+    joint_speed,
     motor_place,
     sizes_at,
     turning,
@@ -120,8 +121,9 @@ class Recorder(BlockRecorder):
         reached = self._reached[None]
         if count > 1:
             reached = self._take_steps(ends, balanced, pressing)
+        totals = np.array([2, 2 + len(self.contacts)])  # columns: of impulses, and of losses
         for row, changed in self._changes:
-            impulse, lost = reached[row, 2:].reshape(2, -1)[:, changed.contact].tolist()
+            impulse, lost = reached[row, changed.contact + totals].tolist()
             now = changed.now._replace(totals=(impulse, lost))
             self.touches.change(changed.contact, changed.what, now)
         self._changes.clear()
@@ -204,16 +206,20 @@ class Recorder(BlockRecorder):
             if contact.friction is not None:
                 power[rows, k] -= contact.friction.force(force, seen.slip) * seen.slip
         own = SolverKept(at.q, at.v, _at(balanced, at.t), elastic)
-        return Kept(at.t, at.places, press, pressed, np.zeros((len(at.t), 2)), own), power
+        totals = np.zeros((len(at.t), 2 + self.frictions))
+        return Kept(at.t, at.places, press, pressed, totals, own), power
 
     def _rates(self, known: Kept, power: FloatArray, balanced: _Balanced) -> FloatArray:
         """Rates (2 k, ...) of the totals where steps begin, then where they end."""
         count, nodes = len(self.contacts), len(known.t)
         q, v = self.coordinates.at_joints(known.own.q, known.own.v)
-        rates = np.zeros((nodes, 2 + 2 * count))
+        rates = np.zeros((nodes, 2 + 2 * count + self.frictions))
+        for k, friction in enumerate(self.mechanism.frictions, start=2 + 2 * count):
+            speed = joint_speed(friction.joint, q, v)
+            rates[:, k] = -friction.regularised(speed) * speed
         rates[:, 0] = self.meter.damping_power(q, v)
         rates[:, 0] += self.coordinates.of_beams(known.own.q, known.own.v).lost
-        rates[:, 2 : 2 + count], rates[:, 2 + count :] = known.press, power[:nodes]
+        rates[:, 2 : 2 + count], rates[:, 2 + count : 2 + 2 * count] = known.press, power[:nodes]
         begin, end = known.t.reshape(2, -1)
         middle = _at(balanced, 0.5 * (begin + end))
         for motor, row in zip(self.mechanism.speed_motors, self.motor_rows, strict=True):
@@ -272,7 +278,9 @@ def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) 
     )
     places = nodes.places[np.where(x[:, 0] < 0.5, of, then)]
     press = nodes.press[of] + x * (nodes.press[then] - nodes.press[of])
-    return Kept(time, places, press, nodes.pressed[of], np.zeros((len(time), 2)), own)
+    return Kept(
+        time, places, press, nodes.pressed[of], np.zeros((len(time), nodes.totals.shape[1])), own
+    )
 
 
 def _at(balanced: _Balanced, time: FloatArray) -> FloatArray:

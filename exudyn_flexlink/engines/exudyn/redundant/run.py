@@ -26,12 +26,13 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
     StepChooser,
 )
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
-from exudyn_flexlink.engines.interrupts import between_steps, interrupts
+from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,
+    TurnStop,
     beyond_redundant,
     end_of_run,
     pairs,
@@ -53,21 +54,12 @@ def prepare(
     """Build the system, the loop and what records it.
 
     Raises:
-        NotRepresentableError: the scene asks for a beam that can't be, or for contacts that
-            Exudyn's own solver does not know.
+        NotRepresentableError: as of `built`.
 
     """
-    for mistake in beyond_redundant(scene):
-        raise NotRepresentableError(tuple(map(str, mistake.path)), mistake.message)
     end = end_of_run(scene, assembly.mechanism)
-    as_beam = scene.solver.formulation == "beam"
-    beams = beams_of(scene, assembly.mechanism) if as_beam else ()
-    system = build_system(assembly, beams)
-    add_loads(system)
     events: list[Event] = []
-    count = len(assembly.mechanism.slots)
-    slots = [SlotItems(system, i, events, limits) for i in range(count)]
-    contacts = _contacts(scene, system)
+    system, slots, contacts = built(scene, assembly, events, limits)
     system.mbs.Assemble()
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
     pressing = [own.contact for own in contacts.all]
@@ -86,13 +78,34 @@ def prepare(
     return Prepared(scene, assembly, system, loop)
 
 
+def built(
+    scene: Scene, assembly: Assembly, events: list[Event], limits: float = 1.0
+) -> tuple[System, list[SlotItems], Contacts]:
+    """Create all items of a scene, not yet assembled; slots will tell `events` of new laps.
+
+    Raises:
+        NotRepresentableError: the scene asks for a beam that can't be, or for contacts that
+            Exudyn's own solver does not know.
+
+    """
+    for mistake in beyond_redundant(scene):
+        raise NotRepresentableError(tuple(map(str, mistake.path)), mistake.message)
+    as_beam = scene.solver.formulation == "beam"
+    beams = beams_of(scene, assembly.mechanism) if as_beam else ()
+    system = build_system(assembly, beams)
+    add_loads(system)
+    count = len(assembly.mechanism.slots)
+    slots = [SlotItems(system, i, events, limits) for i in range(count)]
+    return system, slots, _contacts(scene, system)
+
+
 def _contacts(scene: Scene, system: System) -> Contacts:
     """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
     mechanism = system.mechanism
     found = iter(resolutions(scene, system.assembly, system.coordinates.half_period))
     contacts = []
     for i, contact in enumerate(mechanism.touching):
-        assert not isinstance(contact, CurveContact)  # `prepare` refuses them
+        assert not isinstance(contact, (CurveContact, TurnStop))  # `prepare` refuses them
         contacts.append(ContactItem(system, contact, i, next(found)))
     for channel in mechanism.channels:
         resolution = next(found)
@@ -122,7 +135,7 @@ def solve(prepared: Prepared) -> str:
     settings = _settings(prepared, first)
     complaint = ""
     try:
-        with interrupts(loop.interrupt), between_steps() as loop.listen:
+        with interrupts(loop.interrupt):
             system.mbs.SolveDynamic(settings, showHints=False)
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)

@@ -86,7 +86,7 @@ class SlotItems(TrackFollower):
         self._others = (0.0,) * (self._width - 2)
         self._native: dict[Quadratic, int] = {}
         self._general: int | None = None
-        self._item_of_piece = [self._create(piece) for piece in self.curve.pieces]
+        self.item_of_piece = [self._create(piece) for piece in self.curve.pieces]
         self._activate(self.piece)
         self._longest = [
             limits * PART_OF_PIECE * float(piece.length()) for piece in self.curve.pieces
@@ -98,6 +98,11 @@ class SlotItems(TrackFollower):
         self.at_end = False  # of an open curve: the run can't go on
 
     # --- items ------------------------------------------------------------------------------
+
+    @property
+    def native(self) -> bool:
+        """Whether Exudyn's own items are all of the curve: no place is searched for on it."""
+        return self._general is None
 
     def _create(self, piece: Curve) -> int:
         native = self._at_origin and not self._carried
@@ -136,8 +141,8 @@ class SlotItems(TrackFollower):
         return int(system.mbs.AddObject(item))
 
     def _activate(self, piece: int) -> None:
-        for item in {*self._item_of_piece}:
-            active = item == self._item_of_piece[piece]
+        for item in {*self.item_of_piece}:
+            active = item == self.item_of_piece[piece]
             self.system.mbs.SetObjectParameter(item, "activeConnector", active)
 
     # --- the general constraint: signed distance from the curve, by its foot point -------------
@@ -247,11 +252,11 @@ class SlotItems(TrackFollower):
         return first_zero(left, -abs(along), -rising if along > 0 else rising)
 
     def _change_piece(self, way: int, time: float) -> None:
-        before = self._item_of_piece[self.piece]
+        before = self.item_of_piece[self.piece]
         if not self.next_piece(way, time):
             self.at_end = True
             return
-        item = self._item_of_piece[self.piece]
+        item = self.item_of_piece[self.piece]
         self.jumped = item != before or item == self._general
         self._u_rate = 0.0
         self._activate(self.piece)

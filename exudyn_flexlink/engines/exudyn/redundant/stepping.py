@@ -8,7 +8,7 @@ events (a track's pieces, contacts, the end) and resolve contacts.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, inf, log2
 from typing import Any
@@ -166,7 +166,6 @@ class Loop:
     stop_advice: str = ""
     interrupted: bool = False
     error: BaseException | None = None
-    listen: Callable[[], None] = lambda: None  # lets handlers of signals run, see `interrupts`
     _first: float = 0.0
     _goal_rate: float = 0.0
     _jump: FloatArray | None = None  # of accelerations, at the knot where the last step ended
@@ -184,11 +183,9 @@ class Loop:
     def after_step(self, mbs: Any, time: float) -> bool:
         """Called by the solver after each step; False ends the run.
 
-        Nothing may be raised through the solver, Ctrl-C included: it is kept in `error` for the
-        caller.
+        Nothing may be raised through the solver: it is kept in `error` for the caller.
         """
         try:
-            self.listen()
             return self._after_step(mbs, time) and not self.interrupted
         except BaseException as error:
             self.error = error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import cos, sin
+from math import cos, sin, tanh
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
     Assembly,
+    JointFriction,
     LinearSpring,
     Mechanism,
     Motor,
@@ -33,7 +34,7 @@ NOTHING = -1  # number of an item that is none
 
 @dataclass
 class System:
-    """An Exudyn system and the numbers of its items; it never leaves this package.
+    """An Exudyn system and the numbers of its items; only `opened` hands them on, to users.
 
     Nodes have no reference values, so that coordinates are positions and angles themselves
     (quadratic constraints need that); `coordinates` reads them as parts. The node and the body of
@@ -49,7 +50,9 @@ class System:
     ground: int = 0
     ground_node: int = 0
     joints: dict[str, int] = field(default_factory=dict)  # pins, welds' points, and slides
+    springs: dict[str, int] = field(default_factory=dict)
     motors: list[int] = field(default_factory=list)  # speed motors, in their order
+    loads: dict[str, list[int]] = field(default_factory=dict)  # of torques and forces
     window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
     # Of values that drives do not have: nothing may be raised through the solver.
@@ -153,9 +156,11 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
     for slide in mechanism.slides:
         system.joints[slide.name] = _add_slide(system, slide)
     for spring in mechanism.springs:
-        _add_spring(system, spring)
+        system.springs[spring.name] = _add_spring(system, spring)
     for linear in mechanism.linear_springs:
-        _add_linear_spring(system, linear)
+        system.springs[linear.name] = _add_linear_spring(system, linear)
+    for friction in mechanism.frictions:
+        _add_friction(system, friction)
     for motor in mechanism.speed_motors:
         system.motors.append(_add_speed_motor(system, motor))
     if any(mechanism.gravity):
@@ -226,24 +231,22 @@ def _add_slide(system: System, slide: Slide) -> int:
     )
 
 
-def _add_spring(system: System, spring: RotarySpring) -> None:
+def _add_spring(system: System, spring: RotarySpring) -> int:
     # On angles directly: a TorsionalSpringDamper, which works on 3D markers, costs up to 1.6 times.
     markers = [system.angle_marker(spring.first), system.angle_marker(spring.second)]
-    system.mbs.AddObject(
-        items.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=markers,
-            stiffness=spring.stiffness,
-            damping=spring.damping,
-            offset=spring.rest_angle or 0.0,
-        )
+    item = items.ObjectConnectorCoordinateSpringDamper(
+        markerNumbers=markers,
+        stiffness=spring.stiffness,
+        damping=spring.damping,
+        offset=spring.rest_angle or 0.0,
     )
+    return int(system.mbs.AddObject(item))
 
 
-def _add_linear_spring(system: System, spring: LinearSpring) -> None:
+def _add_linear_spring(system: System, spring: LinearSpring) -> int:
     k, c = spring.stiffness, spring.damping
     if spring.slide is not None:
-        _add_spring_along(system, spring, spring.slide)
-        return
+        return _add_spring_along(system, spring, spring.slide)
     markers = [system.point_marker(spring.first), system.point_marker(spring.second)]
     if spring.length == 0:
         item = items.ObjectConnectorCartesianSpringDamper(
@@ -253,20 +256,41 @@ def _add_linear_spring(system: System, spring: LinearSpring) -> None:
         item = items.ObjectConnectorSpringDamper(
             markerNumbers=markers, stiffness=k, damping=c, referenceLength=spring.length
         )
-    system.mbs.AddObject(item)
+    return int(system.mbs.AddObject(item))
 
 
-def _add_spring_along(system: System, spring: LinearSpring, slide: Slide) -> None:
+def _add_spring_along(system: System, spring: LinearSpring, slide: Slide) -> int:
     """Let a spring act along the slide's line, which turns with the first part."""
     along = np.diag([1.0, 0, 0, 0, 0, 0])
-    system.mbs.AddObject(
-        items.ObjectConnectorRigidBodySpringDamper(
-            markerNumbers=system.slide_markers(slide),
-            stiffness=spring.stiffness * along,
-            damping=spring.damping * along,
-            offset=[spring.length or 0.0, 0, 0, 0, 0, 0],
-        )
+    item = items.ObjectConnectorRigidBodySpringDamper(
+        markerNumbers=system.slide_markers(slide),
+        stiffness=spring.stiffness * along,
+        damping=spring.damping * along,
+        offset=[spring.length or 0.0, 0, 0, 0, 0, 0],
     )
+    return int(system.mbs.AddObject(item))
+
+
+def _add_friction(system: System, friction: JointFriction) -> None:
+    """Brake a joint: by a torque, or along a slide by a force, that grows with slow speeds."""
+    bound, slow, joint = friction.constant, friction.slip_speed, friction.joint
+
+    def brakes(*args: Any) -> float:
+        return bound * tanh(args[4] / slow)
+
+    def brakes_along(*args: Any) -> list[float]:
+        return [bound * tanh(args[5][0] / slow), 0.0, 0.0, 0.0, 0.0, 0.0]
+
+    if isinstance(joint, Slide):
+        item = items.ObjectConnectorRigidBodySpringDamper(
+            markerNumbers=system.slide_markers(joint), springForceTorqueUserFunction=brakes_along
+        )
+    else:
+        markers = [system.angle_marker(joint.first.part), system.angle_marker(joint.second.part)]
+        item = items.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=markers, springForceUserFunction=brakes
+        )
+    system.mbs.AddObject(item)
 
 
 def _add_speed_motor(system: System, motor: Motor) -> int:

@@ -1,0 +1,271 @@
+"""What functions for Python take: each argument is checked as the call comes in.
+
+`takes` names a kind for each argument. A kind turns what was given into what the function works
+with, or refuses it: by a ValueError where it is of the right type, else by a TypeError.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from numbers import Real
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+from pydantic_core import PydanticCustomError
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.quantities import LONGEST_TEXT, Quantity
+from exudyn_flexlink.source import unknown
+from exudyn_flexlink.units import Dimension
+
+LONGEST_NAME = 255  # letters of a file's name that a file system takes
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
+Kind = Callable[[Any, Any], Any]
+"""Checks a value; the second is the call's first argument, such as the result of a method."""
+
+
+def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Made]]:
+    """Let a function refuse arguments that are not of their kinds: all such, by their names.
+
+    None is taken where it is the default. Each of many arguments (``*names``) is checked.
+    """
+
+    def checked(function: Callable[Given, Made]) -> Callable[Given, Made]:
+        known = inspect.signature(function)
+        assert set(kinds) <= set(known.parameters)
+
+        @wraps(function)
+        def call(*args: Given.args, **kwargs: Given.kwargs) -> Made:
+            try:
+                bound = known.bind(*args, **kwargs)
+            except TypeError:
+                return function(*args, **kwargs)  # Python's own words: missing, or one too many
+            owner, wrong = next(iter(bound.arguments.values()), None), list[Exception]()
+            for name, kind in kinds.items():
+                parameter = known.parameters[name]
+                if name not in bound.arguments:
+                    continue
+                value = bound.arguments[name]
+                if value is None and parameter.default is None:
+                    continue
+                try:
+                    many = parameter.kind is inspect.Parameter.VAR_POSITIONAL
+                    made = tuple(kind(one, owner) for one in value) if many else kind(value, owner)
+                    bound.arguments[name] = made
+                except (TypeError, ValueError) as error:
+                    wrong.append(type(error)(f"{name}: {error}"))
+            if wrong:
+                kind_of = TypeError if any(isinstance(e, TypeError) for e in wrong) else ValueError
+                raise kind_of("\n".join(map(str, wrong)))
+            return function(*bound.args, **bound.kwargs)
+
+        return call
+
+    return checked
+
+
+def told(value: object) -> str:
+    """Write what was given as messages show it: short, and in Python's words."""
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    if isinstance(value, int) and abs(value) > 10**LONGEST_TEXT:
+        return f"an int of {int(value.bit_length() * math.log10(2)) + 1} digits"
+    if value is None or isinstance(value, bool | Real | complex | str | bytes):
+        text = repr(value)
+        return text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]}..."
+    if hasattr(value, "shape"):
+        return f"an array of shape {tuple(value.shape)}"
+    if isinstance(value, list | tuple | set | dict):
+        return f"a {type(value).__name__} of {len(value)}"
+    return f"a {type(value).__name__}"
+
+
+def plain(value: Any) -> Any:
+    """Turn a quantity of Pint into text with a unit, and a number of numpy into Python's.
+
+    So are arrays of one number; all else is returned as it is.
+    """
+    if hasattr(value, "to_base_units"):
+        base = value.to_base_units()
+        number, unit = plain(base.magnitude), f"{base.units:~C}".replace("**", "^")
+        known = not unit or not isinstance(number, Real)
+        return number if known else f"{number!r} {unit}"
+    if hasattr(value, "item") and getattr(value, "size", 0) == 1:
+        return value.item()
+    return value
+
+
+def number(
+    dimension: Dimension = Dimension.NUMBER, *, endless: bool = False, **bounds: Any
+) -> Kind:
+    """Take a number in SI, or a text such as '5 mm', or Pint's; see `Quantity`.
+
+    It is finite, unless it may be `endless`.
+    """
+    quantity = Quantity(dimension, **bounds)
+
+    def read(value: Any, _: Any = None) -> float:
+        given = plain(value)
+        wrong = f"expected {dimension.hint or dimension.words}, got {told(value)}"
+        if isinstance(given, bool) or not isinstance(given, Real | str):
+            raise TypeError(wrong)
+        try:
+            if endless and not isinstance(given, str) and math.isinf(given):
+                return float(given)
+            if not isinstance(given, str) and not math.isfinite(given):
+                raise ValueError(wrong)
+            return float(quantity.read(given if isinstance(given, str) else float(given)))
+        except OverflowError:
+            raise ValueError(wrong) from None
+        except PydanticCustomError as error:
+            about = error.context or {}
+            hint = f": {about['hint']}" if about.get("hint") else f", got {told(value)}"
+            raise ValueError(f"{about.get('message')}{hint}") from None
+
+    return read
+
+
+def instants(value: Any, _: Any = None) -> FloatArray:
+    """Take an instant in s, or an array (N,) of such."""
+    if isinstance(value, str):
+        return np.array(number(Dimension.TIME)(value, None))
+    wrong = f"expected instants in s, a number or an array (N,), got {told(value)}"
+    if hasattr(value, "to_base_units"):
+        base = value.to_base_units()
+        if f"{base.units:~C}" != "s":
+            raise ValueError(wrong)
+        value = base.magnitude
+    try:
+        found = np.asarray(value)
+    except ValueError:  # lists of several lengths
+        raise TypeError(wrong) from None
+    if found.dtype.kind not in "iuf" and len(found.shape or (1,)):
+        raise TypeError(wrong)
+    if found.ndim > 1 or not np.isfinite(found).all():
+        raise ValueError(wrong)
+    return found.astype(float)
+
+
+def whole(least: int, most: int = 10**9) -> Kind:
+    """Take a whole number within bounds."""
+
+    def read(value: Any, _: Any = None) -> int:
+        given = plain(value)
+        wrong = f"expected a whole number from {least:,} to {most:,}, got {told(value)}"
+        if isinstance(given, bool) or not isinstance(given, int | float):
+            raise TypeError(wrong)
+        if not least <= given <= most or given != int(given):
+            raise ValueError(wrong)
+        return int(given)
+
+    return read
+
+
+def text(value: Any, _: Any = None) -> str:
+    """Take a text."""
+    if not isinstance(value, str):
+        raise TypeError(f"expected a text, got {told(value)}")
+    return str(value)
+
+
+def among(known: Callable[[Any], Iterable[str]], what: str = "name") -> Kind:
+    """Take one of the names that are `known` to the call's first argument."""
+
+    def read(value: Any, owner: Any) -> str:
+        name, names = text(value), list(known(owner))
+        if name not in names:
+            raise ValueError(unknown(what, name[:LONGEST_TEXT], names))
+        return name
+
+    return read
+
+
+def place(value: Any, _: Any = None) -> Path:
+    """Take the path of a file or folder."""
+    given = os.fspath(value) if isinstance(value, os.PathLike) else value
+    wrong = f"expected a path, got {told(value)}"
+    if not isinstance(given, str):
+        raise TypeError(wrong)
+    too_long = any(len(part) > LONGEST_NAME for part in Path(given).parts)
+    if not given.strip() or "\0" in given or too_long:
+        raise ValueError(wrong)
+    return Path(given)
+
+
+def flag(value: Any, _: Any = None) -> bool:
+    """Take True or False."""
+    given = plain(value)
+    if not isinstance(given, bool):
+        raise TypeError(f"expected True or False, got {told(value)}")
+    return given
+
+
+def function(value: Any, _: Any = None) -> Any:
+    """Take a function, or what can be called like one."""
+    if not callable(value) or isinstance(value, type):
+        raise TypeError(f"expected a function, got {told(value)}")
+    return value
+
+
+def a(kind: type, how: str = "") -> Kind:
+    """Take an object of a class; `how` says what makes one."""
+
+    def read(value: Any, _: Any = None) -> Any:
+        if not isinstance(value, kind):
+            hint = f"; {how}" if how else ""
+            raise TypeError(f"expected a {kind.__name__}, got {told(value)}{hint}")
+        return value
+
+    return read
+
+
+def two_texts(value: Any, _: Any = None) -> tuple[str, str]:
+    """Take two texts."""
+    pair = list(value) if isinstance(value, tuple | list) else []
+    if len(pair) != 2 or not all(isinstance(one, str) for one in pair):
+        raise TypeError(f"expected two texts, got {told(value)}")
+    return str(pair[0]), str(pair[1])
+
+
+def texts_by_name(value: Any, _: Any = None) -> Mapping[str, str]:
+    """Take a dict of texts."""
+    own = list(value.items()) if isinstance(value, Mapping) else [(None, None)]
+    if not all(isinstance(one, str) for pair in own for one in pair):
+        raise TypeError(f"expected a dict such as {{'theta': 'lever.angle'}}, got {told(value)}")
+    return dict(own)
+
+
+def measured(value: Any, _: Any = None) -> Any:
+    """Take the path of a CSV file, or columns (N,) by name, as of a dict or a data frame."""
+    if isinstance(value, str | os.PathLike):
+        return place(value)
+    wrong = f"expected a CSV file, or columns by name, got {told(value)}"
+    if isinstance(value, type) or not hasattr(value, "items") or not len(value):
+        raise TypeError(wrong)
+    columns = {}
+    for name, column in value.items():
+        try:
+            columns[name] = np.asarray(column)
+        except (TypeError, ValueError):
+            raise TypeError(wrong) from None
+        if not isinstance(name, str) or columns[name].ndim != 1:
+            raise TypeError(wrong)
+    return columns
+
+
+def values(value: Any, _: Any = None) -> list[Any]:
+    """Take some values: a sequence, an array, or what gives one after the other."""
+    if isinstance(value, str | bytes | bytearray | memoryview | Mapping) or not isinstance(
+        value, Iterable
+    ):
+        raise TypeError(f"expected values, such as a list, got {told(value)}")
+    try:
+        return list(value)
+    except TypeError:  # an array without axes
+        return [plain(value)]

@@ -1,0 +1,312 @@
+"""Dry friction in the joints of a tree: it brakes what slides, and holds what rests.
+
+With z the independent coordinates, v = g z' the speed at which a joint turns or slides, and b the
+bound of its friction,
+
+    M z'' = f + sum(g^T T),      v > 0: T = -b,   v < 0: T = b,   v = 0: -b <= T <= b.
+
+A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with errors dying out (see
+`contacts.BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
+zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
+sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988).
+Where more
+joints rest than there are freedoms between them, as in a loop, their T are those that use the least
+part of their bounds: they slide when none other would hold.
+
+By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
+There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.contacts import BAUMGARTE, Projector
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.friction_sharing import (
+    LEAST_BOUND,
+    dependent,
+    least_part,
+    scaled_inverse,
+    within_bounds,
+)
+from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.mechanism import JointFriction, Pin
+from exudyn_flexlink.mechanism.tree import TreeLayout
+
+STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
+HELD_STILL = 1e-5  # likewise, of a joint that is held: by how much steps err there, and more
+NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
+AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which reaches it
+DRIVEN = 1e-12  # of the row of a joint: less of an independent coordinate is rounding
+MOST_ROUNDS, ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
+FEW_ROUNDS = 8  # likewise, where each tells some digits more
+LOCKS_ADVICE = "a smaller 'coefficient' or 'radius'"
+
+
+class LockedError(ArithmeticError):
+    """Friction by the force in a joint has no answer, or more than one."""
+
+    def __init__(self, joint: str) -> None:
+        """Take the name of the joint."""
+        self.joint = joint
+        super().__init__(f"friction locks joint '{joint}': the force in it grows with its friction")
+
+
+class _Known(NamedTuple):
+    """All joints at instants (n,), with what T does.
+
+    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations that no T gives, with
+    `given`, that part of them which drives give, and `mobility` (n, joints, joints) those by a unit
+    of each T; `rate` and `place` are of joints. R are `felt` (n, joints, 2) without T, and `by`
+    (n, joints, joints, 2) a unit of each, the last.
+    """
+
+    free: FloatArray
+    away: FloatArray
+    given: FloatArray
+    mobility: FloatArray
+    rate: FloatArray
+    place: FloatArray
+    felt: FloatArray
+    by: FloatArray
+
+
+class JointFrictions:
+    """Those of a layout: which way (joints,) each slides, +1 or -1; 0 where it rests."""
+
+    def __init__(
+        self, layout: TreeLayout, frictions: tuple[JointFriction, ...], coordinates: Coordinates
+    ) -> None:
+        self.all, self._coordinates = frictions, coordinates
+        count, links = len(frictions), len(layout.links)
+        self.rows = np.array([_row(layout, own) for own in frictions]).reshape(count, links)
+        self._constant = np.array([own.constant for own in frictions])
+        self._share = np.array([own.share for own in frictions])
+        self._slides = np.array([not isinstance(own.joint, Pin) for own in frictions], dtype=bool)
+        sharing = {own.name: k for k, own in enumerate(frictions) if own.share > 0}
+        self._felt = {k: layout.felt[name] for name, k in sharing.items() if name in layout.felt}
+        closing = [joint.name for joint in layout.closures]
+        self._closing = {k: closing.index(name) for name, k in sharing.items() if name in closing}
+        self.way = np.zeros(count)
+        self.side = np.ones(count)  # of a slide, on which its force presses
+        self._place = np.full(count, np.nan)  # where joints rest
+        self.since = np.zeros(count)  # speed with which each left its rest: what steps err there
+        self.stopped: int | None = None  # number of the joint that has just come to rest
+        self.trouble: LockedError | None = None  # of the last evaluation that failed
+
+    @property
+    def held(self) -> IndexArray:
+        """Numbers of the joints that rest."""
+        return np.flatnonzero(self.way == 0)
+
+    @property
+    def has_sides(self) -> IndexArray:
+        """Numbers of slides that rub by their force."""
+        return np.flatnonzero(self._slides & (self._share > 0))
+
+    # --- what is known ------------------------------------------------------------------------
+
+    def driven(self, state: TreeState) -> BoolArray:
+        """Tell of which joints (joints,) a drive prescribes the speed, at one state."""
+        return ~np.asarray(self._free(state).any(axis=-1))
+
+    def _free(self, state: TreeState) -> FloatArray:
+        """Return g (..., joints, independent); of what a drive prescribes without rounding: 0."""
+        free = self.rows @ state.transform.matrix
+        largest = np.abs(self.rows).max(axis=1, initial=0.0)[:, None]
+        return np.asarray(np.where(np.abs(free) > DRIVEN * largest, free, 0.0))
+
+    def _look(self, at: Evaluation) -> _Known:
+        """Look at states (n,) without friction."""
+        kept, state = at.kept, at.kept.state
+        count, joints = len(at.force), len(self.all)
+        free = np.broadcast_to(self._free(state), (count, joints, at.force.shape[1]))
+        forces = np.concatenate([at.force[:, None], free], axis=1)
+        moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
+        given = state.b @ self.rows.T
+        mobility = moved[:, 1:] @ np.swapaxes(free, 1, 2)
+        away = given + (free @ moved[:, 0, :, None])[..., 0]
+        felt = np.zeros((count, 1 + joints, joints, 2))
+        if self._share.any():
+            whole = np.concatenate(
+                [kept.force[:, None], np.broadcast_to(self.rows, (count, *self.rows.shape))], axis=1
+            )
+            bends = moved @ np.swapaxes(
+                np.broadcast_to(
+                    state.transform.matrix, (count, *state.transform.matrix.shape[-2:])
+                ),
+                1,
+                2,
+            )
+            bends[:, 0] += state.b
+            felt = self._force(state, bends @ kept.mass - whole)
+        places = state.v @ self.rows.T, state.x @ self.rows.T
+        by = np.swapaxes(felt[:, 1:], 1, 2)
+        return _Known(free, away, given, mobility, *places, felt[:, 0], by)
+
+    def _force(self, state: TreeState, excess: FloatArray) -> FloatArray:
+        """Forces R (n, k, joints, 2) by what accelerations leave of the forces (n, k, links).
+
+        Of a pin both components, in axes of its own; of a slide that across its line alone.
+        """
+        found = np.zeros((*excess.shape[:2], len(self.all), 2))
+        if isinstance(self._coordinates, ClosedCoordinates):
+            excess, own = self._coordinates.held_by_loops(state, excess)
+            for k, joint in self._closing.items():
+                found[:, :, k] = own[:, :, joint]
+        for k, links in self._felt.items():
+            found[:, :, k, : len(links)] = excess[:, :, links]
+        return found
+
+    # --- equations ----------------------------------------------------------------------------
+
+    def act(self, at: Evaluation) -> Evaluation:
+        """Return evaluations at instants (n,) with friction, as all joints slide or rest now.
+
+        Raises:
+            LockedError: friction by the forces in joints has no answer, or more than one.
+
+        """
+        held, moving, known, kept = self.held, np.flatnonzero(self.way), self._look(at), at.kept
+        torque = np.zeros(known.rate.shape)
+        torque[:, moving] = -(self.way * self._constant)[moving]
+        inverse = scaled_inverse(known.mobility[:, held[:, None], held])
+        off = np.nan_to_num(known.place - self._place)
+        wanted = (-known.away - 2 * BAUMGARTE * known.rate - BAUMGARTE**2 * off)[:, held]
+        by_moving = -inverse @ known.mobility[:, held[:, None], moving]
+        alone = (inverse @ wanted[..., None])[..., 0]
+        if self._share[moving].any():
+            felt = known.felt + np.einsum("njhi,nh->nji", known.by[:, :, held], alone)
+            by = known.by[:, :, moving] + np.einsum(
+                "njhi,nhm->njmi", known.by[:, :, held], by_moving
+            )
+            torque[:, moving] = self._braking(felt[:, moving], by[:, moving], moving)
+        torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
+        bound = self._bound(known, torque)
+        for block in dependent(known.mobility[0], held):
+            for _ in range(FEW_ROUNDS if self._share.any() else 1):
+                own = torque[:, block], bound[:, block], known.free[:, block]
+                torque[:, block] = least_part(*own)
+                bound = self._bound(known, torque)
+        felt = _felt(known, torque)
+        rests = np.broadcast_to(self.way == 0, torque.shape)
+        told = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
+        whole = kept.force + torque @ self.rows
+        free = at.force + (torque[:, None] @ known.free)[:, 0]
+        return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
+
+    def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
+        return np.asarray(
+            self._constant + self._share * np.linalg.norm(_felt(known, torque), axis=-1)
+        )
+
+    def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
+        """T (n, moving) of joints that slide, by Newton's method: bounds and T follow each other.
+
+        R are `known` (n, moving, 2) without them, and `by` (n, moving, moving, 2) a unit of each.
+        """
+        share, way, side = self._share[which], self.way[which], self.side[which]
+        self._require_one(share, by, which)
+        of_slide = np.stack([side, np.zeros(len(side))], axis=-1)
+        braked = np.tile(-way * self._constant[which], (len(known), 1))
+        for _ in range(MOST_ROUNDS):
+            felt = known + np.einsum("njki,nk->nji", by, braked)
+            along = felt / np.maximum(np.linalg.norm(felt, axis=-1), LEAST_BOUND)[..., None]
+            along = np.where(self._slides[which, None], of_slide, along)
+            off = braked + way * (self._constant[which] + share * (felt * along).sum(axis=-1))
+            slope = (way * share)[:, None] * np.einsum("njki,nji->njk", by, along)
+            change = np.linalg.solve(np.eye(len(way)) + slope, off[..., None])[..., 0]
+            braked = braked - change
+            if np.abs(change).max() <= ROUNDING * np.abs(braked).max():
+                break
+        return braked
+
+    def _require_one(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
+        """Require that bounds grow by less than T does, in whatever units."""
+        self.trouble = None
+        grown = share[:, None] * np.linalg.norm(by, axis=-1)
+        if not share.any() or np.abs(np.linalg.eigvals(grown)).max(initial=0.0) < 1:
+            return
+        worst = np.diagonal(grown, axis1=-2, axis2=-1).max(axis=0).argmax()
+        self.trouble = LockedError(self.all[which[worst]].name)
+        raise self.trouble
+
+    def projector(self, at: Evaluation) -> Projector | None:
+        """What the joints that rest let through at one state; None if none does."""
+        held = self.held
+        if not len(held):
+            return None
+        g = self._free(at.kept.state)[held]
+        arms = np.linalg.solve(at.mass, g.T)
+        back = g.T @ scaled_inverse(g @ arms)
+        return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ g)
+
+    # --- which rest ---------------------------------------------------------------------------
+
+    def settle(self, at: Evaluation) -> None:
+        """Tell which joints slide, and which way, at a state (1,) without friction.
+
+        Raises:
+            LockedError: friction by the forces in joints has no answer, or more than one.
+
+        """
+        before, known, every = self.way, self._look(at), np.arange(len(self.all))
+        self._require_one(self._share, known.by, every)
+        rate = known.rate[0]
+        still = np.abs(rate) <= np.where(before == 0, HELD_STILL, STILL)
+        still |= every == self.stopped
+        way = np.where(still, 0.0, np.sign(rate))
+        driven = self.driven(at.kept.state.pick(0))
+        given = known.given[0]
+        pushed = np.abs(given) > NO_ACCELERATION * np.abs(at.kept.state.b).max()
+        way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
+        resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(every)))
+        for _ in range(MOST_ROUNDS):
+            bound = self._bound(known, torque)
+            found = -way * bound
+            found[0, resting] = 0.0
+            left = known.away[0] + known.mobility[0] @ found[0]
+            within = known.mobility[0][np.ix_(resting, resting)], left[resting]
+            found[0, resting] = within_bounds(*within, bound[0, resting])
+            change, torque = np.abs(found - torque).max(), found
+            if change <= ROUNDING * np.abs(torque).max():
+                break
+        parts = known.mobility[0] * torque[0]
+        left = known.away[0] + parts.sum(axis=1)
+        moves = np.abs(left) > NO_ACCELERATION * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
+        slide = moves & (np.abs(torque[0]) >= bound[0])
+        way[resting] = np.where(slide, np.sign(left), 0.0)[resting]
+        self.side = np.where(_felt(known, torque)[0, :, 0] < 0, -1.0, 1.0)
+        fresh = (way == 0) & ((before != 0) | np.isnan(self._place))
+        self._place = np.where(fresh, known.place[0], self._place)
+        self.way, self.since, self.stopped = way, np.where(still, rate, 0.0), None
+
+    def slide(self, k: int, friction: FloatArray, v: FloatArray) -> None:
+        """Let joint k slide, and all that are at their bounds, by T and bounds (joints, 2 or more).
+
+        `v` (links,) are the speeds then.
+        """
+        torque, bound = friction[:, 0], friction[:, 1]
+        starts = (self.way == 0) & (np.abs(torque) >= (1 - AT_BOUND) * bound) & (bound > 0)
+        starts[k] = True
+        self.way = np.where(starts, -np.sign(torque), self.way)
+        self.since = np.where(starts, self.rows @ v, self.since)
+
+
+def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
+    """Derivatives (links,) of the angle, or the length, of a joint."""
+    joint = friction.joint
+    if isinstance(joint, Pin):
+        return layout.turning_row(joint.first.part, joint.second.part)
+    link, sign = layout.joints[joint.name]
+    return np.asarray(sign * np.eye(len(layout.links))[link])
+
+
+def _felt(known: _Known, torque: FloatArray) -> FloatArray:
+    """Forces R (n, joints, 2) with all T (n, joints)."""
+    return np.asarray(known.felt + np.einsum("njki,nk->nji", known.by, torque))

@@ -1,0 +1,202 @@
+"""The door for users: a scene as an Exudyn system of their own. Nothing in the program uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.curves import Laps
+from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
+from exudyn_flexlink.engines.exudyn.redundant.run import built
+from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
+from exudyn_flexlink.engines.exudyn.redundant.system import NOTHING, System
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import Mechanism, end_of_run
+from exudyn_flexlink.mechanism.prescribed import Formula
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import Mistake
+
+Numbers = Mapping[str, tuple[int, ...]]
+
+MOST_SHOWN = 6  # items of one name, and names of one kind, in a line of `repr`
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ExudynSystem:
+    """A scene as Exudyn's items, assembled: `SC`, `mbs`, and item numbers by the scene's names.
+
+    SI units; coordinates of a rigid body's node are x, y and angle, without reference values.
+    `accelerations` (coordinates,) are those at time 0 of the scene alone. Exudyn's own leave out
+    what depends on time alone; with ``computeInitialAccelerations = False`` set these::
+
+        mbs.systemData.SetODE2Coordinates_tt(system.accelerations, exu.ConfigurationType.Initial)
+
+    `not_followed` says what of the scene does not happen by itself when Exudyn solves alone: the
+    program does it between steps. Items of one's own need another ``mbs.Assemble()``.
+    """
+
+    SC: Any
+    mbs: Any
+    title: str
+    bodies: Numbers  # objects: one of a rigid body, of a flexible one those of its rods or elements
+    nodes: Numbers
+    joints: Numbers  # objects; of a slot one for each kind of piece, of which one is active
+    springs: Numbers  # objects; here and at joints, hinges are called 'link hinge 1'
+    motors: Numbers  # objects of drives that prescribe a motion
+    contacts: Numbers  # objects: of contacts, and of joints with play
+    loads: Numbers  # loads of drives by torque or force
+    points: Numbers  # markers of positions, by 'body.point'
+    accelerations: FloatArray
+    not_followed: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        data = self.mbs.systemData
+        lines = [
+            f"<ExudynSystem of '{self.title}': {data.NumberOfNodes()} nodes, "
+            f"{data.NumberOfObjects()} objects, {data.NumberOfMarkers()} markers, "
+            f"{data.NumberOfLoads()} loads"
+        ]
+        kinds = [each.name for each in fields(self) if each.type == "Numbers"]
+        named = {kind: getattr(self, kind) for kind in kinds}
+        lines += [f"  {kind:9} {_shown(found)}" for kind, found in named.items() if found]
+        if self.not_followed:
+            lines.append("  does not happen by itself when Exudyn solves alone:")
+            lines += [f"    - {each}" for each in self.not_followed]
+        return "\n".join(lines) + ">"
+
+
+def opened(scene: Scene) -> ExudynSystem:
+    """Build and assemble a scene, in redundant coordinates, or with beams if it asks for them.
+
+    Raises:
+        NotRepresentableError: of what Exudyn's own solver does not know, and of a slot whose curve
+            has laps; it tells the line.
+        SceneError: the scene can't be put together.
+
+    """
+    assembly = assemble_scene(scene)
+    try:
+        for slot in assembly.mechanism.slots:
+            if isinstance(slot.curve, Laps):
+                message = "its curve has laps, which the program changes between steps"
+                raise NotRepresentableError(("joints", slot.name, "curve"), message)
+        system, slots, contacts = built(scene, assembly, [])
+    except NotRepresentableError as error:
+        raise NotRepresentableError(error.path, error.message + _where(scene, error)) from None
+    # The functions that Exudyn calls must live as long as `mbs`, also where that alone is kept.
+    system.mbs.variables[__name__] = system, slots, contacts
+    points = _points(system)
+    system.mbs.Assemble()
+    mechanism = system.mechanism
+    motors = zip(mechanism.speed_motors, system.motors, strict=True)
+    return ExudynSystem(
+        system.container,
+        system.mbs,
+        scene.title,
+        bodies={name: _numbers(system.bodies, mechanism, name) for name in mechanism.bodies},
+        nodes={name: _numbers(system.nodes, mechanism, name) for name in mechanism.bodies},
+        joints=_joints(system, slots),
+        springs={name: (number,) for name, number in system.springs.items()},
+        motors={motor.name: (number,) for motor, number in motors},
+        contacts=_contacts(contacts),
+        loads={name: tuple(numbers) for name, numbers in system.loads.items()},
+        points=points,
+        accelerations=system.coordinates.start()[2],
+        not_followed=tuple(_not_followed(scene, mechanism, slots, contacts)),
+    )
+
+
+def _where(scene: Scene, error: NotRepresentableError) -> str:
+    place = scene.document.place_of(Mistake(error.path, ""))
+    return f" ({scene.document.name}:{place.line}:{place.column})" if place else ""
+
+
+def _points(system: System) -> dict[str, tuple[int, ...]]:
+    """Add markers of all points but those within beams."""
+    ends = {end for beam in system.beams for end in (beam.start, beam.end)}
+    return {
+        name: (system.point_marker(anchor),)
+        for name, anchor in system.mechanism.points.items()
+        if anchor.part not in system.in_beams or anchor in ends
+    }
+
+
+def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int, ...]:
+    """Numbers of a body's items; those within a beam stand between its first and its last."""
+    found = [int(items[part]) for part in mechanism.bodies[body]]
+    return tuple(range(found[0], found[-1] + 1)) if NOTHING in found else tuple(found)
+
+
+def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:
+    welds = {weld.name for weld in system.mechanism.welds}
+    # What holds the angle of a weld is the object behind its pin.
+    found: dict[str, tuple[int, ...]] = {
+        name: (number, number + 1) if name in welds else (number,)
+        for name, number in system.joints.items()
+    }
+    for slot in slots:
+        found[slot.slot.name] = tuple(dict.fromkeys(slot.item_of_piece))
+    return found
+
+
+def _contacts(contacts: Contacts) -> dict[str, tuple[int, ...]]:
+    found: dict[str, tuple[int, ...]] = {}
+    for own in contacts.all:
+        name = own.channel.name if own.channel else own.contact.name
+        found[name] = (*found.get(name, ()), *own.items.numbers)
+    return found
+
+
+def _not_followed(
+    scene: Scene, mechanism: Mechanism, slots: Sequence[SlotItems], contacts: Contacts
+) -> list[str]:
+    """What the stepping of a run does between steps of the solver; see `stepping`."""
+    found = [f"slot '{own.slot.name}': {why}" for own in slots for why in _of_slot(own)]
+    if pressing := ", ".join(_contacts(contacts)):
+        found.append(
+            f"contacts {pressing}: nothing presses, as their items are not active; no step is "
+            "shortened for them, and where they press on a face does not move along it"
+        )
+    knots = mechanism.knots(end_of_run(scene, mechanism))
+    if knots:
+        found.append(
+            f"drives jump or bend at {_first([f'{knot:g}' for knot in knots], ', ')} s: no step "
+            "ends there, and accelerations that the solver carries on are not renewed"
+        )
+    values = [(name, size.value) for name, size in mechanism.sizes]
+    bent = [name for name, value in values if isinstance(value, Formula) and value.expression.kinks]
+    found += [
+        f"drive '{name}': no step ends where its formula bends with the state (max, min, abs)"
+        for name in dict.fromkeys(bent)
+    ]
+    return found
+
+
+def _of_slot(slot: SlotItems) -> list[str]:
+    found = []
+    if len(set(slot.item_of_piece)) > 1:
+        found.append("the piece of its curve where it starts stays active beyond its ends")
+    elif not slot.native:
+        found.append("its place on the curve is always searched from where it starts")
+    if not slot.curve.closed:
+        found.append("nothing stops it at the ends of its curve")
+    return found
+
+
+def _shown(found: Numbers) -> str:
+    names = sorted(found, key=lambda name: " " in name)  # the scene's own before 'link hinge 1'
+    return _first([f"{name} {_range(found[name])}" for name in names], "; ")
+
+
+def _range(numbers: tuple[int, ...]) -> str:
+    if len(numbers) > 2 and numbers == tuple(range(numbers[0], numbers[-1] + 1)):
+        return f"{numbers[0]}..{numbers[-1]}"
+    return _first([str(number) for number in numbers], ", ")
+
+
+def _first(words: Sequence[str], between: str) -> str:
+    more = len(words) - MOST_SHOWN
+    return between.join([*words[:MOST_SHOWN], *([f"and {more} more"] if more > 0 else [])])

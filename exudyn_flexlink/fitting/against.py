@@ -1,0 +1,163 @@
+"""A run held against a measured series at the series' instants, with a shift of its clock.
+
+Times in s, other numbers in SI; M is the number of rows of the series, N of those that lie within
+the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic_core import PydanticCustomError
+
+from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.fitting.series import Series
+from exudyn_flexlink.quantities import Quantity
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.units import Dimension
+
+OVERLAP = 0.5  # of the rows: a shift that leaves fewer within the run is not looked for
+MOST_SHIFTS = 4000  # that are tried before the best one is refined
+NEAR = 1e-9  # of a run's length: rounding at its ends
+
+
+class NoOverlapError(ValueError):
+    """The run and the series have no time, or too little of it, in common."""
+
+
+@dataclass(frozen=True)
+class Distance:
+    """How far a run is from a series in one quantity: `largest`, at `at` (s of the run), and rms.
+
+    `span` is the greatest less the least value that was measured.
+    """
+
+    signal: str
+    unit: str
+    largest: float
+    at: float
+    rms: float
+    span: float
+
+
+@dataclass(frozen=True)
+class Against:
+    """A run beside a series, whose rows are at `shift` (s) plus their own time in the run.
+
+    `found` tells that the shift was looked for. `time` (N,) are instants of the run,
+    `computed` and `measured` (N,) are by quantity; `outside` rows are not within the run.
+    """
+
+    result: Result
+    series: Series
+    shift: float
+    found: bool
+    time: FloatArray
+    computed: Mapping[str, FloatArray]
+    measured: Mapping[str, FloatArray]
+    outside: int
+
+    @property
+    def differences(self) -> dict[str, FloatArray]:
+        """Computed less measured values (N,) by quantity."""
+        return {name: self.computed[name] - own for name, own in self.measured.items()}
+
+    @property
+    def distances(self) -> list[Distance]:
+        """How far both are apart, by quantity.
+
+        Up to the run's horizon, beyond which it is not known instant by instant; none before it.
+        """
+        judged = self.time < self.result.error.known_until
+        found = []
+        for name, apart in self.differences.items() if judged.any() else ():
+            size, unit = np.abs(apart[judged]), self.series.signals[name].unit
+            worst, rms = int(size.argmax()), float(np.sqrt(np.mean(size**2)))
+            at, span = float(self.time[judged][worst]), float(np.ptp(self.measured[name]))
+            found.append(Distance(name, unit, float(size[worst]), at, rms, span))
+        return found
+
+
+def shift_of(given: float | str) -> float | None:
+    """Read a shift: a number of s, a text with a unit, or 'find', which is None.
+
+    Raises:
+        ValueError: it is none of these.
+
+    """
+    try:
+        number = Quantity(Dimension.TIME, words=("find",)).read(given)
+    except PydanticCustomError as error:
+        raise ValueError(f"shift: {error.message()}") from None
+    return None if isinstance(number, str) else number
+
+
+def against(result: Result, series: Series, shift: float | None = 0.0) -> Against:
+    """Hold a run against a series; a `shift` of None is looked for by least squares.
+
+    That one is taken that makes the mean of the squared differences least, each quantity as a part
+    of its own spread, of those that leave half the rows or more within the run.
+
+    Raises:
+        NoOverlapError: too few rows lie within the run.
+
+    """
+    looked_for = shift is None
+    shift = _best_shift(result, series) if shift is None else shift
+    rows = _within(result, series.time + shift)
+    if not rows.any():
+        (begin, end), (first, last) = result.time[[0, -1]], series.time[[0, -1]] + shift
+        raise NoOverlapError(
+            f"no row of {series.source} lies within the run: it goes from {begin:.6g} to "
+            f"{end:.6g} s, the rows from {first:.6g} to {last:.6g} s"
+        )
+    time = series.time[rows] + shift
+    computed = {name: signal.at(result, time) for name, signal in series.signals.items()}
+    measured = {name: own[rows] for name, own in series.values.items()}
+    outside = int(np.sum(~rows))
+    return Against(result, series, shift, looked_for, time, computed, measured, outside)
+
+
+def _within(result: Result, time: FloatArray) -> BoolArray:
+    """Which instants lie within a run; both ends count."""
+    begin, end = result.time[[0, -1]]
+    near = NEAR * (end - begin)
+    return np.asarray((time >= begin - near) & (time <= end + near))
+
+
+def _best_shift(result: Result, series: Series) -> float:
+    """Return the shift (s) that fits best; of those that fit alike the smallest."""
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - takes a second, which `check` saves
+
+    time, (begin, end) = series.time, result.time[[0, -1]].tolist()
+    needed = max(int(np.ceil(OVERLAP * len(time))), 2)
+    if time[-1] <= time[0] or end <= begin:
+        raise NoOverlapError("a shift needs a series and a run that last")
+
+    def mean_square(shift: float) -> float:
+        rows = _within(result, time + shift)
+        if rows.sum() < needed:
+            return np.inf
+        parts = [
+            np.mean((series.signals[name].at(result, time[rows] + shift) - own[rows]) ** 2)
+            / (np.var(own) or 1.0)
+            for name, own in series.values.items()
+        ]
+        return float(np.mean(parts))
+
+    # Between these ends so many rows can be in the run: the last ones, or the first.
+    low, high = begin - float(time[-needed]), end - float(time[needed - 1])
+    step = max(float(np.median(np.diff(np.unique(time)))) / 2, (high - low) / MOST_SHIFTS)
+    tried = np.arange(np.floor(low / step), np.ceil(high / step) + 1) * step  # 0 among them
+    tried = tried[np.argsort(np.abs(tried))]
+    squares = np.array([mean_square(shift) for shift in tried.tolist()])
+    best = float(tried[np.argmin(squares)])
+    if not np.isfinite(squares).any():
+        raise NoOverlapError("no shift leaves half the rows within the run")
+    found = minimize_scalar(
+        mean_square, bounds=(best - step, best + step), method="bounded",
+        options={"xatol": 1e-9 * step},
+    )  # fmt: skip
+    return float(found.x) if found.fun <= squares.min() else best

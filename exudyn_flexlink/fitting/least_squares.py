@@ -1,0 +1,272 @@
+"""Numbers of a scene that make its run fit a measured series best, by least squares.
+
+The integrator's error moves them as well, and no standard error shows that. So a finer run is held
+against the last one: how far that would move each number is told, and the fit is made again with a
+smaller tolerance where it is more than a tenth of a standard error. Of several quantities each
+counts by the scatter of its own residuals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from math import floor, inf, log10
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.fitting.against import Against, against
+from exudyn_flexlink.fitting.estimate import Estimate
+from exudyn_flexlink.fitting.parameters import Parameter, Vary, parameters_of
+from exudyn_flexlink.fitting.series import Series
+from exudyn_flexlink.loading import assemble_scene, document_of, run_mistakes, scene_of
+from exudyn_flexlink.mechanism import extent, kept_interval, least_tolerance
+from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.scene import Accuracy, Run, Scene
+from exudyn_flexlink.source import SceneError
+
+MOST_SAMPLES = 20  # times as many as the motion needs, so that measured instants are among them
+PART = 0.1  # of a standard error: what the integrator may add
+FINER = 0.1  # of the tolerance, or of a given step: that of the run that tells the integrator's
+MOST_ROUNDS = 4  # of a tolerance that is made smaller
+SMOOTH = 1e-6  # of the mechanism's reach: no larger tolerance, since slopes are differences of runs
+DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so of themselves
+CONVERGED = 1e-8  # change of the sum of squares, or of the numbers, as a part
+FLAT = 1e-15  # slope of the sum of squares, in parts: the search stands still
+MOST_STEPS = 100  # of one search
+ALIKE = 0.99  # correlation from which on two numbers are hardly told apart
+SAME_SCATTER = 1e-2  # as a part: by so little scatters of quantities may differ from their weights
+MOST_WEIGHTINGS = 10
+
+Simulate = Callable[[Scene], Result]
+Progress = Callable[[float], None]
+
+
+class NoFitError(ValueError):
+    """No numbers could be found; the text says why."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Numbers of a scene that fit a series best; P of them, SI, by their paths.
+
+    `scene` is the one that was given, with the `values` found. `standard_errors` are inf where the
+    data don't tell a number, `correlations` (P, P) nan. `integrator` is how far the integrator's
+    error at the last tolerance moves each number. `against` holds the last of so many `runs`
+    against the series. `warnings` say what keeps numbers from being trusted.
+    """
+
+    scene: Scene
+    parameters: tuple[Parameter, ...]
+    values: Mapping[str, float]
+    standard_errors: Mapping[str, float]
+    correlations: FloatArray
+    integrator: Mapping[str, float]
+    against: Against
+    runs: int
+    warnings: tuple[str, ...]
+
+    @property
+    def residuals(self) -> dict[str, FloatArray]:
+        """Computed less measured values (N,) by quantity, in SI."""
+        return self.against.differences
+
+
+def fit(
+    scene: Scene,
+    series: Series,
+    vary: Vary,
+    simulate: Simulate,
+    progress: Progress | None = None,
+) -> Fit:
+    """Fit numbers of a scene to a series; runs go on as long as that, whatever `run` says.
+
+    Raises:
+        NoFitError: there is no run where the search begins, or the search came to no end.
+        SceneError: what is varied can't be; see `parameters_of`.
+
+    """
+    parameters = parameters_of(scene, vary)
+    count, time = sum(map(len, series.values.values())), series.time
+    if count <= len(parameters):
+        raise NoFitError(f"{count} measured values can't tell {len(parameters)} numbers")
+    if time[0] < 0 or time[-1] == 0:
+        raise NoFitError(f"{series.source} goes from {time[0]:g} to {time[-1]:g} s, a run from 0 s")
+    search = _Search(scene, series, parameters, simulate, progress or (lambda _: None))
+    value = np.array([p.start for p in parameters])
+    for _ in range(MOST_ROUNDS):
+        found, active = search.converged(value)
+        value, error = found.value, found.standard_error
+        moved = np.abs(found.moved_by(search.finer(value)))
+        share = float(np.max(moved / np.maximum(error, 1e-300)))
+        if share <= PART or not search.tighten(PART / share):
+            break
+    last = against(search.run(value), series)
+    search.tell(1.0)
+    values, errors, by_integrator = (
+        {p.path: x for p, x in zip(parameters, own.tolist(), strict=True)}
+        for own in (value, error, moved)
+    )
+    return Fit(
+        scene_of(document_of(scene), list(values.items()), True),
+        tuple(parameters), values, errors, found.correlations, by_integrator, last, search.runs,
+        tuple(_warnings(parameters, found, moved, active)),
+    )  # fmt: skip
+
+
+def _warnings(
+    parameters: list[Parameter], found: Estimate, moved: FloatArray, active: FloatArray
+) -> Iterator[str]:
+    """What keeps numbers from being trusted."""
+    for paths in found.unknown:
+        one = f"the data do not depend on {paths[0]}: it is where it began"
+        yield one if len(paths) == 1 else f"the data can't tell {' and '.join(paths)} apart"
+    for (i, j), value in np.ndenumerate(found.correlations):
+        if i < j and abs(value) > ALIKE:
+            names = f"{found.names[i]} and {found.names[j]}"
+            yield f"the data hardly tell {names} apart: their correlation is {value:.5f}"
+    rows = zip(parameters, moved.tolist(), found.standard_error.tolist(), active, strict=True)
+    for p, own, error, bound in rows:
+        if bound:
+            yield f"{p.path} ends at its bound, {p.low if bound < 0 else p.high:g}"
+        if own > PART * error:
+            yield (
+                f"the integrator's error moves {p.path} by {own:.2g}, more than a tenth of its "
+                f"standard error, {error:.2g}: no smaller tolerance helped"
+            )
+
+
+class _Search:
+    """Runs a scene with other numbers, and looks for those that fit."""
+
+    def __init__(
+        self, scene: Scene, series: Series, parameters: list[Parameter], simulate: Simulate,
+        progress: Progress,
+    ) -> None:  # fmt: skip
+        self._series, self._parameters, self._simulate = series, parameters, simulate
+        self._progress, self._done = progress, 0.0
+        self.runs, self._failed = 0, ""
+        self._scale = np.array([abs(p.start) or 1.0 for p in parameters])
+        self._scatter = {n: float(np.std(own)) or 1.0 for n, own in series.values.items()}
+        accuracy, reach = scene.accuracy, extent(assemble_scene(scene))
+        if accuracy.tolerance is not None:
+            accuracy = Accuracy(tolerance=min(accuracy.tolerance, SMOOTH * reach))
+        self._use(scene.changed(accuracy=accuracy, run=self._run_of(scene)))
+        for mistake in run_mistakes(self._base):
+            raise NoFitError(f"the series can't be run through: the run {mistake.message}")
+
+    def _run_of(self, scene: Scene) -> Run:
+        """As long as the series, with samples at its instants where these are even."""
+        time, mechanism = self._series.time, assemble_scene(scene).mechanism
+        end = float(time[-1])
+        wanted = kept_interval(scene.changed(run=Run(duration=end)), mechanism, end)
+        wanted = min(wanted, scene.run.sample or inf)
+        spacing = float(np.min(np.diff(np.unique(time)), initial=end))
+        if spacing > wanted / MOST_SAMPLES and np.allclose(
+            time / spacing, np.round(time / spacing), rtol=0, atol=1e-6
+        ):
+            wanted = spacing / float(np.ceil(spacing / wanted * (1 - 1e-9)))
+        return Run(duration=end, sample=wanted)
+
+    def _use(self, base: Scene) -> None:
+        self._base, self._document = base, document_of(base)
+
+    def tell(self, done: float) -> None:
+        """Tell how much is done; never less than before."""
+        self._done = max(self._done, done)
+        self._progress(self._done)
+
+    def run(self, value: FloatArray, settings: Mapping[str, float] | None = None) -> Result:
+        """Run the scene with these numbers, and perhaps with others of its settings.
+
+        Raises:
+            NoFitError: it stops before its end.
+            SceneError: the scene can't be with them.
+
+        """
+        paths = (p.path for p in self._parameters)
+        numbers = dict(zip(paths, value.tolist(), strict=True)) | dict(settings or {})
+        result = self._simulate(scene_of(self._document, list(numbers.items()), True))
+        if result.outcome.reason == INTERRUPTED:
+            raise KeyboardInterrupt
+        if not result.outcome.completed:
+            raise NoFitError(f"a run {result.outcome.told}")
+        self.runs += 1
+        usual = 6 * (1 + 2 * len(self._parameters))  # runs; nobody knows how many it will be
+        self.tell(self.runs / (self.runs + usual))
+        return result
+
+    def finer(self, value: FloatArray) -> FloatArray:
+        """Weighted residuals (N,) of a run with a smaller error, and twice as many samples."""
+        key, number = self._finer(FINER)
+        half = (self._base.run.sample or inf) / 2
+        return self._residuals(self.run(value, {f"accuracy.{key}": number, "run.sample": half}))
+
+    def _finer(self, factor: float) -> tuple[str, float]:
+        accuracy = self._base.accuracy
+        if accuracy.tolerance is None:
+            return "step", (accuracy.step or inf) * factor
+        least = least_tolerance(assemble_scene(self._base))
+        return "tolerance", max(accuracy.tolerance * factor, least)
+
+    def tighten(self, factor: float) -> bool:
+        """Run with a smaller error from now on, if there is any; the factor is rounded down."""
+        key, number = self._finer(10.0 ** max(floor(log10(factor)), -3))
+        accuracy = Accuracy.model_validate({key: number})
+        if accuracy == self._base.accuracy:
+            return False
+        self._use(self._base.changed(accuracy=accuracy))
+        return True
+
+    def _residuals(self, result: Result) -> FloatArray:
+        """Weighted residuals (N,) of a run."""
+        found = against(result, self._series).differences
+        return np.concatenate([own / self._scatter[name] for name, own in found.items()])
+
+    def _tried(self, scaled: FloatArray) -> FloatArray:
+        """Residuals where the search looks; no numbers where there is no run: it goes less far."""
+        try:
+            return self._residuals(self.run(scaled * self._scale))
+        except (NoFitError, SceneError) as error:
+            self._failed = str(error)
+            return np.full(sum(map(len, self._series.values.values())), np.nan)
+
+    def converged(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
+        """Search from numbers, again with other weights where scatters of quantities change.
+
+        Also returns at which bound each number is: -1, 0 or 1.
+
+        Raises:
+            NoFitError: there is no run, or no end of the search.
+
+        """
+        for _ in range(MOST_WEIGHTINGS):
+            found, active = self._searched(value)
+            value = found.value
+            ends = np.cumsum([len(own) for own in self._series.values.values()])[:-1]
+            rms = [float(np.sqrt(np.mean(own**2))) for own in np.split(found.residuals, ends)]
+            if not min(rms) or max(rms) < (1 + SAME_SCATTER) * min(rms):
+                return found, active
+            for name, own in zip(self._scatter, rms, strict=True):
+                self._scatter[name] *= own
+        raise NoFitError("no weights were found with which the quantities scatter alike")
+
+    def _searched(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
+        from scipy.optimize import least_squares  # noqa: PLC0415 - see `against`
+
+        low, high = np.array([(p.low, p.high) for p in self._parameters]).T / self._scale
+        self._failed = ""
+        try:
+            found = least_squares(
+                self._tried, value / self._scale, "3-point", (low, high), ftol=CONVERGED,
+                xtol=CONVERGED, gtol=FLAT, x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
+            )  # fmt: skip
+        except ValueError:
+            if not self._failed:
+                raise
+            raise NoFitError(self._failed) from None
+        if found.status == 0:
+            raise NoFitError(f"no end was found in {MOST_STEPS} steps: start nearer, or vary less")
+        names = [p.path for p in self._parameters]
+        estimate = Estimate(names, found.x * self._scale, found.fun, found.jac / self._scale)
+        return estimate, found.active_mask
