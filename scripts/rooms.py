@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_895,
     "": 5_260,
 }
-WHOLE = {PACKAGE: 52_300, "tests": 26_970, "scripts": 8_520}
+WHOLE = {PACKAGE: 52_300, "tests": 27_000, "scripts": 8_520}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

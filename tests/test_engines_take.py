@@ -89,6 +89,10 @@ CHANGES = {
         "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0]}",
     ],
     "`limits` of a `prismatic`, with `restitution`": [OTHER, f"{WAY}, law: {BOUNCE}}}}}"],
+    "`limits` of a `prismatic`, law `hertz`": [
+        OTHER,
+        f"{WAY}, law: {{type: hertz, stiffness: 1.0e7}}}}}}",
+    ],
     "`limits` of a `prismatic`, with `damping`": [
         OTHER,
         f"{WAY}, law: {{stiffness: 1.0e5, damping: 1}}}}}}",
