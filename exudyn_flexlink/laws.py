@@ -18,7 +18,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import lambertw
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.restitution import restitution_of
@@ -216,6 +215,8 @@ class LineContact(GivingWay):
 
     def _logarithm(self, depth: FloatArray) -> FloatArray:
         """ln(c/q), from 1 up, at a depth (m) that is `deepest` at most."""
+        from scipy.special import lambertw  # noqa: PLC0415 - see `restitution`
+
         part = np.minimum(depth, self.deepest) * math.pi * self.modulus / self.bound
         return np.asarray(-lambertw(-part, -1).real)
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import log1p
 
-from scipy.optimize import brentq
-
 ELASTIC = 1e-6  # of a factor: below it closed forms lose more digits than their series leaves out
 BELOW_ONE = 1 - 1e-15
 
@@ -23,7 +21,7 @@ def restitution_of(factor: float) -> float:
     most = min(1.0, BELOW_ONE / factor)
     if _unbalanced(factor, most) <= 0:
         return most
-    return float(brentq(lambda e: _unbalanced(factor, e), 0.0, most, xtol=1e-16))
+    return _root(lambda e: _unbalanced(factor, e), 0.0, most)
 
 
 def _unbalanced(factor: float, restitution: float) -> float:
@@ -38,7 +36,13 @@ def _exact(restitution: float) -> float:
     high = BELOW_ONE / restitution
     if low < ELASTIC or _unbalanced(high, restitution) <= 0:
         return low if low < ELASTIC else high
-    return float(brentq(lambda a: _unbalanced(a, restitution), low, high, xtol=1e-16))
+    return _root(lambda a: _unbalanced(a, restitution), low, high)
+
+
+def _root(of: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq  # noqa: PLC0415 - takes a second, which `check` saves
+
+    return float(brentq(of, low, high, xtol=1e-16))
 
 
 FACTORS: dict[str, Callable[[float], float]] = {

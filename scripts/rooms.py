@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_685,
     "cli": 2_730,
     "api": 1_895,
-    "": 5_260,
+    "": 5_265,
 }
-WHOLE = {PACKAGE: 52_300, "tests": 27_000, "scripts": 8_520}
+WHOLE = {PACKAGE: 52_310, "tests": 27_000, "scripts": 8_520}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
