@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from html import escape
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
-from exudyn_flexlink.arguments import a, among, instants, takes, text, told
+from exudyn_flexlink.arguments import a, among, instants, takes, told
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import point_names
 from exudyn_flexlink.result import Result
@@ -149,7 +150,7 @@ class Plots:
 
         return plots.figures(self._result, style_of(style))
 
-    @takes(style=style, ax=_axes, label=text)
+    @takes(style=style, ax=_axes)
     def _drawn(
         self,
         name: str,
@@ -168,6 +169,37 @@ class Plots:
             if figure is None:
                 raise ValueError(f"this run has nothing to show in the figure '{name}'")
         return figure
+
+
+class Shown:
+    """Adds a figure, a text and what a notebook shows to what was found of runs."""
+
+    _figure: ClassVar[str]
+    _text: ClassVar[Callable[[Any], str]]
+
+    @takes(style=style)
+    def plot(self, style: str = "screen") -> Figure:
+        """Draw it.
+
+        Raises:
+            ValueError: there is nothing to draw, or no such style.
+
+        """
+        from exudyn_flexlink import plots
+
+        figure: Figure | None = getattr(plots, self._figure)(self, style=style_of(style))
+        if figure is None:
+            raise ValueError("there is no more than one instant to draw")
+        return figure
+
+    def summary(self) -> str:
+        """Return what the command line tells."""
+        return type(self)._text(self)
+
+    def _repr_html_(self) -> str:
+        with suppress(ValueError):
+            return page(repr(self)[1:-1], self.summary(), self.plot())
+        return page(repr(self)[1:-1], self.summary(), None)
 
 
 def style_of(name: str) -> Style:

@@ -17,12 +17,8 @@ from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.tables import data_frame, data_set, told_names
 from exudyn_flexlink.arguments import (
     among,
-    flag,
-    function,
     number,
-    place,
     takes,
-    text,
     two_texts,
     whole,
 )
@@ -221,17 +217,13 @@ class Result(PlainResult):
         return Plots(self)
 
     @takes(
-        path=place,
         other=RESULT,
         names=two_texts,
         begin=TIME,
         end=TIME,
-        slow=text,
         speed=number(above=0.0),
         fps=number(above=0.0),
         width=whole(1),
-        force=flag,
-        progress=function,
     )
     def animate(
         self,
@@ -273,7 +265,7 @@ class Result(PlainResult):
             found.save(path, force=force, progress=progress)
         return found
 
-    @takes(folder=place, force=flag)
+    @takes()
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run into a folder that `load` reads, whole or not at all; return the folder.
 
@@ -287,7 +279,7 @@ class Result(PlainResult):
             storage.save(self, staged)
         return Path(folder)
 
-    @takes(path=place, force=flag)
+    @takes()
     def report(self, path: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run as one page of HTML, which loads nothing else; return its path.
 

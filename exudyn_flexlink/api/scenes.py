@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from exudyn_flexlink import effects, engines, loading
-from exudyn_flexlink.arguments import among, flag, place, plain, takes, told
+from exudyn_flexlink.arguments import among, place, plain, takes, told
 from exudyn_flexlink.once import hand_on
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
@@ -127,7 +127,7 @@ class Scene(PlainScene):
         return f"<b>{escape(self.title)}</b><ul>{rows}</ul>"
 
 
-@takes(model=_model, changes=_more, allow_outside=flag)
+@takes(model=_model, changes=_more)
 def load_scene(
     model: str | PathLike[str] | Mapping[str, Any] | PlainScene,
     changes: Mapping[str, Any] | Iterable[str] = (),
