@@ -137,20 +137,22 @@ def number(
 
 
 def instants(value: Any, _: Any = None) -> FloatArray:
-    """Take an instant in s, or an array (N,) of such."""
+    """Take an instant in s, or an array (N,) of such; whether a run has them is not known here."""
     if isinstance(value, str):
         return np.array(number(Dimension.TIME)(value, None))
     wrong = f"expected instants in s, a number or an array (N,), got {told(value)}"
     if hasattr(value, "to_base_units"):
         base = value.to_base_units()
-        value = base.magnitude if f"{base.units:~C}" == "s" else np.nan
+        if f"{base.units:~C}" != "s":
+            raise ValueError(wrong)
+        value = base.magnitude
     try:
         found = np.asarray(value)
     except ValueError:  # lists of several lengths
         raise TypeError(wrong) from None
     if found.dtype.kind not in "iuf" and found.shape != (0,):
         raise TypeError(wrong)
-    if found.ndim > 1 or not np.isfinite(found).all():
+    if found.ndim > 1:
         raise ValueError(wrong)
     return found.astype(float)
 
