@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any
 
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import RESULT, Shown
@@ -52,22 +52,6 @@ def _other(value: Any, _: Any = None) -> Any:
         return measured(value)
     except TypeError as error:
         raise TypeError(f"{error}".replace("expected", "expected a Result,")) from None
-
-
-@overload
-def compare(
-    first: PlainResult, second: PlainResult, *, names: tuple[str, str] | None = None
-) -> Comparison: ...
-
-
-@overload
-def compare(
-    first: PlainResult,
-    second: Any,
-    *,
-    columns: Mapping[str, str] | None = None,
-    shift: float | str = 0.0,
-) -> MeasuredComparison: ...
 
 
 @takes(

@@ -36,9 +36,7 @@ def _axes(value: Any, _: Any = None) -> Any:
     """Take axes of matplotlib, or an array of them."""
     from exudyn_flexlink.plots import listed
 
-    if not listed(value):
-        raise ValueError(f"expected axes of matplotlib, got {told(value)}")
-    return value
+    return listed(value)
 
 
 def _instants(value: Any, plots: Any) -> FloatArray:
@@ -86,7 +84,7 @@ class Plots:
         point: str | None = None,
         *,
         style: str = "screen",
-        ax: Given | None = None,
+        ax: Given = None,
         label: str | None = None,
     ) -> Figure:
         """Draw x and y of a point, the watched one if left out, lap by lap or over time.
@@ -95,15 +93,11 @@ class Plots:
         """
         return self._drawn("coordinates", point, style=style, ax=ax, label=label)
 
-    def polar(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
-    ) -> Figure:
+    def polar(self, *, style: str = "screen", ax: Given = None, label: str | None = None) -> Figure:
         """Draw the watched point's distance from O over the crank angle; `ax` is polar."""
         return self._drawn("polar", style=style, ax=ax, label=label)
 
-    def lever(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
-    ) -> Figure:
+    def lever(self, *, style: str = "screen", ax: Given = None, label: str | None = None) -> Figure:
         """Draw the angle or displacement of struck bodies.
 
         Panels of each: the whole run, and its strikes over each other if there are any.
@@ -112,11 +106,7 @@ class Plots:
 
     @takes(instants=_instants)
     def mechanism(
-        self,
-        instants: Sequence[float] | None = None,
-        *,
-        style: str = "screen",
-        ax: Given | None = None,
+        self, instants: Sequence[float] | None = None, *, style: str = "screen", ax: Given = None
     ) -> Figure:
         """Draw the mechanism at `instants` (s), a panel each, or at those of note.
 
@@ -124,18 +114,18 @@ class Plots:
         """
         return self._drawn("mechanism", instants, style=style, ax=ax)
 
-    def guide_contact(self, *, style: str = "screen", ax: Given | None = None) -> Figure:
+    def guide_contact(self, *, style: str = "screen", ax: Given = None) -> Figure:
         """Draw the link in its guide, a panel for each way in which it touches the walls."""
         return self._drawn("guide_contact", style=style, ax=ax)
 
     def energy(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+        self, *, style: str = "screen", ax: Given = None, label: str | None = None
     ) -> Figure:
         """Draw the energies, and in a second panel what their balance misses."""
         return self._drawn("energy", style=style, ax=ax, label=label)
 
     def forces(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+        self, *, style: str = "screen", ax: Given = None, label: str | None = None
     ) -> Figure:
         """Draw forces and torques with their errors.
 
@@ -156,7 +146,7 @@ class Plots:
         name: str,
         *arguments: Any,
         style: str,
-        ax: Given | None = None,
+        ax: Any = None,
         label: str | None = None,
     ) -> Figure:
         from exudyn_flexlink import plots
@@ -164,7 +154,7 @@ class Plots:
         if ax is None and label is not None:
             raise ValueError("'label' names the run in the axes that 'ax' gives: give both")
         draw: Any = plots.FIGURES[name]
-        with plots.told_apart(self._result, [] if ax is None else plots.listed(ax), label):
+        with plots.told_apart(self._result, ax or [], label):
             figure: Figure | None = draw(self._result, *arguments, style=style_of(style), ax=ax)
             if figure is None:
                 raise ValueError(f"this run has nothing to show in the figure '{name}'")

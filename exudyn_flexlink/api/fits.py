@@ -53,13 +53,10 @@ class Fit(Shown, fitting.Fit):
 
 
 def _vary(value: Any, _: Any = None) -> Any:
-    """Take a path, several, or paths with bounds: two numbers, a text, or None."""
+    """Take a path, several, or paths with bounds, which `fitting` reads."""
     many = isinstance(value, Mapping | list | tuple)
     if not (isinstance(value, str) or many) or not all(isinstance(one, str) for one in value):
         raise TypeError(f"expected paths such as ['springs.s.stiffness'], got {told(value)}")
-    for bounds in value.values() if isinstance(value, Mapping) else ():
-        if not (bounds is None or isinstance(bounds, str | list | tuple)):
-            raise TypeError(f"expected two bounds, a text such as '1:20 N/m', got {told(bounds)}")
     return value
 
 
@@ -87,7 +84,6 @@ def fit(
         NoFitError: no run can be made where the search begins, or it comes to no end.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the series can't be used, or what is varied is no number of the scene.
-        ValueError: there is no such engine.
 
     """
     series = fitting.read_series(scene, measured, columns)

@@ -56,27 +56,18 @@ PERIOD = number(Dimension.TIME, above=0.0)
 class Result(PlainResult):
     """One run: samples, contacts, energies, how it ended, and the scene it belongs to.
 
-    SI units throughout; N is the number of samples.
+    SI units throughout; N is the number of samples. A name that the scene does not have is a
+    ValueError that says which there are.
     """
 
     @takes(point=POINT)
     def path(self, point: str) -> PointPath:
-        """Return the motion of a point 'body.point': time, position and velocity.
-
-        Raises:
-            ValueError: the scene has no such point.
-
-        """
+        """Return the motion of a point 'body.point': time, position and velocity."""
         return observables.path(self, point)
 
     @takes(name=among(lambda own: own.scene.bodies, "body"))
     def body(self, name: str) -> BodyMotion:
-        """Return the motion of a body: `angle` and `rate` (N,), `position` and `velocity` (N, 2).
-
-        Raises:
-            ValueError: the scene has no such body.
-
-        """
+        """Return the motion of a body: `angle`, `rate` (N,), `position`, `velocity` (N, 2)."""
         return observables.body_motion(self, name)
 
     @takes(name=among(lambda own: own.scene.joints, "joint"))
@@ -84,29 +75,19 @@ class Result(PlainResult):
         """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
 
         Raises:
-            ValueError: the scene has no such joint, or no force of it is kept.
+            ValueError: no force of it is kept.
 
         """
         return observables.joint_force(self, name)
 
     @takes(contact=among(lambda own: own.scene.contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
-        """Return the strikes of a contact in order, each a burst of touches.
-
-        Raises:
-            ValueError: the scene has no such contact.
-
-        """
+        """Return the strikes of a contact in order, each a burst of touches."""
         return observables.strikes(self, contact)
 
     @takes(body=among(lambda own: observables.struck_bodies(own.scene), "struck body"))
     def lever(self, body: str) -> LeverResponse:
-        """Return the motion of a struck body: angle or displacement, and that of its tip.
-
-        Raises:
-            ValueError: no contact strikes such a body.
-
-        """
+        """Return the motion of a struck body: angle or displacement, and that of its tip."""
         return observables.lever_response(self, observables.struck_bodies(self.scene)[body])
 
     @takes(name=among(lambda own: own.intervals, "contact or joint with clearance"))
@@ -115,10 +96,6 @@ class Result(PlainResult):
 
         Of a sleeve `pair` says which point met which wall: an index into
         ``result.sleeves[name].pairs``.
-
-        Raises:
-            ValueError: the scene has neither a joint with clearance nor a contact of that name.
-
         """
         return self.intervals[name]
 
@@ -159,7 +136,7 @@ class Result(PlainResult):
         The point is the watched one if left out; from `after` (s) on.
 
         Raises:
-            ValueError: the scene has no crank, or no such point.
+            ValueError: the scene has no crank.
 
         """
         return section_by_crank(self, angle, point, after)
@@ -175,7 +152,6 @@ class Result(PlainResult):
 
         Raises:
             NoRhythmError: nothing tells what a lap is.
-            ValueError: the scene has no such point.
 
         """
         return lap_distances(self, rhythm_of(self.scene, lap).lap, point, after)
@@ -197,7 +173,6 @@ class Result(PlainResult):
 
         Raises:
             ImportError: pandas is not installed.
-            ValueError: the scene has nothing of that name.
 
         """
         return data_frame(self, name)

@@ -33,7 +33,6 @@ def simulate(
     Raises:
         KeyboardInterrupt: the user had enough before the first step.
         NotRepresentableError: the engine can't represent a part of the scene.
-        ValueError: there is no such engine.
 
     """
     try:

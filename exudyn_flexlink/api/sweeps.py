@@ -182,7 +182,7 @@ def sweep(
         CannotStartError: no process can do the work: a function that others can't import.
         SceneError: a path leads nowhere, or a value can't be: all such mistakes.
         StorageError: the folder can't be written, or holds something else.
-        ValueError: there is no such engine; options that exclude each other.
+        ValueError: options that exclude each other.
 
     """
     for wrong, why in (

@@ -33,7 +33,7 @@ class Estimate:
         unit = self.slopes / self._size
         values, columns = np.linalg.eigh(unit.T @ unit)
         lost = np.abs(columns.T[values < SINGULAR**2]) > TAKES_PART
-        return [[self.names[i] for i in np.flatnonzero(row)] for row in lost]
+        return [[own for own, gone in zip(self.names, row, strict=True) if gone] for row in lost]
 
     @cached_property
     def _size(self) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, cast
 
 from pydantic_core import PydanticCustomError
 
@@ -55,7 +55,7 @@ def parameters_of(scene: Scene, vary: Vary) -> list[Parameter]:
 
 
 def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
-    steps, value = tuple(path.split(".")), scene.to_data()
+    steps, value = tuple(path.split(".")), cast(Any, scene.to_data())
     for step in steps:
         value = value.get(step) if isinstance(value, Mapping) else None
     # Says where the path leads nowhere, and of a key that is not there whether it may be.

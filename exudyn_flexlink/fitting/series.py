@@ -77,9 +77,9 @@ def _series(
 ) -> Series:
     """Take a series out of cells."""
     known, bare = signals(scene), [bare_name(name) for name in cells.names]
-    listed = ", ".join(f"'{name}'" for name in bare)
-    chosen = _given(columns, cells.names, bare, known, mistakes) if columns else _own(scene, cells)
+    chosen = _given(scene, cells, columns, mistakes) if columns else _own(scene, cells)
     if not chosen and not mistakes:
+        listed = ", ".join(f"'{name}'" for name in bare)
         told = f"no column is named as a quantity of the scene; there are: {listed}"
         hint = "say which quantity a column is, such as NAME=lever.angle"
         mistakes.append(Mistake((), told, hint))
@@ -100,16 +100,12 @@ def _series(
 
 
 def _given(
-    columns: Mapping[str, str],
-    names: list[str],
-    bare: list[str],
-    known: Mapping[str, Signal],
-    mistakes: list[Mistake],
+    scene: Scene, cells: Cells, columns: Mapping[str, str], mistakes: list[Mistake]
 ) -> dict[str, int]:
     """Columns by the quantities that the user says they are."""
-    found: dict[str, int] = {}
+    known, bare, found = signals(scene), list(map(bare_name, cells.names)), dict[str, int]()
     for column, signal in columns.items():
-        where = names if column in names else bare
+        where = cells.names if column in cells.names else bare
         if where.count(column) != 1:
             near = did_you_mean(column, where) or f"; there are: {', '.join(bare)}"
             several = f"two columns are named '{column}'"

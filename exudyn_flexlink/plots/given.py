@@ -18,8 +18,8 @@ from exudyn_flexlink.plots.frame import ShownFigure
 from exudyn_flexlink.plots.style import FAILED
 from exudyn_flexlink.result import Result
 
-Given = Axes | Sequence[Axes] | NDArray[np.object_]
-"""Axes that a figure is drawn into: those of its first panel, or of all its panels."""
+Given = Axes | Sequence[Axes] | NDArray[np.object_] | None
+"""Axes that a figure is drawn into, of its first panel or of all; None: it makes its own."""
 DASHES: tuple[Literal["-", "--", "-.", ":"], ...] = ("-", "--", "-.", ":")
 
 
@@ -54,7 +54,7 @@ def required(ax: Given, panels: Sequence[str]) -> list[Axes]:
 
 
 def placed(
-    ax: Given | None,
+    ax: Given,
     panels: Sequence[str],
     new: Callable[[], Figure],
     columns: int = 1,
@@ -101,9 +101,9 @@ def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iter
         if label is not None:
             _name(new, curves, label)
         if not result.outcome.completed:
-            told, place = ": ".join(filter(None, (label, result.outcome.told))), (0.01, 0.02)
-            look = {"color": FAILED, "fontsize": "small"}
-            axes.annotate(told, place, xycoords="axes fraction", **look)
+            told = ": ".join(filter(None, (label, result.outcome.told)))
+            at = axes.transAxes
+            axes.text(0.01, 0.02, told, color=FAILED, fontsize="small", transform=at)
         handles = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
         if handles:
             axes.legend(handles.values(), handles.keys())
