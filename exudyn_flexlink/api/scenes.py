@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from html import escape
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -152,7 +152,11 @@ def load_scene(
         return own_scene(loading.scene_of(_document(model), texts, allow_outside))
 
 
-given_scene = a(PlainScene, "load_scene(..) makes one")
+def given_scene(given: Any, _: Any = None) -> Any:
+    """Take a scene; a file, a name or a dict is told what makes one of it."""
+    if isinstance(given, str | PathLike):
+        raise TypeError(f"expected a Scene; load_scene({fspath(given)!r}) makes one")
+    return a(PlainScene, "load_scene(..) makes one" if given is not None else "")(given, None)
 
 
 @takes(scene=given_scene, without=_effects)
