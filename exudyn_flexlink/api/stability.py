@@ -70,12 +70,7 @@ class Branches(stability.Branches):
 
     @takes(axis=among(lambda _: ("x", "y"), "axis"), style=style)
     def plot(self, axis: str = "y", style: str = "screen") -> Figure:
-        """Draw the place of the point once a lap, x or y, over the value.
-
-        Raises:
-            ValueError: there is no such style or axis.
-
-        """
+        """Draw the place of the point once a lap, x or y, over the value."""
         from exudyn_flexlink import plots
 
         return plots.bifurcation(self, axis=axis, style=style_of(style))
