@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_190,
     "": 3_620,
 }
-WHOLE = {PACKAGE: 46_875, "tests": 25_130, "scripts": 7_970}
+WHOLE = {PACKAGE: 46_875, "tests": 25_130, "scripts": 7_990}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
