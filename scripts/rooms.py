@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_895,
     "": 5_040,
 }
-WHOLE = {PACKAGE: 51_630, "tests": 26_680, "scripts": 8_440}
+WHOLE = {PACKAGE: 51_630, "tests": 26_680, "scripts": 8_460}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
