@@ -94,7 +94,7 @@ def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
 
 def _loop_of(scene: Scene, joint: str) -> list[str]:
     """Names of the joints that connect a joint's two bodies without it, by the shortest way."""
-    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items()}
+    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items() if own.bodies}
     if joint not in bodies:
         return []
     first, last = bodies.pop(joint)

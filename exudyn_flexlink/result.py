@@ -221,7 +221,10 @@ class Result:
     with clearance, of a prismatic one, or of a weld),
     `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
     (N, (N, 2), global axes, of linear springs with their dampers on the second point) are by the
-    scene's names.
+    scene's names. So are `gear_forces` (N, (N,), tangential: of teeth positive where they turn the
+    first gear counter-clockwise, or pull a rack along its axis, of a belt how much more pulls the
+    first wheel that way than back) and, where no pitch circle is known, `gear_torques` (N m, on the
+    first gear, from its arm). Of gears that hold more than they need they are the least that do.
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
@@ -266,6 +269,12 @@ class Result:
     outcome: Outcome
     error: MeasuredError = NOT_ASKED
     frictions: Mapping[str, FrictionHistory] = field(default_factory=dict)  # of joints with any
+    gear_forces: Annotated[Mapping[str, FloatArray], Variable("time", "N", "force of a gear")] = (
+        field(default_factory=dict)
+    )
+    gear_torques: Annotated[
+        Mapping[str, FloatArray], Variable("time", "N m", "torque of a gear")
+    ] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Let nobody change what a run gave: it would be saved as the run."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -86,6 +86,18 @@ def friction_histories(
         end = np.where(last == len(time) - 1, inf, time[last])
         lasts = end > begin
         found[friction.name] = FrictionHistory(torque, lost, begin[lasts], end[lasts])
+    return found
+
+
+def gear_forces(
+    mechanism: Mechanism, multipliers: Mapping[str, FloatArray]
+) -> dict[str, dict[str, FloatArray]]:
+    """Fields of a Result: tangential forces (samples,), N, and torques, N m, by gear."""
+    found: dict[str, dict[str, FloatArray]] = {"gear_forces": {}, "gear_torques": {}}
+    for gear in mechanism.gears:
+        found["gear_forces" if gear.in_newtons else "gear_torques"][gear.name] = multipliers[
+            gear.name
+        ]
     return found
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import Gear, Geared, Mechanism, Motor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame, weld_groups, with_at_origin
 
@@ -62,7 +62,7 @@ class Ride:
     along: tuple[int, int]
 
 
-Closure = Pin | Slide | Slot | Motor
+Closure = Pin | Slide | Slot | Gear | Motor
 
 
 @dataclass
@@ -129,6 +129,15 @@ class TreeLayout:
         row[self.hinges(first)] -= 1.0
         return row
 
+    def tied_row(self, tie: Geared) -> FloatArray:
+        """As `turning_row`, of an angle that a gear ties, or of the length of a tree's slide."""
+        if tie.slide is None:
+            return self.turning_row(*tie.parts)
+        link, sign = self.joints[tie.slide.name]
+        row = np.zeros(len(self.links))
+        row[link] = sign
+        return row
+
     def hinges(self, part: int) -> list[int]:
         """Links whose angles add up to that of a part."""
         path = self.path(self.frame(part).link)
@@ -138,6 +147,7 @@ class TreeLayout:
 def tree_layout(mechanism: Mechanism) -> TreeLayout:
     """Find the spanning tree of a mechanism."""
     layout = _Spanning(mechanism).layout
+    layout.closures += mechanism.gears
     for motor in mechanism.speed_motors:
         if motor.slide:
             found = layout.joints.get(motor.slide.name)

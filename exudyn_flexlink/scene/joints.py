@@ -35,6 +35,7 @@ from exudyn_flexlink.scene.base import (
     split_point,
 )
 from exudyn_flexlink.scene.contacts import ContactLaw
+from exudyn_flexlink.scene.gears import BeltJoint, GearJoint
 from exudyn_flexlink.scene.limits import SlideLimits, TurnLimits
 
 _EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
@@ -282,4 +283,13 @@ class SleeveJoint(Part):
         return self
 
 
-Joint = Annotated[RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint | PrismaticJoint, ByType()]
+Joint = Annotated[
+    RevoluteJoint
+    | SlotJoint
+    | SleeveJoint
+    | WeldJoint
+    | PrismaticJoint
+    | GearJoint
+    | BeltJoint,
+    ByType(),
+]

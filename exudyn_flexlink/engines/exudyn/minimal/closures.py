@@ -7,8 +7,9 @@ e that its first part carries, or the angle between both parts:
 
 Pins hold w at zero, and so do slots, with gamma(u) the place on the curve. Slides have e along
 their line, and hold the imaginary part of w, and theta. Motors that move no coordinate of the tree
-prescribe theta, or along a slide the real part. The coordinates y are those of the tree, then the
-slots' places u. Rows are the real parts (m), then the imaginary ones (m), then the angles (rad).
+prescribe theta, or along a slide the real part. Gears hold sums of the tree's own coordinates. The coordinates y are those of the tree, then the
+slots' places u. Rows are the real parts (m), then the imaginary ones (m), then the angles (rad), then the gears (m;
+rad where no pitch circle is known).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Pl
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.mechanism import Anchor, Motor, Pin, Slide, Slot
+from exudyn_flexlink.mechanism import Anchor, Gear, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
@@ -68,8 +69,8 @@ class Where(NamedTuple):
 class Closures:
     """Residuals of a layout's closures, their Jacobian, and their second derivatives.
 
-    `joints` are all closures but motors, `parts` the first and the second part of each. `motors`
-    have the number of their row, `angles` (rows,) tells which rows are angles.
+    `joints` are all closures but motors and gears, `parts` the first and the second part of each.
+    `motors` and `gears` have the number of their row, `angles` (rows,) tells which rows are angles.
     """
 
     def __init__(
@@ -82,7 +83,8 @@ class Closures:
         """`start` are the coordinates at time 0."""
         self._kinematics, self._followed = kinematics, followed
         self._links = len(layout.links)
-        self.joints = [joint for joint in layout.closures if not isinstance(joint, Motor)]
+        self.joints = [joint for joint in layout.closures if not isinstance(joint, Gear | Motor)]
+        gears = [gear for gear in layout.closures if isinstance(gear, Gear)]
         motors = [motor for motor in layout.closures if isinstance(motor, Motor)]
         slides = [joint for joint in self.joints if isinstance(joint, Slide)]
         sliding = [(motor, motor.slide) for motor in motors if motor.slide]
@@ -92,6 +94,7 @@ class Closures:
         turned = [(slide.first.part, slide.second.part) for slide in slides]
         turned += [(motor.first, motor.second) for motor in turning]
         turns = [layout.turning_row(*pair) for pair in turned]
+        turns += [_geared_row(layout, gear) for gear in gears]
         self._turning = np.array(turns).reshape(-1, self._links)
 
         # Real parts of pins, slots and motors; imaginary parts of all joints; slides, then motors.
@@ -102,18 +105,22 @@ class Closures:
         slots = [self.rows_of_slot(k) for k in range(len(followed))]
         self._slot_rows = np.array(slots, dtype=int).reshape(-1, 2).T
         self._by_places = self._links + np.arange(len(followed))
-        self.count = lengths + len(turned)
+        meshed = lengths + len(turned)
+        self.count = meshed + len(gears)
+        self.gears = list(enumerate(gears, start=meshed))
         self.angles = np.arange(self.count) >= lengths
-        rows = [*range(len(held), len(self._real)), *range(lengths + len(slides), self.count)]
+        self.angles[[row for row, gear in self.gears if gear.in_newtons]] = False
+        rows = [*range(len(held), len(self._real)), *range(lengths + len(slides), meshed)]
         self.motors = list(zip(rows, [*(m for m, _ in sliding), *turning], strict=True))
 
         self._rest = np.zeros(self.count)
         for row, slide in enumerate(slides, start=lengths):
             self._rest[row] = slide.angle - layout.turn(slide.first.part, slide.second.part)
-        # Motors turn and slide on from where they start.
+        # Motors turn and slide on from where they start, and gears mesh as they do there.
         at_start = np.append(start, [point.u for point in followed])
         moved = self.residual(np.zeros(1), self.where(at_start[None]))[0]
         self._rest[rows] = moved[rows]
+        self._rest[meshed:] = moved[meshed:]
 
     def _lay_gaps(self, layout: TreeLayout, joints: Sequence[Pin | Slide | Slot]) -> None:
         """Find what carries the points and the axes of each joint's gap."""
@@ -223,6 +230,11 @@ class Closures:
         gaps[:, self._real] = multipliers[:, :real]
         gaps[:, :joints] += 1j * multipliers[:, real : real + joints]
         return np.asarray((at.axes * gaps)[:, :joints])
+
+
+def _geared_row(layout: TreeLayout, gear: Gear) -> FloatArray:
+    first, second = (layout.tied_row(tie) for tie in gear.ties)
+    return gear.weights[0] * first + gear.weights[1] * second
 
 
 def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor]:
