@@ -19,6 +19,7 @@ from exudyn_flexlink.assembly_mistakes import (
     penetrations,
     pressed_walls,
     redundancies,
+    geared_badly,
     rubbing_badly,
     speed_mistake,
     value_mistake,
@@ -182,6 +183,7 @@ def assemble_scene(scene: Scene) -> Assembly:
         *redundancies(scene, assembly),
         *without_direction(scene, assembly),
         *rubbing_badly(assembly),
+        *geared_badly(scene, assembly),
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)
