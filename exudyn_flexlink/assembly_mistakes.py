@@ -291,12 +291,16 @@ def rubbing_badly(assembly: Assembly) -> list[Mistake]:
 def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Racks whose slide minimal coordinates do not have."""
     mechanism = assembly.mechanism
-    slides = {tie.slide.name: gear.name for gear in mechanism.gears for tie in gear.ties if tie.slide}
+    slides = {
+        tie.slide.name: gear.name for gear in mechanism.gears for tie in gear.ties if tie.slide
+    }
     if not slides or formulation(scene) != "minimal":
         return []
     layout, hint = tree_layout(mechanism), "mesh with another slide of the loop"
     return [
-        Mistake(("joints", gear), f"'{slide}' closes a loop of slides: no gear is known there", hint)
+        Mistake(
+            ("joints", gear), f"'{slide}' closes a loop of slides: no gear is known there", hint
+        )
         for slide, gear in slides.items()
         if slide not in layout.joints
     ]

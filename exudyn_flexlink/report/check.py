@@ -125,7 +125,9 @@ def _geared(scene: Scene, gear: Gear) -> str:
     arm, meshes = meshes_of(scene.joints, spec)
     told = [mesh.body for mesh in meshes]
     known = [f"{number(radius)} m" for radius in gear.radii if radius is not None]
-    circles = f", pitch radi{'i' if len(known) > 1 else 'us'} {' and '.join(known)}" if known else ""
+    circles = (
+        f", pitch radi{'i' if len(known) > 1 else 'us'} {' and '.join(known)}" if known else ""
+    )
     inside = " inside" if isinstance(spec, GearJoint) and spec.internal else ""
     return f"{told[0]} and {told[1]}{inside}, on {arm}{circles}"
 

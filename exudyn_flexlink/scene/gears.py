@@ -43,7 +43,9 @@ class GearJoint(Part):
     radius: PositiveLength | None = Field(
         None, description="of the pinion's pitch circle, where one joint is a rack's slide"
     )
-    internal: Flag = Field(False, description="one gear is a ring around the other: they turn alike")
+    internal: Flag = Field(
+        False, description="one gear is a ring around the other: they turn alike"
+    )
 
     @property
     def bodies(self) -> tuple[str, ...]:

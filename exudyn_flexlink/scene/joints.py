@@ -284,12 +284,6 @@ class SleeveJoint(Part):
 
 
 Joint = Annotated[
-    RevoluteJoint
-    | SlotJoint
-    | SleeveJoint
-    | WeldJoint
-    | PrismaticJoint
-    | GearJoint
-    | BeltJoint,
+    RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint | PrismaticJoint | GearJoint | BeltJoint,
     ByType(),
 ]

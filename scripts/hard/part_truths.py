@@ -321,6 +321,13 @@ def barely_held(result: Result) -> float:
     return _off(result, hub + _turned(np.array(scene.bodies["rotor"].points["rim"]), turned))
 
 
+def slow_train(result: Result) -> float:
+    """A pointer that turns by ``1 - 101 99 / 100 100`` of an arm, 100 times as fast."""
+    arm = result.poses[:, list(result.scene.bodies).index("arm"), 2]
+    hub = np.array(result.scene.joints["needle"].at)
+    return _off(result, hub + _turned(np.array([0.1, 0.0]), 0.01 * arm))
+
+
 def _braked(speed: float, brake: float, t: FloatArray) -> FloatArray:
     """Way that something makes which is braked evenly until it rests."""
     moving = np.minimum(t, abs(speed) / brake)

@@ -218,9 +218,7 @@ class RunReader:
         self.force_parts = {
             force.name: (force.point.part, GROUND) for force in self.mechanism.forces
         }
-        self.reactions = reactions_of(
-            model, own.x, self.kept.places, own.forces, self.moved.poses
-        )
+        self.reactions = reactions_of(model, own.x, self.kept.places, own.forces, self.moved.poses)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
                 line = line_of(motor.slide, self.moved.poses)
