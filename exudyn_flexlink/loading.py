@@ -14,12 +14,12 @@ import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
+    geared_badly,
     open_mistake,
     outside_guides,
     penetrations,
     pressed_walls,
     redundancies,
-    geared_badly,
     rubbing_badly,
     speed_mistake,
     value_mistake,

@@ -112,7 +112,7 @@ CHANGES = {
         "joints.mesh={type: gear, joints: [hub, axle], teeth: [20, 40]}",
         "joints.strap={type: belt, joints: [crank, hub], radii: [0.1, 0.2]}",
     ],
-    "`gear` with a rack": [ARM, HUB, OTHER, f"{WAY[:WAY.index(', limits')]}}}", RACK],
+    "`gear` with a rack": [ARM, HUB, OTHER, f"{WAY[: WAY.index(', limits')]}}}", RACK],
     "`gear` with a rack on a moving body": [
         ARM,
         HUB,

@@ -1,7 +1,8 @@
 """The constraints of all joints at once: residuals, and slopes by the two parts of each.
 
 No constraint binds more than two parts, a gear the four ends of two joints, so that its slopes are
-few numbers however many parts the mechanism has. Coordinates ``q`` have shape (parts, 3), see `kinematics`.
+few numbers however many parts the mechanism has. Coordinates ``q`` have shape (parts, 3), see
+`kinematics`.
 """
 
 from __future__ import annotations

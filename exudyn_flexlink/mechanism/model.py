@@ -70,10 +70,9 @@ class Slot:
 
 @dataclass(frozen=True)
 class Geared:
-    """What a gear ties: the angle of the part of `far` against that of `near`, which is on the arm.
+    """What a gear ties: the angle of `far` against `near`, on the arm; or the length of a `slide`.
 
-    Or, of a `slide`, its length. Both anchors are where the gear's axis is. `hinges` lead from the
-    gear to the arm, each with whether its second part is on the gear's side.
+    `hinges` lead to the arm, each with whether its second part is on the gear's side.
     """
 
     near: Anchor
@@ -84,13 +83,12 @@ class Geared:
     @property
     def parts(self) -> tuple[int, int]:
         """First and second part of what is tied."""
-        if self.slide is not None:
-            return self.slide.first.part, self.slide.second.part
-        return self.near.part, self.far.part
+        first, second = (self.near, self.far)[:: int(self.side)]
+        return first.part, second.part
 
     @property
     def side(self) -> float:
-        """-1 where the length of a slide counts from the gear's part, else 1."""
+        """-1 where the length of a slide counts from the gear, else 1."""
         return -1.0 if self.slide is not None and self.slide.first == self.far else 1.0
 
 
@@ -98,9 +96,8 @@ class Geared:
 class Gear:
     """Gears in mesh, a rack or a belt: ``w_1 c_1 + w_2 c_2`` stays as it starts.
 
-    The c are angles (rad) or lengths (m). The weights w are in m where `radii` (m) are known, those
-    of pitch circles; else the first is 1. `meshes`: teeth push, at one place; a belt does not.
-    `beyond` is 1 where gears touch on the second's side of the first, else -1.
+    The c are angles (rad) or lengths (m), the weights w in m where pitch circles have `radii` (m).
+    `meshes`: teeth push, a belt does not. `beyond`: -1 if the first is inside the second, else 1.
     """
 
     name: str
@@ -112,7 +109,7 @@ class Gear:
 
     @property
     def in_newtons(self) -> bool:
-        """Whether its multiplier is a force, N, along a pitch circle or a slide; else N m."""
+        """Whether its multiplier is a force, N; else a torque, N m."""
         return any(self.radii) or self.ties[0].slide is not None
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.model import Gear, Geared, Mechanism, Motor, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import Gear, Mechanism, Motor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame, weld_groups, with_at_origin
 
@@ -127,15 +127,6 @@ class TreeLayout:
         row = np.zeros(len(self.links))
         row[self.hinges(second)] += 1.0
         row[self.hinges(first)] -= 1.0
-        return row
-
-    def tied_row(self, tie: Geared) -> FloatArray:
-        """As `turning_row`, of an angle that a gear ties, or of the length of a tree's slide."""
-        if tie.slide is None:
-            return self.turning_row(*tie.parts)
-        link, sign = self.joints[tie.slide.name]
-        row = np.zeros(len(self.links))
-        row[link] = sign
         return row
 
     def hinges(self, part: int) -> list[int]:

@@ -27,8 +27,8 @@ class GearJoint(Part):
     """Two gears in mesh, or a pinion and a rack: the joints that hold them tie each other.
 
     Angles and lengths count from the arm that carries both, a body or the ground: the one that both
-    joints share, or to which both are hinged at their places. Gears turn against each other, with `internal` alike. A rack goes along its axis as the
-    pinion turns counter-clockwise.
+    joints share, or that is hinged at the places of both. Gears turn against each other, with
+    `internal` alike. A rack goes along its axis as the pinion turns counter-clockwise.
     """
 
     one_of = (("ratio", "teeth", "radius"),)

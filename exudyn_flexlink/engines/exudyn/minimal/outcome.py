@@ -10,7 +10,8 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.ending import RADAU, checks
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, Track
+from exudyn_flexlink.engines.exudyn.minimal.closure_solver import RANK
+from exudyn_flexlink.engines.exudyn.minimal.closures import Track
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
@@ -72,7 +73,7 @@ def reactions_of(
     redundant their forces are the least of those that are possible.
     """
     if isinstance(model.coordinates, ClosedCoordinates):
-        return _of_closures(model, model.coordinates, x, places, forces, poses)
+        return _of_closures(model, x, places, forces, poses)
     found = Reactions()
     number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
     for guided in model.layout.slots:
@@ -112,13 +113,10 @@ def _moment(
 
 
 def _of_closures(
-    model: MinimalModel,
-    coordinates: ClosedCoordinates,
-    x: FloatArray,
-    places: FloatArray,
-    forces: FloatArray,
-    poses: FloatArray,
+    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray, poses: FloatArray
 ) -> Reactions:
+    coordinates = model.coordinates
+    assert isinstance(coordinates, ClosedCoordinates)
     closures, motors = coordinates.closures, model.layout.motors
     at = closures.where_on(x, _track(coordinates, places))
     multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
