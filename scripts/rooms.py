@@ -19,29 +19,29 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_425,
-    "engines/exudyn/minimal": 5_685,
-    "engines/exudyn/redundant": 3_425,
-    "engines/lagrangian": 2_065,
-    "mechanism": 5_260,
-    "scene": 3_660,
+    "engines": 2_430,
+    "engines/exudyn/minimal": 5_730,
+    "engines/exudyn/redundant": 3_495,
+    "engines/lagrangian": 2_070,
+    "mechanism": 5_485,
+    "scene": 3_930,
     "expressions": 1_250,
     "curves": 1_435,
-    "observables": 1_950,
+    "observables": 1_955,
     "accuracy": 940,
     "stability": 880,
     "verification": 440,
     "storage": 2_055,
     "sweeps": 1_515,
-    "plots": 3_325,
-    "report": 1_990,
+    "plots": 3_350,
+    "report": 2_020,
     "page": 340,
     "animation": 1_685,
     "cli": 2_730,
     "api": 1_895,
-    "": 5_040,
+    "": 5_060,
 }
-WHOLE = {PACKAGE: 51_630, "tests": 26_680, "scripts": 8_460}
+WHOLE = {PACKAGE: 52_330, "tests": 26_940, "scripts": 8_470}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -90,15 +90,11 @@ def friction_histories(
 
 
 def gear_forces(
-    mechanism: Mechanism, multipliers: Mapping[str, FloatArray]
-) -> dict[str, dict[str, FloatArray]]:
-    """Fields of a Result: tangential forces (samples,), N, and torques, N m, by gear."""
-    found: dict[str, dict[str, FloatArray]] = {"gear_forces": {}, "gear_torques": {}}
-    for gear in mechanism.gears:
-        found["gear_forces" if gear.in_newtons else "gear_torques"][gear.name] = multipliers[
-            gear.name
-        ]
-    return found
+    mechanism: Mechanism, multipliers: Mapping[str, FloatArray], *, in_newtons: bool
+) -> dict[str, FloatArray]:
+    """Tangential forces (samples,), N, or torques, N m, of the gears that have them, by name."""
+    gears = [gear.name for gear in mechanism.gears if gear.in_newtons == in_newtons]
+    return {name: multipliers[name] for name in gears}
 
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:

@@ -70,15 +70,12 @@ class Slot:
 
 @dataclass(frozen=True)
 class Geared:
-    """What a gear ties: the angle of `far` against `near`, on the arm; or the length of a `slide`.
-
-    `hinges` lead to the arm, each with whether its second part is on the gear's side.
-    """
+    """What a gear ties: the angle of `far` against `near`, on the arm, or the length of a slide."""
 
     near: Anchor
     far: Anchor
     slide: Slide | None
-    hinges: tuple[tuple[str, bool], ...]
+    hinges: tuple[tuple[str, bool], ...]  # to the arm; whether the second part is the gear's side
 
     @property
     def parts(self) -> tuple[int, int]:

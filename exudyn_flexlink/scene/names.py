@@ -11,7 +11,7 @@ from exudyn_flexlink.scene.bodies import FlexibleBody, RigidBody
 from exudyn_flexlink.scene.contacts import PointOnCurve
 from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
 from exudyn_flexlink.scene.forces import ForceDrive, LinearSpring, SpeedDrive, TorqueDrive
-from exudyn_flexlink.scene.gears import gear_mistakes
+from exudyn_flexlink.scene.gear_checks import gear_mistakes
 from exudyn_flexlink.scene.joints import (
     PointsJoint,
     RevoluteJoint,

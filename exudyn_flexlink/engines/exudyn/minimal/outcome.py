@@ -272,7 +272,8 @@ class RunReader:
             warnings=warnings,
             outcome=outcome,
             frictions=self._frictions(),
-            **gear_forces(self.mechanism, self.reactions.gears),
+            gear_forces=gear_forces(self.mechanism, self.reactions.gears, in_newtons=True),
+            gear_torques=gear_forces(self.mechanism, self.reactions.gears, in_newtons=False),
         )
 
     def _deepest(self) -> float:

@@ -125,7 +125,8 @@ class _RunReader:
             warnings=(*_warnings(prepared), *self._creeping()),
             outcome=_outcome(prepared, complaint),
             frictions=self._frictions(),
-            **gear_forces(self.mechanism, self._of_gears()),
+            gear_forces=gear_forces(self.mechanism, self._of_gears(), in_newtons=True),
+            gear_torques=gear_forces(self.mechanism, self._of_gears(), in_newtons=False),
         )
 
     def _of_gears(self) -> dict[str, FloatArray]:
