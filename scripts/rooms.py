@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_895,
     "": 5_060,
 }
-WHOLE = {PACKAGE: 52_330, "tests": 26_940, "scripts": 8_470}
+WHOLE = {PACKAGE: 52_330, "tests": 26_945, "scripts": 8_470}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
