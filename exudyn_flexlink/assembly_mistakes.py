@@ -94,7 +94,7 @@ def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
 
 def _loop_of(scene: Scene, joint: str) -> list[str]:
     """Names of the joints that connect a joint's two bodies without it, by the shortest way."""
-    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items()}
+    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items() if own.bodies}
     if joint not in bodies:
         return []
     first, last = bodies.pop(joint)
@@ -286,6 +286,24 @@ def rubbing_badly(assembly: Assembly) -> list[Mistake]:
             message = "friction of a slide that closes a loop of slides is not known"
             found.append(Mistake(path, message, "give it to another slide of the loop"))
     return found
+
+
+def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Racks whose slide minimal coordinates do not have."""
+    mechanism = assembly.mechanism
+    slides = {
+        tie.slide.name: gear.name for gear in mechanism.gears for tie in gear.ties if tie.slide
+    }
+    if not slides or formulation(scene) != "minimal":
+        return []
+    layout, hint = tree_layout(mechanism), "mesh with another slide of the loop"
+    return [
+        Mistake(
+            ("joints", gear), f"'{slide}' closes a loop of slides: no gear is known there", hint
+        )
+        for slide, gear in slides.items()
+        if slide not in layout.joints
+    ]
 
 
 def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:

@@ -18,7 +18,8 @@ from exudyn_flexlink.variables import Variable, members
 
 SERIES = (
     *("time", "poses", "rates", "drive_torques", "drive_forces", "joint_forces", "slot_forces"),
-    *("spring_forces", "contacts", "bearings", "sleeves", "energy", "extremes"),
+    *("spring_forces", "gear_forces", "gear_torques", "contacts", "bearings", "sleeves"),
+    *("energy", "extremes"),
 )
 """Fields of a result that go on from one run to the next."""
 ROUNDING = 1e-12  # s: of the clock at which a run goes on

@@ -14,6 +14,7 @@ import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
+    geared_badly,
     open_mistake,
     outside_guides,
     penetrations,
@@ -182,6 +183,7 @@ def assemble_scene(scene: Scene) -> Assembly:
         *redundancies(scene, assembly),
         *without_direction(scene, assembly),
         *rubbing_badly(assembly),
+        *geared_badly(scene, assembly),
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)

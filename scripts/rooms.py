@@ -19,12 +19,12 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_460,
-    "engines/exudyn/minimal": 5_715,
-    "engines/exudyn/redundant": 3_460,
-    "engines/lagrangian": 2_070,
-    "mechanism": 5_310,
-    "scene": 3_875,
+    "engines": 2_470,
+    "engines/exudyn/minimal": 5_760,
+    "engines/exudyn/redundant": 3_525,
+    "engines/lagrangian": 2_080,
+    "mechanism": 5_535,
+    "scene": 4_150,
     "expressions": 1_250,
     "curves": 1_435,
     "observables": 1_940,
@@ -33,15 +33,15 @@ CEILINGS = {
     "verification": 440,
     "storage": 2_045,
     "sweeps": 1_515,
-    "plots": 3_320,
-    "report": 2_025,
+    "plots": 3_345,
+    "report": 2_055,
     "page": 340,
     "animation": 1_685,
     "cli": 2_705,
-    "api": 1_740,
-    "": 5_190,
+    "api": 1_735,
+    "": 5_210,
 }
-WHOLE = {PACKAGE: 51_990, "tests": 27_000, "scripts": 8_530}
+WHOLE = {PACKAGE: 52_690, "tests": 27_260, "scripts": 8_560}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -29,6 +29,7 @@ WAY = (
     "limits: {from: -0.1, to: 0.1"
 )
 OTHER = "bodies.other={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
+RACK = "joints.rack={type: gear, joints: [hub, way], radius: 0.1}"
 FREE = "initial={positions: {other: [2, 0]}}"
 
 CHANGES = {
@@ -106,6 +107,24 @@ CHANGES = {
         OTHER,
         "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0], "
         "friction: {force: 1}}",
+    ],
+    "`gear` of two hinges, `belt`": [
+        ARM,
+        HUB,
+        OTHER,
+        "joints.axle={type: revolute, points: [ground, other.o], at: [2, 0]}",
+        "joints.mesh={type: gear, joints: [hub, axle], teeth: [20, 40]}",
+        "joints.strap={type: belt, joints: [crank, hub], radii: [0.1, 0.2]}",
+    ],
+    "`gear` with a rack": [ARM, HUB, OTHER, f"{WAY[: WAY.index(', limits')]}}}", RACK],
+    "`gear` with a rack on a moving body": [
+        ARM,
+        HUB,
+        OTHER,
+        "bodies.rack={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0]}}",
+        "joints.axle={type: revolute, points: [arm.e, other.o]}",
+        "joints.way={type: prismatic, points: [arm.o, rack.o], axis: [1, 0]}",
+        "joints.rack={type: gear, joints: [axle, way], radius: 0.1}",
     ],
     "`sleeve` without clearance": [],
     "`sleeve` with `clearance`": ["joints.sleeve.clearance=0.1 mm", f"joints.sleeve.{SETLAW}"],

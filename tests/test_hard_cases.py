@@ -64,6 +64,8 @@ def variant_of(case, label):
         ("narrow_hollow", "", MINIMAL),
         ("narrow_ring", "", MINIMAL),
         ("unequal_laps", "", MINIMAL),
+        ("barely_held", "", MINIMAL),
+        ("slow_train", "", MINIMAL),
         ("grazing_circles", "by 1 um", REDUNDANT),
         ("stiff_rod", "youngs_modulus 1e18", MINIMAL),
     ],

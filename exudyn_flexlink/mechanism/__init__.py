@@ -43,6 +43,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     spring_force,
     wound_at_start,
 )
+from exudyn_flexlink.mechanism.gears import ToothPush, tooth_pushes, without_teeth
 from exudyn_flexlink.mechanism.input_checks import drive_mistakes, input_notes
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
@@ -68,6 +69,8 @@ from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches, shared_forces
 from exudyn_flexlink.mechanism.model import (
     Apart,
+    Gear,
+    Geared,
     JointFriction,
     LinearSpring,
     Mechanism,

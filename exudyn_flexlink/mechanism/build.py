@@ -18,6 +18,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     CurveContact,
     FaceContact,
 )
+from exudyn_flexlink.mechanism.gears import build_gears
 from exudyn_flexlink.mechanism.model import (
     JointFriction,
     LinearSpring,
@@ -109,6 +110,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
         gravity=scene.gravity,
         frictions=tuple(_joint_frictions(bodies)),
+        gears=tuple(build_gears(bodies)),
     )
 
 

@@ -193,7 +193,8 @@ class _Held:
     def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
         """Rows of all joints, of drives that prescribe where they start, and of what is held."""
         motions = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
-        joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places)
+        closing = replace(mechanism, speed_motors=motions, gears=())  # these mesh at any angle
+        joints = constraint_rows(closing, q, slot_places)
         given = {(part, axis): at[axis] for part, at in self.places.items() for axis in (0, 1)}
         given |= {(part, 2): angle for part, angle in self.angles.items()}
         joints = joints.with_fixed(list(given), [q[at] - place for at, place in given.items()])

@@ -17,6 +17,7 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
     Contact,
+    Gear,
     LinearSpring,
     Mechanism,
     RotarySpring,
@@ -42,13 +43,16 @@ from exudyn_flexlink.report.parts import (
 )
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, section
 from exudyn_flexlink.scene import (
+    BeltJoint,
     Drive,
     FlexibleBody,
     ForceDrive,
+    GearJoint,
     ImpulseLaw,
     Joint,
     Law,
     PinFriction,
+    PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
@@ -61,6 +65,7 @@ from exudyn_flexlink.scene import (
     TorsionalSpring,
     TurnPenalty,
     Value,
+    meshes_of,
 )
 
 IDLE = "; its law is idle at clearance 0"
@@ -72,7 +77,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
     blocks = [
         [scene.title],
         _bodies(scene, assembly.mechanism),
-        _joints(scene),
+        _joints(scene, assembly.mechanism),
         curve_lines(scene),
         _springs(scene, assembly.mechanism),
         section("Drives", [[n, d.type, *_drive(scene, d)] for n, d in scene.drives.items()]),
@@ -110,11 +115,29 @@ def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
     return section("Bodies", rows)
 
 
-def _joints(scene: Scene) -> list[str]:
-    rows = [[name, joint.type, _joined(joint)] for name, joint in scene.joints.items()]
+def _joints(scene: Scene, mechanism: Mechanism) -> list[str]:
+    geared = {gear.name: _geared(scene, gear) for gear in mechanism.gears}
+    rows = [
+        [name, joint.type, geared.get(name) or _joined(joint)]
+        for name, joint in scene.joints.items()
+    ]
     joined = {body for joint in scene.joints.values() for body in joint.bodies}
     rows += [["", "none", f"{body} is free"] for body in scene.bodies if body not in joined]
     return section("Joints", rows)
+
+
+def _geared(scene: Scene, gear: Gear) -> str:
+    """What a gear ties, and its pitch circles as far as they are known."""
+    spec = scene.joints[gear.name]
+    assert isinstance(spec, GearJoint | BeltJoint)  # of which gears are made
+    arm, meshes = meshes_of(scene.joints, spec)
+    told = [mesh.body for mesh in meshes]
+    known = [f"{number(radius)} m" for radius in gear.radii if radius is not None]
+    circles = (
+        f", pitch radi{'i' if len(known) > 1 else 'us'} {' and '.join(known)}" if known else ""
+    )
+    inside = " inside" if isinstance(spec, GearJoint) and spec.internal else ""
+    return f"{told[0]} and {told[1]}{inside}, on {arm}{circles}"
 
 
 def _joined(joint: Joint) -> str:
@@ -122,6 +145,7 @@ def _joined(joint: Joint) -> str:
         return f"{joint.point} on {joint.curve}"
     if isinstance(joint, SleeveJoint):
         return f"{joint.link} in {joint.guide}, {_fit(joint)}"
+    assert isinstance(joint, PointsJoint)  # gears are told apart
     along = ""
     if isinstance(joint, PrismaticJoint):
         x, y = joint.axis

@@ -25,6 +25,7 @@ from exudyn_flexlink.mechanism import (
     inertia_with_welded,
     length_along,
     moved_by_forces,
+    shared_forces,
     speed_along,
     welded_to,
     wound_at_start,
@@ -235,6 +236,11 @@ def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
         names = listed(list(assembly.surplus))
         told = f"{names}: other joints hold the same already, in every position"
         rows.append(["held twice", told])
+        shared = shared_forces(assembly)
+        geared = [gear.name for gear in assembly.mechanism.gears if gear.name in shared]
+        if geared:
+            told = f"{listed(geared)}: how they share it is not known; the least forces are given"
+            rows.append(["load shared", told])
     count = left + len(drives)
     fixed = "" if count else ", nothing can move"
     return [f"Degrees of freedom: {count}{fixed}", *table(rows)]

@@ -47,6 +47,7 @@ from exudyn_flexlink.scene.forces import (
     TorqueDrive,
     TorsionalSpring,
 )
+from exudyn_flexlink.scene.gears import BeltJoint, GearJoint, Mesh, ends_of, meshes_of
 from exudyn_flexlink.scene.joints import (
     Joint,
     PinFriction,

@@ -41,6 +41,7 @@ from exudyn_flexlink.scene.contact_laws import (
     PenaltyLaw,
     refuse_misfit,
 )
+from exudyn_flexlink.scene.gears import BeltJoint, GearJoint
 from exudyn_flexlink.scene.limits import SlideLimits, TurnLimits
 
 _EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
@@ -297,4 +298,7 @@ class SleeveJoint(Part):
         return self
 
 
-Joint = Annotated[RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint | PrismaticJoint, ByType()]
+Joint = Annotated[
+    RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint | PrismaticJoint | GearJoint | BeltJoint,
+    ByType(),
+]

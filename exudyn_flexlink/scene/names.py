@@ -12,6 +12,7 @@ from exudyn_flexlink.scene.contact_laws import HertzLaw
 from exudyn_flexlink.scene.contacts import PointOnCurve
 from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
 from exudyn_flexlink.scene.forces import ForceDrive, LinearSpring, SpeedDrive, TorqueDrive
+from exudyn_flexlink.scene.gear_checks import gear_mistakes
 from exudyn_flexlink.scene.joints import (
     PointsJoint,
     RevoluteJoint,
@@ -36,7 +37,7 @@ _PRESCRIBED = {
 def find_mistakes(parts: Parts) -> list[Mistake]:
     """Return every name that leads nowhere, or to the wrong kind of part."""
     checks = (_odd_names, Parts.lost_names, _curves, _joints, _springs, _drives, _contacts)
-    others = (_materials_of_laws, _initial, _run, _outputs, point_masses)
+    others = (_materials_of_laws, gear_mistakes, _initial, _run, _outputs, point_masses)
     return [mistake for check in (*checks, *others) for mistake in check(parts)]
 
 

@@ -35,6 +35,9 @@ OTHER_WORDS: dict[str, str] = {
     "weld": "fixed rigid rigid_joint fixed_joint welded clamp clamped cantilever",
     "slot": "pin_in_slot pin_slot cam track point_on_curve higher_pair",
     "sleeve": "cylindrical guide",
+    "gear": "gears gear_pair gearing cogwheel spur mesh rack pinion rack_and_pinion planetary "
+    "epicyclic transmission gearbox",
+    "belt": "chain pulley pulleys belt_drive chain_drive timing_belt sprocket",
     "prismatic": "slider sliding slide translational translation slide_joint",
     # types of springs, drives, contacts and laws
     "torsional": "torsion rotational rotary angular torsional_spring",
@@ -79,6 +82,10 @@ OTHER_WORDS: dict[str, str] = {
     "curve": "path track slot profile",
     "angle": "phi theta rotation",
     "axis": "direction along",
+    "ratio": "gear_ratio transmission_ratio i",
+    "teeth": "number_of_teeth tooth z N",
+    "internal": "ring inner annulus",
+    "radii": "radius diameters r curvature",
     "clearance": "gap play backlash",
     "link": "rod slider",
     "joint": "at on joints",
@@ -96,7 +103,6 @@ OTHER_WORDS: dict[str, str] = {
     "slip_speed": "stiction_trans_vel v_s vs",
     "exponent": "n power",
     "formula": "model shape",
-    "radii": "radius r curvature",
     "transition_speed": "v0 v_s characteristic_speed",
     "centre": "center c position at",
     "radius": "r diameter",

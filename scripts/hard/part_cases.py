@@ -61,6 +61,8 @@ PART_CASES = (
     Case("stops", "closed form", PLAIN, (MINIMAL,), part_truths.stops),
     Case("narrow_hollow", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("narrow_ring", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
+    Case("barely_held", "closed form", PLAIN, (MINIMAL,), part_truths.barely_held),
+    Case("slow_train", "closed form", PLAIN, EXUDYN, part_truths.slow_train),
     Case("unequal_laps", "closed form", TOLD, EXUDYN, part_truths.unequal_laps),
     Case(
         "stiff_rod",

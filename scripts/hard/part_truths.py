@@ -330,3 +330,29 @@ def _touching(
         found[there] = leg.sol(time[there]).T
         t, state, touching = float(leg.t[-1]), leg.y[:, -1], not touching
     return found
+
+
+def barely_held(result: Result) -> float:
+    """A block and a rotor that are braked evenly, and then rest for good."""
+    scene, t = result.scene, result.time
+    way, pin = scene.joints["way"], scene.joints["pin"]
+    along = np.array(way.axis) / np.hypot(*way.axis)
+    brake = G * (along[1] + way.friction.coefficient * along[0])
+    torque = pin.friction.torque + scene.drives["motor"].value
+    slid = _braked(dict(scene.initial.speeds_along)["way"], brake, t)
+    turned = _braked(dict(scene.initial.speeds)["rotor"], torque / scene.bodies["rotor"].inertia, t)
+    hub = np.array(scene.bodies["block"].points["hub"]) + slid[:, None] * along
+    return _off(result, hub + _turned(np.array(scene.bodies["rotor"].points["rim"]), turned))
+
+
+def slow_train(result: Result) -> float:
+    """A pointer that turns by ``1 - 101 99 / 100 100`` of an arm, 100 times as fast."""
+    arm = result.poses[:, list(result.scene.bodies).index("arm"), 2]
+    hub = np.array(result.scene.joints["needle"].at)
+    return _off(result, hub + _turned(np.array([0.1, 0.0]), 0.01 * arm))
+
+
+def _braked(speed: float, brake: float, t: FloatArray) -> FloatArray:
+    """Way that something makes which is braked evenly until it rests."""
+    moving = np.minimum(t, abs(speed) / brake)
+    return np.asarray(np.sign(speed) * (abs(speed) * moving - 0.5 * brake * moving**2))
