@@ -75,6 +75,12 @@ def far_behind(contact: Contact, at: Approach) -> bool:
     return opposite and float(at.gap) <= -contact.length
 
 
+def pressed_at(contact: Contact, at: Approach) -> bool:
+    """Tell whether a contact that looks so is pressed: with penetration, opposite its face."""
+    pressed = at.gap < -TOUCHING and on_the_contact(contact, float(at.place))
+    return bool(pressed) and not far_behind(contact, at)
+
+
 def idle_at_start(
     mechanism: Mechanism, q: FloatArray, v: FloatArray
 ) -> Iterator[tuple[Contact, str]]:
