@@ -170,7 +170,9 @@ def rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
         return Mistake(path or ("contacts", error.name), message, "give it a law with stiffness")
     pull = f"a force of {error.force:.4g} N" if error.force > 0 else "a torque"
     message = f"no rest is found: {pull} drives '{error.name}' on"
-    hint = "does anything hold it? Contacts by impulse don't; or start nearer, by 'initial: guesses'"
+    hint = (
+        "does anything hold it? Contacts by impulse don't; or start nearer, by 'initial: guesses'"
+    )
     return Mistake(("initial", "at_rest"), message, hint)
 
 

@@ -30,6 +30,7 @@ from exudyn_flexlink.mechanism.contacts import (
     idle_at_start,
     in_guides,
     on_the_contact,
+    pressed_among,
     pressed_at,
     swings,
 )

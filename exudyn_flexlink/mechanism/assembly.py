@@ -21,7 +21,12 @@ from exudyn_flexlink.mechanism.constraints import (
     along_slots,
     constraint_rows,
 )
-from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at, length_of
+from exudyn_flexlink.mechanism.dynamics import (
+    accelerations,
+    constraints_at,
+    length_of,
+    started,
+)
 from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
@@ -111,9 +116,9 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
 def standing_at(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, laps: tuple[int, ...]
 ) -> Assembly:
-    """Return a mechanism that stands at coordinates (parts, 3) and nothing of which moves."""
-    still = np.zeros_like(q)
-    return _assembled(mechanism, State(q, still, still.copy(), places, laps))
+    """Return a mechanism at rest at coordinates (parts, 3); only its drives accelerate it."""
+    a = started(mechanism, q, places)
+    return _assembled(mechanism, State(q, np.zeros_like(q), a, places, laps))
 
 
 def _assembled(mechanism: Mechanism, state: State) -> Assembly:

@@ -22,7 +22,7 @@ from exudyn_flexlink.mechanism.assembly import Assembly, standing_at
 from exudyn_flexlink.mechanism.closing import CLOSED, kept_in
 from exudyn_flexlink.mechanism.constraints import Constraints
 from exudyn_flexlink.mechanism.contact_pairs import Contact, pairs
-from exudyn_flexlink.mechanism.contacts import approach, pressed_at
+from exudyn_flexlink.mechanism.contacts import approach, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
@@ -101,11 +101,11 @@ class _Look:
     motions: FloatArray  # N: (parts, 3, n)
     slope: FloatArray  # (n,): minus the forces along them
     stiffness: FloatArray  # K: (n, n)
-    all_forces: float  # their size, also of those that joints hold
+    rounding: float  # of the slope: of forces that joints hold, and of places by the stiffness
 
     @property
     def balanced(self) -> bool:
-        return bool(np.abs(self.slope).max(initial=0.0) <= BALANCED * self.all_forces)
+        return bool(np.abs(self.slope).max(initial=0.0) <= self.rounding)
 
     @property
     def accelerations(self) -> FloatArray:
@@ -185,19 +185,19 @@ class _Search:
         multipliers = -(left[:, :rank] / sizes[:rank]) @ (ways[:rank] @ pulled) / lengths
         motions = np.einsum("nji,njk->nik", back, ways[rank:].T.reshape(*q.shape, -1))
         stiffness = self._stiffness(q, places, multipliers, motions)
-        slope, whole = -ways[rank:] @ pulled, float(np.linalg.norm(pulled))
-        return _Look(
-            q, places, joints, multipliers, presses, motions, slope, stiffness, whole
-        )
+        slope, stiffest = -ways[rank:] @ pulled, float(np.abs(stiffness).max(initial=0.0))
+        longest = max((1 / self.size(own) for own in np.moveaxis(motions, -1, 0)), default=0.0)
+        rounding = BALANCED * float(np.linalg.norm(pulled)) + ROUNDING * stiffest * longest
+        return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
 
     def _forces(self, q: FloatArray) -> tuple[FloatArray, dict[str, float]]:
         """Generalised forces (3 parts,) at rest with those of contacts, and these (N) by name."""
         still = np.zeros_like(q)
         forces, presses = applied_forces(self._mechanism, q, still, 0.0), {}
-        for contact in self._contacts:
-            at = approach(contact, q, still)
-            if pressed_at(contact, at) and not isinstance(contact.law, Impulse):
-                press = float(contact.law.force(-at.gap, 0.0))
+        for contact in (self._contacts[k] for k in pressed_among(self._contacts, q)):
+            if not isinstance(contact.law, Impulse):
+                depth = -float(approach(contact, q, still).gap)
+                press = float(contact.law.force(depth, 0.0))
                 forces += press * _gradient(contact, q)
                 presses[contact.name] = press
         return forces, presses
@@ -303,11 +303,10 @@ def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
 def _resting(assembly: Assembly, at: _Look, growing: list[float]) -> Rest:
     """Put together what is known of a rest."""
     mechanism, laps = assembly.mechanism, assembly.state.laps
-    for contact in _pressing(mechanism):
-        if isinstance(contact.law, Impulse) and pressed_at(
-            contact, approach(contact, at.q, np.zeros_like(at.q))
-        ):
-            raise NoRestError("contact", contact.name)
+    contacts = list(_pressing(mechanism))
+    for k in pressed_among(contacts, at.q):
+        if isinstance(contacts[k].law, Impulse):
+            raise NoRestError("contact", contacts[k].name)
     slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
     places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
     whole = standing_at(mechanism, at.q, places, laps)
