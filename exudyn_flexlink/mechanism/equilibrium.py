@@ -68,7 +68,7 @@ def rest_of(assembly: Assembly) -> Rest:
         NoRestError: none is found, or a contact by impulse would have to hold it.
 
     """
-    search, growing, before = _Search(assembly), list[float](), np.inf
+    search, unstable, before = _Search(assembly), list[_Look](), np.inf
     q, places = assembly.state.q, assembly.state.places
     for _ in range(STEPS):
         at = search.look(q, places)
@@ -77,15 +77,17 @@ def rest_of(assembly: Assembly) -> Rest:
         if not at.balanced or size < before / 2:
             before = size if at.balanced else np.inf
             moved = search.downhill(at, step)
-        elif at.lowest >= 0 or len(growing) == KICKS:
-            return _resting(assembly, at, growing)
+        elif at.lowest >= 0 or len(unstable) == KICKS:
+            return _resting(assembly, at, unstable)
         else:
-            growing.append(float(np.sqrt(-at.lowest)))
+            unstable.append(at)
             step, before = at.upset, np.inf
             moved = search.moved(q, places, step * (KICK / search.size(step)))
         if moved is None:
             break
         q, places = moved
+    if unstable:  # nothing is below it
+        return _resting(assembly, unstable[0], [])
     raise _not_found(assembly.mechanism, at)
 
 
@@ -105,6 +107,7 @@ class _Look:
 
     @property
     def balanced(self) -> bool:
+        """Whether nothing is left of the forces but rounding."""
         return bool(np.abs(self.slope).max(initial=0.0) <= self.rounding)
 
     @property
@@ -300,8 +303,8 @@ def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
     return found.ravel()
 
 
-def _resting(assembly: Assembly, at: _Look, growing: list[float]) -> Rest:
-    """Put together what is known of a rest."""
+def _resting(assembly: Assembly, at: _Look, unstable: list[_Look]) -> Rest:
+    """Put together what is known of a rest, and of those that were left for it."""
     mechanism, laps = assembly.mechanism, assembly.state.laps
     contacts = list(_pressing(mechanism))
     for k in pressed_among(contacts, at.q):
@@ -311,6 +314,7 @@ def _resting(assembly: Assembly, at: _Look, growing: list[float]) -> Rest:
     places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
     whole = standing_at(mechanism, at.q, places, laps)
     exponents = np.sqrt(-at.squares.astype(complex))
+    growing = (float(np.sqrt(-left.lowest)) for left in unstable)
     return Rest(whole, at.joints, at.multipliers, at.presses, exponents, tuple(growing))
 
 

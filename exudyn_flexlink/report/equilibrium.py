@@ -8,11 +8,13 @@ from exudyn_flexlink.mechanism import Rest
 from exudyn_flexlink.report.text import in_blocks, listed, number, section
 from exudyn_flexlink.scene import Scene
 
+DECIMALS = 9  # of degrees and metres: what is smaller is rounding of the search
+
 
 def equilibrium_text(scene: Scene, rest: Rest) -> str:
     """Return all of it, for people."""
     places = [
-        [name, f"{degrees(pose[2]):.6g} deg", f"at ({pose[0]:.6g}, {pose[1]:.6g}) m"]
+        [name, f"{_told(degrees(pose[2]))} deg", f"at ({_told(pose[0])}, {_told(pose[1])}) m"]
         for name, poses in rest.poses.items()
         for pose in (poses if poses.ndim == 1 else poses[0],)
     ]
@@ -59,3 +61,7 @@ def _torque(torque: float | None) -> str:
 
 def _modes(rest: Rest) -> str:
     return listed([f"{number(own)} Hz" for own in rest.frequencies.tolist()]) or "none"
+
+
+def _told(value: float) -> str:
+    return f"{round(value, DECIMALS) + 0.0:.6g}"  # no -0

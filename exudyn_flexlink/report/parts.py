@@ -249,7 +249,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     speeds = {body: float(state.v[parts[0], 2]) for body, parts in bodies}
     ways = [
         {b: a for b, a in way.items() if abs(_wrapped(a - here[b])) > NOTICEABLE}
-        for way in other_ways(scene, assembly)
+        for way in ([] if scene.initial.at_rest else other_ways(scene, assembly))
     ]
     others = [
         ["The joints close in other ways, too; 'initial: guesses' picks one:"],
