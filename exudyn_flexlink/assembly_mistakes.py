@@ -178,16 +178,12 @@ def rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
 
 def moving_drives(assembly: Assembly) -> list[Mistake]:
     """Drives that move as a run starts that should start at rest."""
-    motors = assembly.mechanism.speed_motors
+    told = "moves at {:.4g} {} at first, so that nothing can start at rest"
+    hint = "give it a 'ramp', or a formula that begins with speed 0"
     return [
-        Mistake(
-            ("drives", motor.name),
-            f"moves at {motor.speed.at(0.0):.4g} {'m/s' if motor.slide else 'rad/s'} at first, so "
-            "that nothing can start at rest",
-            "give it a 'ramp', or a formula that begins with speed 0",
-        )
-        for motor in motors
-        if motor.speed.at(0.0) != 0
+        Mistake(("drives", own.name), told.format(speed, "m/s" if own.slide else "rad/s"), hint)
+        for own in assembly.mechanism.speed_motors
+        if (speed := own.speed.at(0.0)) != 0
     ]
 
 

@@ -19,12 +19,12 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_425,
+    "engines": 2_450,
     "engines/exudyn/minimal": 5_685,
-    "engines/exudyn/redundant": 3_425,
-    "engines/lagrangian": 2_065,
-    "mechanism": 5_260,
-    "scene": 3_660,
+    "engines/exudyn/redundant": 3_430,
+    "engines/lagrangian": 2_070,
+    "mechanism": 5_760,
+    "scene": 3_675,
     "expressions": 1_250,
     "curves": 1_435,
     "observables": 1_950,
@@ -34,14 +34,14 @@ CEILINGS = {
     "storage": 2_055,
     "sweeps": 1_515,
     "plots": 3_325,
-    "report": 1_990,
+    "report": 2_060,
     "page": 340,
     "animation": 1_685,
-    "cli": 2_730,
-    "api": 1_895,
-    "": 5_040,
+    "cli": 2_735,
+    "api": 1_950,
+    "": 5_105,
 }
-WHOLE = {PACKAGE: 51_630, "tests": 26_680, "scripts": 8_460}
+WHOLE = {PACKAGE: 52_380, "tests": 26_865, "scripts": 8_460}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

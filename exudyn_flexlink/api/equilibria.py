@@ -14,7 +14,15 @@ from exudyn_flexlink.scene import Scene as PlainScene
 
 @dataclass(frozen=True, repr=False)
 class Equilibrium(Rest):
-    """A mechanism where all forces balance: places, forces in joints, small motions about it."""
+    """A mechanism where all forces balance; frozen, in SI units.
+
+    ``poses["arm"]`` is [x, y, angle] of a body (of a flexible one, of its rods) and
+    ``points["arm.end"]`` the place of a point. ``forces["pin"]`` [x, y] N acts on the body of a
+    joint's second point, as ``torques["weld"]`` N m does; ``drives["motor"]`` is what a drive holds
+    (N m, or N), and ``presses["floor"]`` N the force of a contact. Undamped small motions have the
+    `frequencies` (Hz; 0: nothing resists), and it is `stable` unless one grows, at the rate
+    `growth` (1/s). `notes` tell what else is to be known, as of an unstable balance left.
+    """
 
     scene: PlainScene
 
@@ -41,4 +49,4 @@ def equilibrium(scene: PlainScene) -> Equilibrium:
 
     """
     rest = rest_of_scene(scene)
-    return Equilibrium(*(getattr(rest, own.name) for own in fields(Rest)), scene)
+    return Equilibrium(**{own.name: getattr(rest, own.name) for own in fields(Rest)}, scene=scene)

@@ -113,7 +113,7 @@ class _Look:
     @property
     def accelerations(self) -> FloatArray:
         """Those (parts, 3) that the forces cause."""
-        return -self.motions @ self.slope
+        return np.asarray(-self.motions @ self.slope)
 
     @property
     def squares(self) -> FloatArray:
@@ -148,8 +148,8 @@ class _Look:
         if values.min(initial=0.0) >= -least and self.balanced and len(values):
             kept = ways[:, values > least]
             own = kept.T @ self.stiffness @ kept
-            return -self.motions @ (kept @ np.linalg.solve(own, kept.T @ self.slope))
-        return -self.motions @ (ways @ (along / sizes))
+            return np.asarray(-self.motions @ (kept @ np.linalg.solve(own, kept.T @ self.slope)))
+        return np.asarray(-self.motions @ (ways @ (along / sizes)))
 
     @cached_property
     def _modes(self) -> tuple[FloatArray, FloatArray]:
