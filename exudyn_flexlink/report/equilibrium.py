@@ -8,7 +8,7 @@ from exudyn_flexlink.mechanism import Rest
 from exudyn_flexlink.report.text import in_blocks, listed, number, section
 from exudyn_flexlink.scene import Scene
 
-DECIMALS = 9  # of degrees and metres: what is smaller is rounding of the search
+DECIMALS = 9  # of degrees, metres and newtons: what is smaller is rounding of the search
 
 
 def equilibrium_text(scene: Scene, rest: Rest) -> str:
@@ -20,7 +20,7 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
     ]
     torques = rest.torques
     forces = [
-        [name, f"({x:.5g}, {y:.5g}) N", f"{hypot(x, y):.5g} N", _torque(torques.get(name))]
+        [name, f"({_told(x)}, {_told(y)}) N", f"{hypot(x, y):.5g} N", _torque(torques.get(name))]
         for name, (x, y) in ((name, force.tolist()) for name, force in rest.forces.items())
     ]
     slides = {own.name for own in rest.assembly.mechanism.speed_motors if own.slide}
