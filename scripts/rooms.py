@@ -19,12 +19,12 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_470,
+    "engines": 2_495,
     "engines/exudyn/minimal": 5_760,
-    "engines/exudyn/redundant": 3_525,
-    "engines/lagrangian": 2_080,
-    "mechanism": 5_535,
-    "scene": 4_150,
+    "engines/exudyn/redundant": 3_530,
+    "engines/lagrangian": 2_085,
+    "mechanism": 6_040,
+    "scene": 4_160,
     "expressions": 1_250,
     "curves": 1_435,
     "observables": 1_940,
@@ -34,14 +34,14 @@ CEILINGS = {
     "storage": 2_045,
     "sweeps": 1_515,
     "plots": 3_345,
-    "report": 2_055,
+    "report": 2_125,
     "page": 340,
     "animation": 1_685,
-    "cli": 2_705,
-    "api": 1_735,
-    "": 5_210,
+    "cli": 2_710,
+    "api": 1_785,
+    "": 5_275,
 }
-WHOLE = {PACKAGE: 52_690, "tests": 27_260, "scripts": 8_560}
+WHOLE = {PACKAGE: 53_440, "tests": 27_450, "scripts": 8_560}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

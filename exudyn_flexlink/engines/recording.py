@@ -22,7 +22,13 @@ from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals
+from exudyn_flexlink.mechanism import (
+    EnergyMeter,
+    Mechanism,
+    approach,
+    joint_residuals,
+    pressed_among,
+)
 
 AT_ONCE = 32  # steps that wait: more take memory, and little less time
 BLOCK = 512  # steps that are looked through for extremes together
@@ -119,7 +125,16 @@ class BlockRecorder(ABC):
         self._next = max(self._next, self._until(end))
 
     def _start(self, known: Kept) -> None:
-        """Keep the state (1,) at time 0."""
+        """Keep the state (1,) at time 0.
+
+        What contacts store there counts as lost until they end.
+        """
+        q = self.motion(known)[0][0]
+        for k in pressed_among(self.contacts, q):
+            law = self.contacts[k].law
+            if known.pressed[0, k] and not isinstance(law, Impulse):
+                depth = -approach(self.contacts[k], q, np.zeros_like(q)).gap
+                self._reached[2 + len(self.contacts) + k] += law.stored_energy(depth)
         self._keep_now(known)
         self._ends.append(self._last)
 

@@ -289,7 +289,7 @@ def _close(
         _refuse_open(first)  # joints have turned what is held: without that they stay open
     _refuse_open(joints)
     _refuse_moved(mechanism, held, q)
-    kept = [_kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
+    kept = [kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
     return q, np.array(kept)
 
 
@@ -324,7 +324,7 @@ def _refuse_moved(mechanism: Mechanism, held: _Held, q: FloatArray) -> None:
             raise CannotAssembleError(slide.name, "along", away, 0.0)
 
 
-def _kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
+def kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
     """Return the place, or that of the same point in the slot's lap: on the seam its start."""
     start, end = ends_of_lap(slot.curve, lap)
     if np.hypot(*(slot_point(slot, q) - slot.curve.point(start))) <= CLOSED:

@@ -62,6 +62,12 @@ class Constraints:
         moved = np.vstack([v, np.zeros((1, 3))])  # GROUND, -1, is the last: it does not move
         return np.asarray(np.einsum("rij,rij->r", self.slopes, moved[self.parts]))
 
+    def holding(self, multipliers: FloatArray) -> FloatArray:
+        """Generalised forces (parts, 3) of multipliers (rows,): the Jacobian, turned over."""
+        held = np.zeros((self.count + 1, 3))  # GROUND, -1, is the last
+        np.add.at(held, self.parts, self.slopes * multipliers[:, None, None])
+        return held[: self.count]
+
     def jacobian(self, rows: IndexArray | None = None) -> FloatArray:
         """Jacobian by the coordinates of all parts, (rows, 3 parts), of all rows or of those given.
 

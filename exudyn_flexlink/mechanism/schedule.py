@@ -176,6 +176,9 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
         if own.coefficient > 0
     ]
     found += _laws_beyond_redundant(scene)
+    message = "a beam bends otherwise than the rods whose rest is known: take 'redundant'"
+    bent = scene.initial.at_rest and scene.solver.formulation == "beam"
+    found += [Mistake(("initial", "at_rest"), message)] * bent
     for name, contact in scene.contacts.items():
         if isinstance(contact, PointOnCurve):
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"

@@ -10,7 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.curves import Curve, Spline
-from exudyn_flexlink.loading import other_ways
+from exudyn_flexlink.loading import other_ways, rest_of_scene
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -30,6 +30,7 @@ from exudyn_flexlink.mechanism import (
     welded_to,
     wound_at_start,
 )
+from exudyn_flexlink.report.equilibrium import rest_told
 from exudyn_flexlink.report.text import Table, listed, number, section, table
 from exudyn_flexlink.scene import (
     DampedLaw,
@@ -267,7 +268,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     speeds = {body: float(state.v[parts[0], 2]) for body, parts in bodies}
     ways = [
         {b: a for b, a in way.items() if abs(_wrapped(a - here[b])) > NOTICEABLE}
-        for way in other_ways(scene, assembly)
+        for way in ([] if scene.initial.at_rest else other_ways(scene, assembly))
     ]
     others = [
         ["The joints close in other ways, too; 'initial: guesses' picks one:"],
@@ -275,6 +276,9 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     ]
     idle = [["", told] for _, told in idle_at_start(assembly.mechanism, state.q, state.v)]
     idle += [["", told] for told in wound_at_start(assembly.mechanism, state.q)]
+    if scene.initial.at_rest:
+        rest = rest_of_scene(scene)
+        idle += [["", f"at rest: {rest_told(rest)}"], *(["", note] for note in rest.notes)]
     slides = [["", _places(assembly)]] if assembly.mechanism.slides else []
     rows = [["", _angles(here, speeds)], *slides, *(others if ways else []), *idle]
     return section("Start", rows)

@@ -120,6 +120,7 @@ OTHER_WORDS: dict[str, str] = {
     "speeds_along": "sliding_speeds slide_speeds linear_speeds",
     "angles": "angle phi theta rotations",
     "guesses": "guess initial_guess",
+    "at_rest": "equilibrium static statics rest static_equilibrium from_rest",
     "speeds": "omega angular_velocities angular_velocity angular_speeds rates",
     "velocities": "velocity v linear_velocities",
     "duration": "time t_end tend end end_time stop until seconds",

@@ -32,7 +32,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import slow_motions
 from exudyn_flexlink.integrate.stepper import HybridProblem
-from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
+from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed, pressed_among
 
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
 SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
@@ -82,7 +82,13 @@ class Problem(HybridProblem):
         self._ahead: tuple[Path, Motion, Seen] | None = None  # the last step looked at
         self.seen = Seen(*np.zeros((4, len(contacts.all))))
         self.look_now()
-        self.touches.start(self.seen.gap[: contacts.faces])
+        faces = contacts.all[: contacts.faces]
+        pressed = pressed_among(faces, system.model.assembly.state.q)
+        self.touches.start(
+            np.where(np.isin(range(len(faces)), pressed), 0.0, self.seen.gap[: len(faces)])
+        )
+        for k in pressed:
+            self.change(0.0, k, Change.CLOSES, self.seen)
         self._settle_walls(0.0)
 
     # --- where it is --------------------------------------------------------------------------

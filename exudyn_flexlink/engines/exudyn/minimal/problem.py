@@ -42,6 +42,7 @@ from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
+from exudyn_flexlink.mechanism import pressed_among
 
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
@@ -79,6 +80,9 @@ class MinimalProblem:
         x, v = self.model.start
         gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
         springs = [contact.lets_go for contact in self.model.contacts]
+        assembly = self.model.assembly
+        pressed = pressed_among(assembly.mechanism.touching, assembly.state.q)
+        springs = [own or k in pressed for k, own in enumerate(springs)]
         self.model.touches.start(np.where(springs, 0.0, gaps))
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
@@ -89,24 +93,19 @@ class MinimalProblem:
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
         self.bounds = DepthBounds(self.recorder.contacts)
-        self._begin_pressed()
+        self._begin_pressed(pressed)
         self._finder.frictions.settle(0.0, *self.model.coordinates.independent())
         self.impacts = Impacts(self.model, self._finder, self.recorder)
 
-    def _begin_pressed(self) -> None:
-        """Let ropes and buffers press that are stretched or compressed at time 0."""
+    def _begin_pressed(self, pressed: list[int]) -> None:
+        """Let contacts press that do at time 0: `pressed` at a rest; ropes that are stretched."""
         for k, contact in enumerate(self.model.contacts):
             touch = self._finder.touches[k]
-            if (
-                isinstance(contact, PenaltyContact)
-                and contact.lets_go
-                and contact.pressed_by(touch) > 0
-            ):
+            if not isinstance(contact, PenaltyContact):
+                continue
+            if contact.pressed_by(touch) > 0 if contact.lets_go else k in pressed:
                 self._change(0.0, k, Change.CLOSES, touch)
                 contact.follow(self.model.start[0], presses=True)
-                stored = float(contact.law.stored_energy(-touch.gap))
-                # What it stores counts as lost until it ends.
-                self.recorder.leap(k, 0.0, stored, 0.0)
 
     @property
     def over(self) -> bool:

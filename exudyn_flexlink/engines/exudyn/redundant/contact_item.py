@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Resolution,
     deepest_allowed,
+    pressed_among,
 )
 
 EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
@@ -64,6 +65,7 @@ class ContactItem:
         state = system.assembly.state
         start = self.items.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
         behind = not self.walled and start.gap < -TOUCHING
+        behind = behind and not pressed_among([contact], state.q)
         self.side = Side.BEHIND if behind else Side.APART
         self.changed: Changed | None = None  # what happened to it as the last step ended
 

@@ -121,6 +121,8 @@ class Recorder(BlockRecorder):
         reached = self._reached[None]
         if count > 1:
             reached = self._take_steps(ends, balanced, pressing)
+        if first:
+            reached = np.vstack([0 * reached[:1], reached[1:]])  # what begins has taken nothing
         totals = np.array([2, 2 + len(self.contacts)])  # columns: of impulses, and of losses
         for row, changed in self._changes:
             impulse, lost = reached[row, changed.contact + totals].tolist()
