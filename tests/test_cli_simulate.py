@@ -126,9 +126,7 @@ def test_an_effect_that_is_not_there_is_hinted_at(run_of, capsys):
 @pytest.mark.parametrize("name", ["frction", "", "friction,", "Friction"])
 def test_an_effect_that_does_not_exist_is_bad_input(name, capsys):
     assert code_of("check", FRICTION, f"--without={name}") == 2
-    assert (
-        "; there is: clearance, flexibility, impact, friction, damping" in capsys.readouterr().err
-    )
+    assert "here is: clearance, flexibility, impact, friction, damping" in capsys.readouterr().err
 
 
 def test_a_scene_that_cant_be_without_an_effect_is_bad_input(capsys):

@@ -71,7 +71,7 @@ def test_nothing_is_told_beyond_a_run(run):
 
 @pytest.mark.parametrize("at", [np.inf, np.nan, 99.0, -1.0])
 def test_a_run_goes_on_from_no_instant_outside_of_it(run, at):
-    with pytest.raises(ValueError, match="is not in it"):
+    with pytest.raises(ValueError, match=r"is not in it|^at: (expected|must be)"):
         run.continued(at)
 
 

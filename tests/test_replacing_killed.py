@@ -13,7 +13,7 @@ from results import rigid_link
 from exudyn_flexlink import storage
 from exudyn_flexlink.storage import load, own_files, staged_folder
 
-NEW = {"manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
+NEW = {"forces.csv", "manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
 
 

@@ -37,6 +37,7 @@ from exudyn_flexlink.engines.exudyn.minimal.friction_sharing import (
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
+from exudyn_flexlink.raising import Sendable
 
 STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
 HELD_STILL = 1e-5  # likewise, of a joint that is held: by how much steps err there, and more
@@ -48,7 +49,7 @@ FEW_ROUNDS = 8  # likewise, where each tells some digits more
 LOCKS_ADVICE = "a smaller 'coefficient' or 'radius'"
 
 
-class LockedError(ArithmeticError):
+class LockedError(Sendable, ArithmeticError):
     """Friction by the force in a joint has no answer, or more than one."""
 
     def __init__(self, joint: str) -> None:
