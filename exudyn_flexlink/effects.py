@@ -19,6 +19,7 @@ from exudyn_flexlink.scene import (
     PrismaticJoint,
     RevoluteJoint,
     RodBody,
+    RubbingImpulse,
     Scene,
     SleeveJoint,
     SlotJoint,
@@ -109,9 +110,12 @@ def _without_friction(scene: Scene) -> dict[str, Any]:
 
 
 def _smooth(part: Any) -> Any:
-    if not isinstance(part.law, ContactLaw):
+    if not isinstance(part.law, (ContactLaw, RubbingImpulse)):
         return part
-    return part.model_copy(update={"law": part.law.model_copy(update={"friction": 0.0})})
+    smooth = {"friction": 0.0}
+    if isinstance(part.law, RubbingImpulse):
+        smooth["tangential_restitution"] = 0.0
+    return part.model_copy(update={"law": part.law.model_copy(update=smooth)})
 
 
 def _without_damping(scene: Scene) -> dict[str, Any]:
@@ -242,7 +246,10 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     lossy = [stop for stop in scene.stops.values() if stop.law.restitution is None]
     if lossy:
         raise SceneError(scene.document, [Mistake(_law_of(own), UNKNOWN, HINT) for own in lossy])
-    laws = {n: ImpulseLaw(restitution=c.law.restitution) for n, c in scene.contacts.items()}
+    laws = {
+        n: RubbingImpulse(restitution=c.law.restitution) if isinstance(c.law, ContactLaw) else c.law
+        for n, c in scene.contacts.items()
+    }
     contacts = {n: c.model_copy(update={"law": laws[n]}) for n, c in scene.contacts.items()}
     rigid = {s.joint: ImpulseLaw(restitution=s.law.restitution) for s in scene.stops.values()}
     joints = {n: _limited(j, rigid[n]) if n in rigid else j for n, j in scene.joints.items()}

@@ -166,9 +166,13 @@ class Friction:
 
 @dataclass(frozen=True)
 class Impulse:
-    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap."""
+    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap.
+
+    `tangential` is the part of the slip's speed that comes back, if friction is enough for that.
+    """
 
     restitution: float
+    tangential: float = 0.0
 
 
 PressingLaw = RestitutionPenalty | OneSided | Impulse

@@ -20,11 +20,11 @@ PACKAGE = "exudyn_flexlink"
 CEILINGS = {
     "integrate": 1_680,
     "engines": 2_425,
-    "engines/exudyn/minimal": 5_685,
+    "engines/exudyn/minimal": 5_920,
     "engines/exudyn/redundant": 3_425,
     "engines/lagrangian": 2_065,
-    "mechanism": 5_260,
-    "scene": 3_660,
+    "mechanism": 5_265,
+    "scene": 3_690,
     "expressions": 1_250,
     "curves": 1_435,
     "observables": 1_950,
@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_685,
     "cli": 2_730,
     "api": 1_895,
-    "": 5_040,
+    "": 5_050,
 }
-WHOLE = {PACKAGE: 51_630, "tests": 26_680, "scripts": 8_460}
+WHOLE = {PACKAGE: 51_920, "tests": 26_875, "scripts": 8_460}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

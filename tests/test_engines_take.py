@@ -159,6 +159,9 @@ CHANGES = {
     ],
     "law `penalty`, `friction`": ["contacts.strike.law.friction=0.1"],
     "law `impulse`": ["contacts.strike.law={type: impulse, restitution: 0.5}"],
+    "law `impulse`, `friction`": [
+        "contacts.strike.law={type: impulse, restitution: 0.5, friction: 0.1}"
+    ],
     "`gravity`": ["gravity=[1, -9.81]"],
 }
 

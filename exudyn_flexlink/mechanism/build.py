@@ -47,8 +47,8 @@ from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import (
     ContactLaw,
-    ImpulseLaw,
     RevoluteJoint,
+    RubbingImpulse,
     SleeveJoint,
     Table,
     Value,
@@ -210,7 +210,7 @@ def _contact(
 ) -> Contact:
     """Return a point and a face or a curve, or two circles, that may strike each other."""
     law = contact.law
-    pressing = Impulse(law.restitution) if isinstance(law, ImpulseLaw) else _penalty(law)
+    pressing = _impulse(law) if isinstance(law, RubbingImpulse) else _penalty(law)
     laws = pressing, _friction(law)
     if isinstance(contact, specs.CircleOnCircle):
         first, second = contact.inner_and_outer
@@ -234,9 +234,14 @@ def _penalty(law: ContactLaw) -> RestitutionPenalty:
     return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)
 
 
-def _friction(law: ContactLaw | ImpulseLaw) -> Friction | None:
+def _impulse(law: RubbingImpulse) -> Impulse:
+    """Return the law of a rigid contact, without its friction."""
+    return Impulse(law.restitution, law.tangential_restitution)
+
+
+def _friction(law: ContactLaw | RubbingImpulse) -> Friction | None:
     """Return the friction of a law, None where it is smooth."""
-    if isinstance(law, ImpulseLaw) or law.friction == 0:
+    if law.friction == 0:
         return None
     return Friction(law.friction, law.slip_speed)
 

@@ -39,6 +39,7 @@ from exudyn_flexlink.scene import (
     Drive,
     FlexibleBody,
     ForceDrive,
+    ImpulseLaw,
     Joint,
     Law,
     PinFriction,
@@ -242,16 +243,17 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     return section("Contacts", rows)
 
 
-def _law(law: Law | SlidePenalty | TurnPenalty) -> list[str]:
+def _law(law: Law | ImpulseLaw | SlidePenalty | TurnPenalty) -> list[str]:
     if isinstance(law, (SlidePenalty, TurnPenalty)):
         unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
         damped = f"c {number(law.damping or 0.0)} {unit[1]}"
         lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
         return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
     restitution = f"restitution {number(law.restitution)}"
+    rub = getattr(law, "friction", 0.0)
+    friction = f"friction {number(rub)}" if rub > 0 else ""
     if not isinstance(law, ContactLaw):
-        return ["rigid, by impulse", restitution, ""]
-    friction = f"friction {number(law.friction)}" if law.friction > 0 else ""
+        return ["rigid, by impulse", restitution, friction]
     return [f"k {number(law.stiffness)} N/m", restitution, friction]
 
 

@@ -31,8 +31,8 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.report.text import Table, listed, number, section, table
 from exudyn_flexlink.scene import (
-    ContactLaw,
     FlexibleBody,
+    ImpulseLaw,
     Law,
     RevoluteJoint,
     Scene,
@@ -180,12 +180,12 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     kinds = (SleeveJoint, RevoluteJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
-    laws: dict[str, Law | SlidePenalty | TurnPenalty] = {
+    laws: dict[str, Law | ImpulseLaw | SlidePenalty | TurnPenalty] = {
         n: j.acting for n, j in walled.items() if j.acting is not None
     }
     laws |= {name: own.law for name, own in {**scene.contacts, **scene.stops}.items()}
     lossy = [n for n, own in laws.items() if own.restitution is not None and own.restitution < 1]
-    rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
+    rough = [n for n, law in laws.items() if getattr(law, "friction", 0.0) > 0]
     rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]

@@ -22,6 +22,7 @@ from exudyn_flexlink.scene.contacts import (
     Law,
     PointOnCurve,
     PointOnLine,
+    RubbingImpulse,
 )
 from exudyn_flexlink.scene.curve_specs import (
     CircleSpec,

@@ -58,7 +58,34 @@ class ImpulseLaw(Part):
     )
 
 
-Law = Annotated[ContactLaw | ImpulseLaw, ByType(default="penalty")]
+class RubbingImpulse(ImpulseLaw):
+    """Rigid contact with restitution and friction: speeds jump. Not for redundant coordinates."""
+
+    friction: Annotated[float, Number(at_least=0.0)] = Field(
+        0.0, description="Coulomb's coefficient; left out: smooth"
+    )
+    tangential_restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+        0.0,
+        description="slip after an impact over slip before, the other way, 0 to 1, as far as "
+        "friction is enough; of what is round",
+    )
+    slip_speed: PositiveSpeed = Field(
+        1e-3,
+        description="of what lasts: above it the friction acts in full; below, the contact creeps",
+    )
+
+    @model_validator(mode="after")
+    def _turns_back_by_friction(self) -> RubbingImpulse:
+        if self.tangential_restitution > 0 and self.friction == 0:
+            refuse(
+                "needs 'friction', which turns the slip back",
+                "e.g. friction: 0.5",
+                at="tangential_restitution",
+            )
+        return self
+
+
+Law = Annotated[ContactLaw | RubbingImpulse, ByType(default="penalty")]
 
 
 class PointOnLine(Part):

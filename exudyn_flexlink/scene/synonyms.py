@@ -46,7 +46,7 @@ OTHER_WORDS: dict[str, str] = {
     "point_on_line": "impact stop collision point_line point_segment contact",
     "point_on_curve": "cam cam_follower point_curve roller_on_curve wall floor ground",
     "penalty": "compliant spring_damper hertz hunt_crossley kelvin_voigt elastic soft",
-    "impulse": "rigid hard impulsive newton nonsmooth",
+    "impulse": "rigid hard impulsive newton nonsmooth superball poisson_restitution",
     # types of curves
     "circle": "arc circular",
     "line": "segment straight edge face",
@@ -84,6 +84,7 @@ OTHER_WORDS: dict[str, str] = {
     "rest_angle": "free_angle natural_angle zero_angle phi0",
     "value": "speed torque omega moment magnitude amplitude velocity angular_velocity",
     "ramp": "ramp_time rise_time run_up",
+    "tangential_restitution": "et e_t tangential_cor beta superball",
     "restitution": "e cor epsilon coefficient_of_restitution restitution_coefficient",
     "friction": "mu friction_coefficient coulomb dry_friction stiction friction_torque "
     "friction_force",
