@@ -19,14 +19,14 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_425,
-    "engines/exudyn/minimal": 5_920,
-    "engines/exudyn/redundant": 3_425,
+    "engines": 2_440,
+    "engines/exudyn/minimal": 5_990,
+    "engines/exudyn/redundant": 3_430,
     "engines/lagrangian": 2_065,
-    "mechanism": 5_265,
-    "scene": 3_690,
+    "mechanism": 5_380,
+    "scene": 3_730,
     "expressions": 1_250,
-    "curves": 1_435,
+    "curves": 1_505,
     "observables": 1_950,
     "accuracy": 940,
     "stability": 880,
@@ -36,12 +36,12 @@ CEILINGS = {
     "plots": 3_325,
     "report": 1_990,
     "page": 340,
-    "animation": 1_685,
+    "animation": 1_690,
     "cli": 2_730,
     "api": 1_895,
     "": 5_050,
 }
-WHOLE = {PACKAGE: 51_920, "tests": 26_875, "scripts": 8_460}
+WHOLE = {PACKAGE: 52_245, "tests": 26_985, "scripts": 8_480}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

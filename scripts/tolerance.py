@@ -79,6 +79,7 @@ MECHANISMS = (
     "textbook/pendulum_on_stop",
     "textbook/rope_catch",
     "textbook/super_disc",
+    "textbook/flat_faced_cam",
     "benchmarks/andrews_squeezer",
     "benchmarks/spin_up_beam",
     "benchmarks/bouncing_ball_impulse",

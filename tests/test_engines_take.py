@@ -157,6 +157,13 @@ CHANGES = {
         "curves.floor={type: line, from: [-1, -1], to: [1, -1]}",
         f"contacts.hit={{type: point_on_curve, point: link.end, curve: floor, {LAW}}}",
     ],
+    "`line_on_curve`": [
+        ARM,
+        HUB,
+        "curves.floor={type: circle, centre: [1, -1], radius: 0.5}",
+        "contacts.hit={type: line_on_curve, line: [arm.o, arm.e], side: right, curve: floor, "
+        f"{LAW}}}",
+    ],
     "law `penalty`, `friction`": ["contacts.strike.law.friction=0.1"],
     "law `impulse`": ["contacts.strike.law={type: impulse, restitution: 0.5}"],
     "law `impulse`, `friction`": [

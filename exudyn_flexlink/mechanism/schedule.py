@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.scene import (
     ImpulseLaw,
+    LineOnCurve,
     PinFriction,
     PointOnCurve,
     PrismaticJoint,
@@ -175,8 +176,8 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
         if own.coefficient > 0
     ]
     for name, contact in scene.contacts.items():
-        if isinstance(contact, PointOnCurve):
-            message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
+        if isinstance(contact, (PointOnCurve, LineOnCurve)):
+            message = "Exudyn's own solver has no contacts on curves: take 'formulation: minimal'"
             found.append(Mistake(("contacts", name), message))
         elif isinstance(contact.law, ImpulseLaw):
             found.append(Mistake(("contacts", name, "law"), NO_JUMPS))

@@ -106,7 +106,7 @@ def _place(scene: Scene, force: Force) -> str:
     own = found.get(force.quantity.split()[0], {}).get(force.name)
     if force.unit != "N" or own is None:
         return ""
-    points = [getattr(own, "point", None), *reversed(getattr(own, "points", ()))]
+    points = [getattr(own, "point", None), *reversed(getattr(own, "points", None) or ())]
     moving = [point for point in points if point not in (None, "ground")]
     return f" at {moving[0]}" if moving else ""
 

@@ -20,6 +20,7 @@ from exudyn_flexlink.scene.contacts import (
     ContactLaw,
     ImpulseLaw,
     Law,
+    LineOnCurve,
     PointOnCurve,
     PointOnLine,
     RubbingImpulse,

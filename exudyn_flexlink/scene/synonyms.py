@@ -44,6 +44,7 @@ OTHER_WORDS: dict[str, str] = {
     "torque": "moment couple motor_torque",
     "motion": "position displacement angle prescribed",
     "point_on_line": "impact stop collision point_line point_segment contact",
+    "line_on_curve": "flat flat_faced flat_faced_follower cam tappet flat_follower",
     "point_on_curve": "cam cam_follower point_curve roller_on_curve wall floor ground",
     "penalty": "compliant spring_damper hertz hunt_crossley kelvin_voigt elastic soft",
     "impulse": "rigid hard impulsive newton nonsmooth superball poisson_restitution",

@@ -8,13 +8,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.shapes import (
-    Look,
-    OnCurve,
-    Vector,
-    add_force,
-    shape_of,
-)
+from exudyn_flexlink.engines.exudyn.minimal.carriers import add_force
+from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, OnCurve, Vector, shape_of
 from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.laws import Impulse, OneSided, RestitutionPenalty, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import Contact
