@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError
     from exudyn_flexlink.api.animations import Animation
     from exudyn_flexlink.api.comparisons import Comparison, MeasuredComparison, compare, joined
+    from exudyn_flexlink.api.equilibria import Equilibrium, equilibrium
     from exudyn_flexlink.api.exudyn_systems import exudyn_system
     from exudyn_flexlink.api.fits import Fit, fit
     from exudyn_flexlink.api.results import Result
@@ -116,6 +117,7 @@ __all__ = [
     "CannotContinueError",
     "CannotStartError",
     "Comparison",
+    "Equilibrium",
     "ExudynSystem",
     "FilmError",
     "Fit",
@@ -137,6 +139,7 @@ __all__ = [
     "__version__",
     "bifurcation",
     "compare",
+    "equilibrium",
     "exudyn_system",
     "fit",
     "idealise",
@@ -156,6 +159,7 @@ _HOMES = {
     "animation": ("FilmError",),
     "api.animations": ("Animation",),
     "api.comparisons": ("Comparison", "MeasuredComparison", "compare", "joined"),
+    "api.equilibria": ("Equilibrium", "equilibrium"),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.fits": ("Fit", "fit"),
     "api.results": ("Result",),

@@ -33,12 +33,15 @@ Kind = Callable[[Any, Any], Any]
 def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Made]]:
     """Let a function refuse arguments that are not of their kinds: all such, by their names.
 
-    None is taken where it is the default. Each of many arguments (``*names``) is checked.
+    Flags, texts, paths and functions need no kind: their annotations say it. None is taken where it
+    is the default. Each of many arguments (``*names``) is checked.
     """
 
     def checked(function: Callable[Given, Made]) -> Callable[Given, Made]:
         known = inspect.signature(function)
         assert set(kinds) <= set(known.parameters)
+        plain = {name: ANNOTATED.get(_bare(own)) for name, own in known.parameters.items()}
+        all_kinds = {name: kind for name, kind in (plain | kinds).items() if kind is not None}
 
         @wraps(function)
         def call(*args: Given.args, **kwargs: Given.kwargs) -> Made:
@@ -47,12 +50,9 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
             except TypeError:
                 return function(*args, **kwargs)  # Python's own words: missing, or one too many
             owner, wrong = next(iter(bound.arguments.values()), None), list[Exception]()
-            for name, kind in kinds.items():
-                parameter = known.parameters[name]
-                if name not in bound.arguments:
-                    continue
-                value = bound.arguments[name]
-                if value is None and parameter.default is None:
+            for name, value in bound.arguments.items():
+                parameter, kind = known.parameters[name], all_kinds.get(name)
+                if kind is None or (value is None and parameter.default is None):
                     continue
                 try:
                     many = parameter.kind is inspect.Parameter.VAR_POSITIONAL
@@ -68,6 +68,10 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
         return call
 
     return checked
+
+
+def _bare(parameter: inspect.Parameter) -> str:
+    return str(parameter.annotation).removesuffix(" | None")
 
 
 def told(value: object) -> str:
@@ -110,17 +114,18 @@ def number(
     """
     quantity = Quantity(dimension, **bounds)
 
-    def read(value: Any, _: Any = None) -> float:
+    def read(value: Any, _: Any = None) -> float | str:
         given = plain(value)
         wrong = f"expected {dimension.hint or dimension.words}, got {told(value)}"
         if isinstance(given, bool) or not isinstance(given, Real | str):
             raise TypeError(wrong)
         try:
-            if endless and not isinstance(given, str) and math.isinf(given):
-                return float(given)
-            if not isinstance(given, str) and not math.isfinite(given):
+            given = given if isinstance(given, str) else float(given)
+            if isinstance(given, float) and not math.isfinite(given):
+                if endless and not math.isnan(given):
+                    return given
                 raise ValueError(wrong)
-            return float(quantity.read(given if isinstance(given, str) else float(given)))
+            return quantity.read(given)
         except OverflowError:
             raise ValueError(wrong) from None
         except PydanticCustomError as error:
@@ -132,7 +137,7 @@ def number(
 
 
 def instants(value: Any, _: Any = None) -> FloatArray:
-    """Take an instant in s, or an array (N,) of such."""
+    """Take an instant in s, or an array (N,) of such; whether a run has them is not known here."""
     if isinstance(value, str):
         return np.array(number(Dimension.TIME)(value, None))
     wrong = f"expected instants in s, a number or an array (N,), got {told(value)}"
@@ -145,9 +150,9 @@ def instants(value: Any, _: Any = None) -> FloatArray:
         found = np.asarray(value)
     except ValueError:  # lists of several lengths
         raise TypeError(wrong) from None
-    if found.dtype.kind not in "iuf" and len(found.shape or (1,)):
+    if found.dtype.kind not in "iuf" and found.shape != (0,):
         raise TypeError(wrong)
-    if found.ndim > 1 or not np.isfinite(found).all():
+    if found.ndim > 1:
         raise ValueError(wrong)
     return found.astype(float)
 
@@ -269,3 +274,12 @@ def values(value: Any, _: Any = None) -> list[Any]:
         return list(value)
     except TypeError:  # an array without axes
         return [plain(value)]
+
+
+ANNOTATED: dict[str, Kind] = {
+    "bool": flag,
+    "str": text,
+    "str | PathLike[str]": place,
+    "Callable[[float], None]": function,
+}
+"""Kinds of arguments that are annotated so, or with None beside it."""

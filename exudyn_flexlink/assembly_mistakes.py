@@ -19,15 +19,15 @@ from exudyn_flexlink.mechanism import (
     Contact,
     FaceContact,
     FlatContact,
+    NoRestError,
     Slide,
     always_redundant,
     anchor_position,
     approach,
-    far_behind,
     formulation,
     in_guides,
-    on_the_contact,
     pairs,
+    pressed_at,
     shared_forces,
 )
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -95,7 +95,7 @@ def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
 
 def _loop_of(scene: Scene, joint: str) -> list[str]:
     """Names of the joints that connect a joint's two bodies without it, by the shortest way."""
-    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items()}
+    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items() if own.bodies}
     if joint not in bodies:
         return []
     first, last = bodies.pop(joint)
@@ -163,9 +163,37 @@ def speed_mistake(error: CannotMoveError) -> Mistake:
     )
 
 
-def penetrations(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """Contacts and bearings that start pressed: a start that no step size can mend."""
-    found = list(_beyond_stops(scene, assembly))
+def rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
+    """No rest near the start."""
+    if error.kind == "contact":
+        path = scene.stops[error.name].path if error.name in scene.stops else None
+        message = f"'{error.name}' would press at rest, and a law by impulse has no depth for that"
+        return Mistake(path or ("contacts", error.name), message, "give it a law with stiffness")
+    pull = f"a force of {error.force:.4g} N" if error.force > 0 else "a torque"
+    message = f"no rest is found: {pull} drives '{error.name}' on"
+    hint = (
+        "does anything hold it? Contacts by impulse don't; or start nearer, by 'initial: guesses'"
+    )
+    return Mistake(("initial", "at_rest"), message, hint)
+
+
+def moving_drives(assembly: Assembly) -> list[Mistake]:
+    """Drives that move as a run starts that should start at rest."""
+    told = "moves at {:.4g} {} at first, so that nothing can start at rest"
+    hint = "give it a 'ramp', or a formula that begins with speed 0"
+    return [
+        Mistake(("drives", own.name), told.format(speed, "m/s" if own.slide else "rad/s"), hint)
+        for own in assembly.mechanism.speed_motors
+        if (speed := own.speed.at(0.0)) != 0
+    ]
+
+
+def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
+    """Contacts and bearings that start pressed: a start that no step size can mend.
+
+    What starts `resting` may press; tables of forces still end.
+    """
+    found = [] if resting else list(_beyond_stops(scene, assembly))
     state = assembly.state
     for contact in assembly.mechanism.contacts:
         if contact.name not in scene.contacts:
@@ -177,15 +205,14 @@ def penetrations(scene: Scene, assembly: Assembly) -> list[Mistake]:
                 found.append(Mistake(path, f"{message}{depth:.3g} m", hint))
             continue
         at = approach(contact, state.q, state.v)
-        pressed = on_the_contact(contact, float(at.place)) and at.gap < -TOUCHING
         # Farther behind than the face is long, it is beside it and may come round its end.
-        if pressed and not far_behind(contact, at):
+        if pressed_at(contact, at) and not resting:
             depth = -float(at.gap)
             message = f"starts with a penetration of {depth:.3g} m"
             found.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
-        if gap < -TOUCHING:
+        if gap < -TOUCHING and not resting:
             message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
             hint = "check lengths and 'initial', or widen the clearance"
             found.append(Mistake(("joints", bearing.name), message, hint))
@@ -287,6 +314,24 @@ def rubbing_badly(assembly: Assembly) -> list[Mistake]:
             message = "friction of a slide that closes a loop of slides is not known"
             found.append(Mistake(path, message, "give it to another slide of the loop"))
     return found
+
+
+def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Racks whose slide minimal coordinates do not have."""
+    mechanism = assembly.mechanism
+    slides = {
+        tie.slide.name: gear.name for gear in mechanism.gears for tie in gear.ties if tie.slide
+    }
+    if not slides or formulation(scene) != "minimal":
+        return []
+    layout, hint = tree_layout(mechanism), "mesh with another slide of the loop"
+    return [
+        Mistake(
+            ("joints", gear), f"'{slide}' closes a loop of slides: no gear is known there", hint
+        )
+        for slide, gear in slides.items()
+        if slide not in layout.joints
+    ]
 
 
 def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:

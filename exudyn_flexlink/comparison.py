@@ -1,7 +1,6 @@
 """Two Results of one scene, side by side: deviations, strikes, and how far either can be judged.
 
-Pure numbers from Results: no engine, no file. Times in s, lengths in m, angles in rad; N is the
-number of instants compared.
+Times are in s, lengths in m, angles in rad; N is the number of instants compared.
 
 Some motions are sensitive: runs of one engine that differ in nothing but their tolerance part
 visibly after some time, the horizon (see `Result.error`). Up to the earlier one of both runs these
@@ -82,10 +81,9 @@ class Seen:
 
     @property
     def impacts(self) -> tuple[str, ...]:
-        """Kinds of the contacts' laws: penalty, impulse."""
-        scene = self.result.scene
-        struck = (*scene.contacts.values(), *scene.stops.values())
-        return tuple(dict.fromkeys(own.law.type for own in struck))
+        """Kinds of the laws of contacts and stops: penalty, impulse, hertz."""
+        struck = {**self.result.scene.contacts, **self.result.scene.stops}
+        return tuple(dict.fromkeys(own.law.type for own in struck.values()))
 
 
 @dataclass(frozen=True)

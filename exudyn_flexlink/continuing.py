@@ -1,9 +1,9 @@
 """A scene that goes on from where a run was.
 
 The state of a mechanism is where its parts are and how fast they move, in which lap the points in
-slots are, and what time it is for its drives. Contact laws keep no history (see `laws`), but a
-contact that presses has begun: when, where and how fast, and under an impulse law that it lasts. So
-a run goes on from instants at which nothing presses.
+slots are, and what time it is for its drives. A contact that presses has begun, too: when, where,
+and how fast, which some laws ask for (see `laws`), and under an impulse law that it lasts. So a run
+goes on from instants at which nothing presses.
 """
 
 from __future__ import annotations

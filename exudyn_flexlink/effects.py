@@ -9,12 +9,14 @@ from exudyn_flexlink.scene import (
     GROUND,
     INITIAL_OF_JOINTS,
     Body,
-    ContactLaw,
+    DampedLaw,
     FlexibleBody,
     ImpulseLaw,
     Initial,
     Joint,
+    Law,
     LinearSpring,
+    PenaltyLaw,
     PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
@@ -24,12 +26,12 @@ from exudyn_flexlink.scene import (
     SleeveJoint,
     SlotJoint,
     Spring,
-    Stop,
+    StopLaw,
     TorsionalSpring,
     references,
     split_point,
 )
-from exudyn_flexlink.source import KeyPath, Mistake, SceneError
+from exudyn_flexlink.source import Mistake, SceneError
 
 IMPACTS = ("penalty", "impulse")
 
@@ -110,7 +112,7 @@ def _without_friction(scene: Scene) -> dict[str, Any]:
 
 
 def _smooth(part: Any) -> Any:
-    if not isinstance(part.law, (ContactLaw, RubbingImpulse)):
+    if not isinstance(part.law, (PenaltyLaw, RubbingImpulse)):
         return part
     smooth = {"friction": 0.0}
     if isinstance(part.law, RubbingImpulse):
@@ -241,27 +243,28 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     if impact not in IMPACTS:
         raise ValueError(f"no impact '{impact}'; there is: {', '.join(IMPACTS)}")
     if impact == "penalty":
-        _require_stiffness(scene)
+        jumping = [name for name, law in scene.laws.items() if isinstance(law, ImpulseLaw)]
+        _refuse(scene, jumping, *NO_STIFFNESS)
         return scene
-    lossy = [stop for stop in scene.stops.values() if stop.law.restitution is None]
-    if lossy:
-        raise SceneError(scene.document, [Mistake(_law_of(own), UNKNOWN, HINT) for own in lossy])
-    laws = {
-        n: RubbingImpulse(restitution=c.law.restitution) if isinstance(c.law, ContactLaw) else c.law
-        for n, c in scene.contacts.items()
+    touching = {**scene.contacts, **scene.stops}
+    lossy = [name for name, own in touching.items() if own.law.restitution is None]
+    _refuse(scene, lossy, *NO_RESTITUTION)
+    contacts = {n: c.model_copy(update={"law": _jumping(c.law)}) for n, c in scene.contacts.items()}
+    stopped = {
+        stop.joint: ImpulseLaw(restitution=_returned(stop.law)) for stop in scene.stops.values()
     }
-    contacts = {n: c.model_copy(update={"law": laws[n]}) for n, c in scene.contacts.items()}
-    rigid = {s.joint: ImpulseLaw(restitution=s.law.restitution) for s in scene.stops.values()}
-    joints = {n: _limited(j, rigid[n]) if n in rigid else j for n, j in scene.joints.items()}
+    joints = {n: _limited(j, stopped[n]) if n in stopped else j for n, j in scene.joints.items()}
     return scene.changed(contacts=contacts, joints=joints)
 
 
-UNKNOWN = "no restitution is known, which an impulse needs"
-HINT = "give a 'restitution' in place of 'damping'"
-
-
-def _law_of(stop: Stop) -> tuple[str, ...]:
-    return (*stop.path[:-1], "law")
+NO_RESTITUTION = (
+    "no restitution is known, which an impulse needs",
+    "give a 'restitution' in place of 'damping'",
+)
+NO_STIFFNESS = (
+    "no stiffness is known, which a penalty needs",
+    "give 'type: penalty' and a 'stiffness'",
+)
 
 
 def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
@@ -273,19 +276,18 @@ def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
     return joint.model_copy(update={"limits": changed})
 
 
-def _require_stiffness(scene: Scene) -> None:
-    laws: list[tuple[KeyPath, object]] = [
-        *((("contacts", name, "law"), contact.law) for name, contact in scene.contacts.items()),
-        *((_law_of(stop), stop.law) for stop in scene.stops.values()),
-    ]
-    mistakes = [
-        Mistake(
-            path,
-            "no stiffness is known, which a penalty needs",
-            "give 'type: penalty' and a 'stiffness'",
-        )
-        for path, law in laws
-        if isinstance(law, ImpulseLaw)
-    ]
-    if mistakes:
-        raise SceneError(scene.document, mistakes)
+def _jumping(law: Law) -> RubbingImpulse:
+    """Return a smooth impulse with the restitution of a law; what is an impulse stays as it is."""
+    return law if isinstance(law, RubbingImpulse) else RubbingImpulse(restitution=_returned(law))
+
+
+def _returned(law: Law | StopLaw) -> float | None:
+    """Restitution that a law really gives, if it promises one."""
+    return law.returned if isinstance(law, DampedLaw) else law.restitution
+
+
+def _refuse(scene: Scene, contacts: Iterable[str], message: str, hint: str) -> None:
+    """Refuse the laws of some contacts, if there are any; both stops of a joint have one."""
+    paths = dict.fromkeys(scene.law_path(name) for name in contacts)
+    if paths:
+        raise SceneError(scene.document, [Mistake(path, message, hint) for path in paths])

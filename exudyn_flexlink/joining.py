@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.continuing import continued
-from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import Checks, Result, later
@@ -19,7 +18,8 @@ from exudyn_flexlink.variables import Variable, members
 
 SERIES = (
     *("time", "poses", "rates", "drive_torques", "drive_forces", "joint_forces", "slot_forces"),
-    *("spring_forces", "contacts", "bearings", "sleeves", "energy", "extremes"),
+    *("spring_forces", "gear_forces", "gear_torques", "contacts", "bearings", "sleeves"),
+    *("energy", "extremes"),
 )
 """Fields of a result that go on from one run to the next."""
 ROUNDING = 1e-12  # s: of the clock at which a run goes on
@@ -46,6 +46,7 @@ def joined(first: Result, second: Result) -> Result:
         values = getattr(energy, name)
         both = np.concatenate([values, values[-1] + getattr(tail, name)[1:]])
         own["energy"] = replace(own["energy"], **{name: both})
+    unknown = first.error.missing or first.error.stopped is not None
     whole = replace(
         first,
         **own,
@@ -54,34 +55,33 @@ def joined(first: Result, second: Result) -> Result:
         checks=_checks(first, second),
         warnings=tuple(dict.fromkeys([*first.warnings, *second.warnings])),
         outcome=replace(second.outcome, time=second.outcome.time + end),
-        error=_error(first.error, end),
+        # What the second run makes of the first one's error nobody measured.
+        error=first.error if unknown else replace(first.error, stopped=end),
     )
     return replace(whole, scene=first.scene.changed(run=_run(whole)))
 
 
 def _require_following(first: Result, second: Result) -> None:
     """Refuse runs of which the second does not begin with the first one's end."""
-    begin = second.scene.initial.clock - first.scene.initial.clock
-    end = float(first.time[-1])
-    no = "the second run does not go on from the first: "
+    begin, end = second.scene.initial.clock - first.scene.initial.clock, float(first.time[-1])
+    anew = not second.scene.initial.states
+    told = ""
     if first.engine != second.engine:
-        raise ValueError(f"{no}one is by {first.engine}, the other by {second.engine}")
-    if not second.scene.initial.states or abs(begin - end) > ROUNDING * max(1.0, end):
-        told = f"it begins at {begin:.9g} s" if second.scene.initial.states else "it starts anew"
-        raise ValueError(f"{no}{told}, the first ends at {end:.9g} s; see Result.continued")
-    meant = continued(first)
-    others = [
-        key
-        for key in Scene.model_fields
-        if key != "run" and getattr(meant, key) != getattr(second.scene, key)
-    ]
-    if others:
-        raise ValueError(f"{no}they differ in {', '.join(others)}")
-    mechanism = build_mechanism(meant)
-    for body in struck_bodies(meant):
-        if carrying_joint(meant, mechanism, body) is None:
-            told = f"'{body}' is free, and its displacement is told from the start of each run"
-            raise ValueError(f"the runs can't be joined: {told}")
+        told = f"one is by {first.engine}, the other by {second.engine}"
+    elif anew or abs(begin - end) > ROUNDING * max(1.0, end):
+        own = "it starts anew" if anew else f"it begins at {begin:.9g} s"
+        told = f"{own}, the first ends at {end:.9g} s; see Result.continued"
+    else:
+        meant, scene = continued(first), second.scene
+        keys = [key for key in Scene.model_fields if key != "run"]
+        others = [key for key in keys if getattr(meant, key) != getattr(scene, key)]
+        told = f"they differ in {', '.join(others)}" if others else ""
+        mechanism = build_mechanism(meant)
+        for body in struck_bodies(meant):
+            if not told and carrying_joint(meant, mechanism, body) is None:
+                told = f"'{body}' is free, and its displacement is told from the start of each run"
+    if told:
+        raise ValueError(f"the second run does not go on from the first: {told}")
 
 
 def _joined(first: Any, second: Any, own: Variable | None) -> Any:
@@ -103,13 +103,6 @@ def _joined(first: Any, second: Any, own: Variable | None) -> Any:
     if not isinstance(first, np.ndarray):
         return first  # names
     return np.concatenate([first, second[1:] if own.dimensions.startswith("time") else second])
-
-
-def _error(first: MeasuredError, end: float) -> MeasuredError:
-    """Known up to the end of the first run: what the second makes of it nobody measured."""
-    if first.missing or first.stopped is not None:
-        return first
-    return replace(first, stopped=end)
 
 
 def _checks(first: Result, second: Result) -> Checks:

@@ -1,24 +1,77 @@
-"""Contact laws: the force of a penalty contact with restitution, and restitution by impulse.
+"""Contact laws: forces of contacts that give way, by different authors, and restitution by impulse.
 
-No contact history is kept: force and energies follow from the penetration ``d`` (m, positive
-inside) and its rate ``d'`` (m/s, positive while approaching) of this instant alone. That parameters
-are within their ranges is checked where they are read, in the scene.
+A force follows from the penetration ``d`` (m, positive inside), its rate ``d'`` (m/s, positive
+while approaching) and the approach speed ``v0`` (m/s) with which this touch began. That speed is
+all the history that is kept: it belongs to the touch, and stays as it is until the touch ends. The
+energy that a contact stores follows from ``d`` alone. That parameters are within their ranges is
+checked where they are read, in the scene.
 """
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from bisect import bisect_right
 from dataclasses import dataclass
+from math import inf
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.restitution import restitution_of
+
+Slopes = tuple[FloatArray, FloatArray, FloatArray]
+"""Forces (N), and how they rise with penetration (N/m) and with its rate (N s/m)."""
+NEAREST = 1e-3  # to the greatest depth of `LineContact`, as a part of it: from there on it is over
+
+
+class GivingWay(ABC):
+    """What gives way: a force of the penetration d, its rate d' and the approach speed v0.
+
+    Where it `lets_go`, its touch ends with its force, else with the penetration.
+    """
+
+    lets_go: ClassVar[bool] = False
+
+    @abstractmethod
+    def pressing(
+        self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
+    ) -> Slopes:
+        """Force and slopes, of one shape; the force goes on smoothly where a touch has ended.
+
+        That is within a step.
+        """
+
+    @abstractmethod
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """Energy (J) that the contact gives back if nothing damps it."""
+
+    @abstractmethod
+    def half_period(self, mass: float) -> float:
+        """How long (s) a contact of `mass` (kg) lasts: what steps per contact refer to."""
+
+    def force(
+        self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
+    ) -> FloatArray:
+        """Pressing force in N (never negative), of the broadcast shape of the arguments."""
+        found = self.pressing(penetration, rate, approach_speed)[0]
+        return np.where(np.asarray(penetration) > 0, np.maximum(found, 0.0), 0.0)
+
+    @property
+    def deepest(self) -> float:
+        """Penetration (m) up to which there is a force."""
+        return inf
+
+    @property
+    def exponent(self) -> float:
+        """Power of the penetration, near enough for slopes of friction."""
+        return 1.0
 
 
 @dataclass(frozen=True)
-class RestitutionPenalty:
+class RestitutionPenalty(GivingWay):
     """Penalty spring whose unloading is softer than its loading, so that an impact returns ``e v``.
 
     ``F = k d [(1 + e^2)/2 + (1 - e^2)/2 tanh(d'/v_s)]`` for ``d > 0``, else 0. Loading follows
@@ -33,14 +86,16 @@ class RestitutionPenalty:
     restitution: float
     transition_speed: float = 5e-3
 
-    def force(self, penetration: ArrayLike, rate: ArrayLike) -> FloatArray:
-        """Pressing force in N (never negative), of the broadcast shape of both arguments.
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed.
 
         With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
         once it recedes.
         """
-        d, relative = np.maximum(penetration, 0.0), np.asarray(rate) / self.transition_speed
-        return np.asarray(d * (self.elastic + self.lossy * np.tanh(relative)))
+        d, rising = np.asarray(penetration), np.tanh(np.asarray(rate) / self.transition_speed)
+        stiffness = self.elastic + self.lossy * rising
+        by_rate = np.maximum(d, 0.0) * self.lossy / self.transition_speed * (1 - rising * rising)
+        return d * stiffness, stiffness, by_rate
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy U = (1 + e^2)/2 k d^2/2 in J of the conservative part of the force.
@@ -67,7 +122,107 @@ class RestitutionPenalty:
 
 
 @dataclass(frozen=True)
-class SpringDamper:
+class PowerPenalty(GivingWay):
+    """``F = K d^n (1 + (a/v0) d')`` where that is positive, else 0: Hertz's law with damping.
+
+    Parameters are ``stiffness`` K (N/m^n, > 0), ``exponent`` n (1 or more), ``factor`` a (0 or
+    more, see `restitution.FACTORS`) and ``transition_speed`` (m/s, > 0), the least v0 that counts:
+    without it a touch that begins softly would be damped without bounds.
+
+    An impact faster than that returns `restitution`. Its force never turns negative, but it would
+    where something else drags the bodies apart faster than v0/a.
+    """
+
+    stiffness: float
+    exponent: float = 1.5
+    factor: float = 0.0
+    transition_speed: float = 1e-3
+
+    def pressing(
+        self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
+    ) -> Slopes:
+        """Force and slopes; where a gap has opened the force is negative."""
+        d, speed = np.asarray(penetration), np.maximum(approach_speed, self.transition_speed)
+        damped = 1 + self.factor * np.asarray(rate) / speed
+        spring, pushes = self.stiffness * np.abs(d) ** (self.exponent - 1), damped > 0
+        by_rate = np.maximum(d, 0.0) * spring * self.factor / speed * pushes
+        spring = spring * damped * pushes
+        return d * spring, self.exponent * spring, by_rate
+
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """Energy U = K d^(n+1)/(n+1) in J: that of the force without damping."""
+        power = self.exponent + 1
+        return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** power / power)
+
+    def half_period(self, mass: float) -> float:
+        """How long (s) a contact of `mass` (kg) lasts without losses, at an approach of 1 m/s.
+
+        It goes as v0^-((n - 1)/(n + 1)).
+        """
+        root = 1 / (self.exponent + 1)
+        depth = ((self.exponent + 1) * mass / (2 * self.stiffness)) ** root
+        shape = math.gamma(1 + root) / math.gamma(0.5 + root)
+        return float(2 * math.sqrt(math.pi) * shape * depth)
+
+    @property
+    def restitution(self) -> float:
+        """Speed after an impact over speed before, as the law really gives it."""
+        return restitution_of(self.factor)
+
+
+@dataclass(frozen=True)
+class LineContact(GivingWay):
+    """Two cylinders side by side: ``d = q/(pi E) ln(c/q)`` with the load q = F/length, no losses.
+
+    Parameters are ``modulus`` E, both bodies' together (Pa, > 0), ``length`` (m, > 0) and ``bound``
+    c (N/m, > 0), in which Johnson's and Radzimovsky's formulas differ. The depth d grows with the
+    load up to ``c/(pi E exp(1))`` alone: beyond `deepest` a run fails. Steps that are tried there
+    see the tangent.
+    """
+
+    modulus: float
+    length: float
+    bound: float
+    restitution: ClassVar[float] = 1.0
+
+    @property
+    def deepest(self) -> float:
+        """Penetration (m) up to which there is a force, but for a thousandth."""
+        return (1 - NEAREST) * self.bound / (math.pi * self.modulus * math.e)
+
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed; where a gap has opened it is negative."""
+        d = np.asarray(penetration) + 0.0 * np.asarray(rate)
+        depth = np.minimum(np.abs(d), self.deepest)
+        logarithm = self._logarithm(depth)
+        stiff = math.pi * self.modulus * self.length
+        slope = stiff / (logarithm - 1)
+        force = stiff * depth / logarithm + slope * (np.abs(d) - depth)
+        return np.sign(d) * force, slope, np.zeros(d.shape)
+
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """Energy U = q^2 length/(2 pi E) (ln(c/q) - 1/2) in J."""
+        depth = np.maximum(penetration, 0.0)
+        logarithm = self._logarithm(depth)
+        load = math.pi * self.modulus * depth / logarithm
+        with np.errstate(invalid="ignore"):  # 0 times the infinite logarithm of no load
+            found = self.length * load**2 / (2 * math.pi * self.modulus) * (logarithm - 0.5)
+        return np.where(depth > 0, found, 0.0)
+
+    def half_period(self, mass: float) -> float:
+        """How long (s) a contact of `mass` (kg) lasts at least, however deep it is."""
+        return math.pi * math.sqrt(mass / (math.pi * self.modulus * self.length))
+
+    def _logarithm(self, depth: FloatArray) -> FloatArray:
+        """ln(c/q), from 1 up, at a depth (m) that is `deepest` at most."""
+        from scipy.special import lambertw  # noqa: PLC0415 - see `restitution`
+
+        part = np.minimum(depth, self.deepest) * math.pi * self.modulus / self.bound
+        return np.asarray(-lambertw(-part, -1).real)
+
+
+@dataclass(frozen=True)
+class SpringDamper(GivingWay):
     """Spring with a damper that acts on one side and lets go before it would pull (Kelvin-Voigt).
 
     ``F = F_0 + k d + c d'`` while ``d > 0`` and ``F > 0``, else 0: a touch ends where its force
@@ -82,12 +237,13 @@ class SpringDamper:
     stiffness: float
     damping: float = 0.0
     preload: float = 0.0
+    lets_go: ClassVar[bool] = True
 
-    def force(self, penetration: ArrayLike, rate: ArrayLike) -> FloatArray:
-        """Pressing force in N (never negative), of the broadcast shape of both arguments."""
-        d = np.asarray(penetration)
-        held = self.preload + self.stiffness * d + self.damping * np.asarray(rate)
-        return np.where(d > 0, np.maximum(held, 0.0), 0.0)
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed: straight on, also where it has let go."""
+        d, rate = np.broadcast_arrays(penetration, rate)
+        force = self.preload + self.stiffness * d + self.damping * rate
+        return force, np.full(d.shape, self.stiffness), np.full(d.shape, self.damping)
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy F_0 d + k d^2/2 in J."""
@@ -100,7 +256,7 @@ class SpringDamper:
 
 
 @dataclass(frozen=True)
-class SpringTable:
+class SpringTable(GivingWay):
     """As `SpringDamper`, with a force that is straight between rows: `forces` (N) at `depths` (m).
 
     `depths` begin at 0 and increase; the table ends at the last one.
@@ -109,6 +265,7 @@ class SpringTable:
     depths: tuple[float, ...]
     forces: tuple[float, ...]
     damping: float = 0.0
+    lets_go: ClassVar[bool] = True
 
     def piece(self, number: int) -> SpringDamper:
         """Law between two rows, which goes on straight beyond them."""
@@ -122,17 +279,20 @@ class SpringTable:
         """Number of the piece that a penetration (m) is in."""
         return min(max(bisect_right(self.depths, penetration) - 1, 0), len(self.depths) - 2)
 
-    def force(self, penetration: ArrayLike, rate: ArrayLike) -> FloatArray:
-        """Pressing force in N (never negative), of the broadcast shape of both arguments."""
+    def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
+        """Force and slopes, whatever the approach speed: straight on beyond the first row."""
         d, rate = np.broadcast_arrays(penetration, rate)
-        held = np.interp(d, self.depths, self.forces) + self.damping * rate
-        return np.where(d > 0, np.maximum(held, 0.0), 0.0)
+        k, slopes = self._rows(d), np.diff(self.forces) / np.diff(self.depths)
+        begin, force = np.take(self.depths, k), np.take(self.forces, k)
+        spring = slopes[k]
+        held = force + spring * (d - begin) + self.damping * rate
+        return held, spring, np.full(d.shape, self.damping)
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy in J: the area below the table."""
         d = np.maximum(penetration, 0.0)
         areas = np.diff(self.depths) * (np.array(self.forces[1:]) + self.forces[:-1]) / 2
-        k = np.clip(np.searchsorted(self.depths, d, side="right") - 1, 0, len(areas) - 1)
+        k = self._rows(d)
         begin, force = np.take(self.depths, k), np.interp(d, self.depths, self.forces)
         before = np.concatenate([[0.0], np.cumsum(areas)])[k]
         return np.asarray(before + (d - begin) * (np.take(self.forces, k) + force) / 2)
@@ -143,9 +303,16 @@ class SpringTable:
         steepest = max(float(slopes.max()), max(self.forces) / self.depths[-1])
         return math.pi * math.sqrt(mass / steepest)
 
+    def _rows(self, depth: FloatArray) -> IndexArray:
+        """Numbers of the pieces that depths (m) are in."""
+        k = np.searchsorted(self.depths, depth, side="right") - 1
+        return np.asarray(np.clip(k, 0, len(self.depths) - 2))
+
 
 OneSided = SpringDamper | SpringTable
 """What lets go before it would pull."""
+Penalty = RestitutionPenalty | PowerPenalty | LineContact | OneSided
+"""Laws of contacts that give way."""
 
 
 @dataclass(frozen=True)
@@ -175,5 +342,5 @@ class Impulse:
     tangential: float = 0.0
 
 
-PressingLaw = RestitutionPenalty | OneSided | Impulse
-"""Law of a contact of the scene."""
+PressingLaw = Penalty | Impulse
+"""Law of a contact."""

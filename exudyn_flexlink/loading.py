@@ -14,11 +14,14 @@ import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
+    geared_badly,
+    moving_drives,
     open_mistake,
     outside_guides,
     penetrations,
     pressed_walls,
     redundancies,
+    rest_mistake,
     rubbing_badly,
     speed_mistake,
     value_mistake,
@@ -30,6 +33,8 @@ from exudyn_flexlink.mechanism import (
     CannotAssembleError,
     CannotMoveError,
     Mechanism,
+    NoRestError,
+    Rest,
     Start,
     assemble,
     build_curves,
@@ -39,6 +44,7 @@ from exudyn_flexlink.mechanism import (
     extent,
     least_tolerance,
     other_branches,
+    rest_of,
     sample_bytes,
     with_pulses,
 )
@@ -153,39 +159,71 @@ def plain_data(value: Any) -> Any:
 
 @once_for_each
 def assemble_scene(scene: Scene) -> Assembly:
-    """Put the scene's mechanism together at time 0.
+    """Put the scene's mechanism together at time 0, or where it is at rest.
 
     Once for each scene: both are frozen, and a scene that was loaded has been put together already.
 
     Raises:
         SceneError: a curve can't be, joints can't close, speeds contradict joints, a contact
-            starts with penetration, or a link outside its guide.
+            starts with penetration, or a link outside its guide; or there is no rest.
 
     """
+    resting = scene.initial.at_rest
+    assembly = rest_of_scene(scene).assembly if resting else _put_together(scene)
+    mistakes = moving_drives(assembly) if resting else _start_mistakes(scene, assembly)
+    if mistakes:
+        raise SceneError(scene.document, mistakes)
+    end = end_of_run(scene, assembly.mechanism)
+    return with_pulses(assembly, scene.accuracy.tolerance, end)
+
+
+@once_for_each
+def rest_of_scene(scene: Scene) -> Rest:
+    """Find where all forces balance, from the start on, while drives hold what they have then.
+
+    Raises:
+        SceneError: as of `assemble_scene`; or nothing balances.
+
+    """
+    assembly = _put_together(scene)
+    try:
+        rest = rest_of(assembly)
+    except NoValueError as error:
+        raise SceneError(scene.document, [value_mistake(scene, error)]) from error
+    except NoRestError as error:
+        raise SceneError(scene.document, [rest_mistake(scene, error)]) from error
+    mistakes = _start_mistakes(scene, rest.assembly, resting=True)
+    if mistakes:
+        raise SceneError(scene.document, mistakes)
+    return rest
+
+
+def _put_together(scene: Scene) -> Assembly:
     try:
         mechanism = build_mechanism(scene)
-        end = end_of_run(scene, mechanism)
-        undriven = drive_mistakes(mechanism, end)
+        undriven = drive_mistakes(mechanism, end_of_run(scene, mechanism))
         if undriven:
             raise SceneError(scene.document, undriven)
-        assembly = assemble(mechanism, _start(scene, mechanism))
+        return assemble(mechanism, _start(scene, mechanism))
     except NoValueError as error:
         raise SceneError(scene.document, [value_mistake(scene, error)]) from error
     except CannotAssembleError as error:
         raise SceneError(scene.document, [open_mistake(scene, error)]) from error
     except CannotMoveError as error:
         raise SceneError(scene.document, [speed_mistake(error)]) from error
-    mistakes = [
-        *penetrations(scene, assembly),
-        *pressed_walls(assembly),
+
+
+def _start_mistakes(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
+    """What can't be at time 0; where it is `resting`, contacts may press."""
+    return [
+        *penetrations(scene, assembly, resting),
+        *(() if resting else pressed_walls(assembly)),
         *outside_guides(scene, assembly),
         *redundancies(scene, assembly),
         *without_direction(scene, assembly),
         *rubbing_badly(assembly),
+        *geared_badly(scene, assembly),
     ]
-    if mistakes:
-        raise SceneError(scene.document, mistakes)
-    return with_pulses(assembly, scene.accuracy.tolerance, end)
 
 
 def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:

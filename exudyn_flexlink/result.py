@@ -13,7 +13,7 @@ from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import FrictionHistory, Interval, Intervals
 from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import FrozenMapping, Scene
 from exudyn_flexlink.units import Dimension
 from exudyn_flexlink.variables import Variable
 
@@ -24,6 +24,9 @@ POSES = {"x": "m", "y": "m", "angle": "rad"}
 RATES = {"x": "m/s", "y": "m/s", "angle": "rad/s"}
 FORCES = {"x": "N", "y": "N"}
 """Components of arrays and their units, in the order of the last axis."""
+
+Series = Mapping[str, FloatArray]
+NO_SERIES: Series = FrozenMapping()
 
 
 @dataclass(frozen=True)
@@ -186,7 +189,10 @@ class EnergyHistory:
 
 @dataclass(frozen=True)
 class Checks:
-    """What a run says about its own errors, over every step, not only the samples."""
+    """What a run says about its own errors, at the ends of all its steps.
+
+    Samples within a step are as exact as its polynomial: their energies may be off by more.
+    """
 
     energy_residual: float  # J, largest absolute value of the energy balance
     largest_kinetic_energy: float  # J
@@ -221,7 +227,9 @@ class Result:
     with clearance, of a prismatic one, or of a weld),
     `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
     (N, (N, 2), global axes, of linear springs with their dampers on the second point) are by the
-    scene's names.
+    scene's names. So are `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls;
+    positive where it turns the first gear counter-clockwise, or goes along a rack's axis) and
+    `gear_torques` (N m, on the first gear, where no pitch circle is known).
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
@@ -242,19 +250,11 @@ class Result:
     time: Annotated[FloatArray, Variable("time", "s", "time")]
     poses: Annotated[FloatArray, Variable("time part", None, "pose", components=POSES)]
     rates: Annotated[FloatArray, Variable("time part", None, "rate of the pose", components=RATES)]
-    drive_torques: Annotated[Mapping[str, FloatArray], Variable("time", "N m", "torque of a drive")]
-    drive_forces: Annotated[
-        Mapping[str, FloatArray], Variable("time", None, "force of a drive", components=FORCES)
-    ]
-    joint_forces: Annotated[
-        Mapping[str, FloatArray], Variable("time", None, "force in a joint", components=FORCES)
-    ]
-    slot_forces: Annotated[
-        Mapping[str, FloatArray], Variable("time", None, "force of a slot", components=FORCES)
-    ]
-    spring_forces: Annotated[
-        Mapping[str, FloatArray], Variable("time", None, "force of a spring", components=FORCES)
-    ]
+    drive_torques: Annotated[Series, Variable("time", "N m", "torque of a drive")]
+    drive_forces: Annotated[Series, Variable("time", None, "force of a drive", components=FORCES)]
+    joint_forces: Annotated[Series, Variable("time", None, "force in a joint", components=FORCES)]
+    slot_forces: Annotated[Series, Variable("time", None, "force of a slot", components=FORCES)]
+    spring_forces: Annotated[Series, Variable("time", None, "force of a spring", components=FORCES)]
     contacts: Mapping[str, ContactHistory]
     bearings: Mapping[str, ContactHistory]  # of the revolute joints with clearance
     sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link
@@ -266,6 +266,8 @@ class Result:
     outcome: Outcome
     error: MeasuredError = NOT_ASKED
     frictions: Mapping[str, FrictionHistory] = field(default_factory=dict)  # of joints with any
+    gear_forces: Annotated[Series, Variable("time", "N", "force of a gear")] = NO_SERIES
+    gear_torques: Annotated[Series, Variable("time", "N m", "torque of a gear")] = NO_SERIES
 
     def __post_init__(self) -> None:
         """Let nobody change what a run gave: it would be saved as the run."""

@@ -198,6 +198,7 @@ ITEMS = (
         {name: name for name in ("penalty_to_impulse.png", "rods_and_strike.png")},
         "engines.md",
     ),
+    measured("restitution", "modelling", "1 min"),
     measured("tolerance", "accuracy", "15 min", "--engine", "exudyn", "lagrangian"),
     Item(
         "loop_tolerance",

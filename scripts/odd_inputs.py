@@ -114,6 +114,7 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
         yield (f"Scene.with_ {path}", lambda p=path, **value: scene.with_({p: value.popitem()[1]}),
                {path.rsplit(".", maxsplit=1)[-1]: (kind, 1)})
     yield "idealise", fl.idealise, {**own, "without": ("names", "impact")}
+    yield "equilibrium", fl.equilibrium, own
     yield "simulate", fl.simulate, {**own, "measure": ("flag", False), **run}
     yield "load", fl.load, {"folder": ("load", "a_run")}
     yield "compare", fl.compare, {**both, "names": ("any?", ("a", "b"))}

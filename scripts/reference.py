@@ -170,17 +170,23 @@ def anchor(name: str, parts: Schema) -> str:
     return re.sub(r"[^\w -]", "", title(name, parts).lower()).replace(" ", "-")
 
 
+def types(name: str, parts: Schema) -> list[str]:
+    """Words that `type` may say of a definition; none if it has none."""
+    kind = parts[name]["properties"].get("type", {})
+    return [kind["const"]] if "const" in kind else list(kind.get("enum", ()))
+
+
 def title(name: str, parts: Schema) -> str:
     """What a definition is called: by its `type`, or by its class."""
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.removesuffix("Spec")).lower()
-    kind = parts[name]["properties"].get("type", {}).get("const")
-    return f"`type: {kind}`, {words}" if kind else words.capitalize()
+    kinds = ", ".join(f"`type: {kind}`" for kind in types(name, parts))
+    return f"{kinds}, {words}" if kinds else words.capitalize()
 
 
 def word(name: str, parts: Schema) -> str:
     """What a link to a definition says: its `type`, or its title."""
-    kind = parts[name]["properties"].get("type", {}).get("const")
-    return f"`{kind}`" if kind else title(name, parts)
+    kinds = ", ".join(f"`{kind}`" for kind in types(name, parts))
+    return kinds or title(name, parts)
 
 
 def table(part: Schema, parts: Schema, name: str = "") -> Iterator[str]:
@@ -236,7 +242,7 @@ def meant(
     elif isinstance(data, dict) and (names := references(value)):
         kinds = {name: parts[name]["properties"].get("type", {}) for name in names}
         word = data.get("type", next((own["default"] for own in kinds.values() if own), None))
-        name = next((name for name in names if kinds[name].get("const") == word), names[0])
+        name = next((name for name in names if word in types(name, parts)), names[0])
         yield name, path, data
         for key, item in parts[name]["properties"].items():
             if key in data:

@@ -19,29 +19,29 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_440,
-    "engines/exudyn/minimal": 5_990,
-    "engines/exudyn/redundant": 3_430,
-    "engines/lagrangian": 2_065,
-    "mechanism": 5_380,
-    "scene": 3_730,
+    "engines": 2_515,
+    "engines/exudyn/minimal": 6_070,
+    "engines/exudyn/redundant": 3_530,
+    "engines/lagrangian": 2_090,
+    "mechanism": 6_160,
+    "scene": 4_230,
     "expressions": 1_250,
     "curves": 1_505,
-    "observables": 1_950,
-    "accuracy": 940,
+    "observables": 1_940,
+    "accuracy": 950,
     "stability": 880,
     "verification": 440,
-    "storage": 2_055,
+    "storage": 2_045,
     "sweeps": 1_515,
-    "plots": 3_325,
-    "report": 1_990,
+    "plots": 3_345,
+    "report": 2_130,
     "page": 340,
     "animation": 1_690,
-    "cli": 2_730,
-    "api": 1_895,
-    "": 5_050,
+    "cli": 2_710,
+    "api": 1_785,
+    "": 5_290,
 }
-WHOLE = {PACKAGE: 52_245, "tests": 26_985, "scripts": 8_480}
+WHOLE = {PACKAGE: 54_060, "tests": 27_760, "scripts": 8_580}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

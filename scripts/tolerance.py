@@ -90,6 +90,7 @@ MECHANISMS = (
     "hard/micron_bearing",
     "hard/dome",
     "hard/kinked_drive",
+    "hard/slow_train",
     "reference/four_bar",
     "reference/drives",
     "reference/circles",

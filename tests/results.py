@@ -225,7 +225,7 @@ def _extremes(scene, time, motion, contacts):
     seeker = ExtremeSeeker(watched, mechanism.contacts, HERMITE)
     steps = tuple(np.stack([x[:-1], x[1:]], axis=1) for x in motion)
     pressed = np.zeros((len(time) - 1, len(mechanism.contacts)), dtype=bool)
-    seeker.take(time[:-1], np.diff(time), steps, pressed)
+    seeker.take(time[:-1], np.diff(time), steps, pressed, np.zeros(pressed.shape))
     found = seeker.extremes()
     for name, contact in contacts.items():
         inside = contact.force > 0

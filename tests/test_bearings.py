@@ -115,7 +115,7 @@ def test_slopes_of_a_contact_are_derivatives_of_its_force(which):
 
     def force(x, v):
         onto = np.zeros(3)
-        contact.push(x, v, onto)
+        contact.push(x, v, onto, 0.0)
         return onto
 
     def slope(of, at, h):
@@ -131,7 +131,7 @@ def test_slopes_of_a_contact_are_derivatives_of_its_force(which):
     along_gap = np.outer(row, row)
     by_speed = slope(lambda w: force(x, w), v, 1e-6)
     np.testing.assert_allclose(
-        contact.slopes(x, v)[1] + damper * along_gap, by_speed, atol=1e-3, rtol=1e-4
+        contact.slopes(x, v, 0.0)[1] + damper * along_gap, by_speed, atol=1e-3, rtol=1e-4
     )
     # A disc that spins fast: its friction has reached its bound, and turns with the normal alone;
     # that its arm shortens with the depth, a thousandth of the radius, is left to the iteration.
@@ -139,5 +139,5 @@ def test_slopes_of_a_contact_are_derivatives_of_its_force(which):
     by_place = slope(lambda y: force(y, spinning), x, 1e-8)
     spring = law.stiffness * (1 + e**2) / 2
     np.testing.assert_allclose(
-        contact.slopes(x, spinning)[0] + spring * along_gap, by_place, atol=5.0, rtol=2e-3
+        contact.slopes(x, spinning, 0.0)[0] + spring * along_gap, by_place, atol=5.0, rtol=2e-3
     )

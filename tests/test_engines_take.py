@@ -29,6 +29,7 @@ WAY = (
     "limits: {from: -0.1, to: 0.1"
 )
 OTHER = "bodies.other={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
+RACK = "joints.rack={type: gear, joints: [hub, way], radius: 0.1}"
 FREE = "initial={positions: {other: [2, 0]}}"
 
 CHANGES = {
@@ -89,6 +90,10 @@ CHANGES = {
         "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0]}",
     ],
     "`limits` of a `prismatic`, with `restitution`": [OTHER, f"{WAY}, law: {BOUNCE}}}}}"],
+    "`limits` of a `prismatic`, law `hertz`": [
+        OTHER,
+        f"{WAY}, law: {{type: hertz, stiffness: 1.0e7}}}}}}",
+    ],
     "`limits` of a `prismatic`, with `damping`": [
         OTHER,
         f"{WAY}, law: {{stiffness: 1.0e5, damping: 1}}}}}}",
@@ -102,6 +107,24 @@ CHANGES = {
         OTHER,
         "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0], "
         "friction: {force: 1}}",
+    ],
+    "`gear` of two hinges, `belt`": [
+        ARM,
+        HUB,
+        OTHER,
+        "joints.axle={type: revolute, points: [ground, other.o], at: [2, 0]}",
+        "joints.mesh={type: gear, joints: [hub, axle], teeth: [20, 40]}",
+        "joints.strap={type: belt, joints: [crank, hub], radii: [0.1, 0.2]}",
+    ],
+    "`gear` with a rack": [ARM, HUB, OTHER, f"{WAY[: WAY.index(', limits')]}}}", RACK],
+    "`gear` with a rack on a moving body": [
+        ARM,
+        HUB,
+        OTHER,
+        "bodies.rack={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0]}}",
+        "joints.axle={type: revolute, points: [arm.e, other.o]}",
+        "joints.way={type: prismatic, points: [arm.o, rack.o], axis: [1, 0]}",
+        "joints.rack={type: gear, joints: [axle, way], radius: 0.1}",
     ],
     "`sleeve` without clearance": [],
     "`sleeve` with `clearance`": ["joints.sleeve.clearance=0.1 mm", f"joints.sleeve.{SETLAW}"],
@@ -165,6 +188,15 @@ CHANGES = {
         f"{LAW}}}",
     ],
     "law `penalty`, `friction`": ["contacts.strike.law.friction=0.1"],
+    "law `hertz`": ["contacts.strike.law={type: hertz, stiffness: 1.0e7}"],
+    "law `hertz`, `johnson` or `radzimovsky`": [
+        "materials.steel.poissons_ratio=0.3",
+        "contacts.strike.law={type: hertz, materials: [steel, steel], formula: johnson, "
+        "radii: [1 mm, 2 mm], length: 5 mm}",
+    ],
+    "laws `hunt_crossley`, `lankarani_nikravesh`, `flores`, `gonthier`, `exact`": [
+        "contacts.strike.law={type: flores, stiffness: 1.0e7, restitution: 0.5}"
+    ],
     "law `impulse`": ["contacts.strike.law={type: impulse, restitution: 0.5}"],
     "law `impulse`, `friction`": [
         "contacts.strike.law={type: impulse, restitution: 0.5, friction: 0.1}"
@@ -203,9 +235,10 @@ def taken(label, column):
 
 def test_the_table_has_every_part_of_the_language():
     types = {
-        properties["type"]["const"]
+        word
         for part in json_schema()["$defs"].values()
-        if "const" in (properties := part.get("properties", {})).get("type", {})
+        if (kind := part.get("properties", {}).get("type", {}))
+        for word in kind.get("enum", [kind.get("const")])
     }
     named = set(re.findall(r"`(\w+)`", " ".join(table())))
     assert types - {"rectangle", "round", "general"} <= named

@@ -209,7 +209,7 @@ def labels(axes):
 
 
 def panel(figure, quantity):
-    return next(axes for axes in figure.axes if axes.get_ylabel().startswith(quantity))
+    return next(axes for axes in figure.axes if quantity in axes.get_ylabel())
 
 
 def test_the_figure_tells_the_error_and_draws_it_as_a_band():

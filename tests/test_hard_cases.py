@@ -65,6 +65,7 @@ def variant_of(case, label):
         ("narrow_ring", "", MINIMAL),
         ("unequal_laps", "", MINIMAL),
         ("barely_held", "", MINIMAL),
+        ("slow_train", "", MINIMAL),
         ("grazing_circles", "by 1 um", REDUNDANT),
         ("stiff_rod", "youngs_modulus 1e18", MINIMAL),
     ],

@@ -136,7 +136,7 @@ def test_each_impact_balances_momentum_and_energy(model):
     assert sum(e > 0 for e, *_ in states) > 10
     for e, hit, before, after in states:
         v, w, mass = before.frame.v[0], after.frame.v[0], before.mass[0]
-        g = run.system.contacts.push(before.frame, np.array([0])).rows[0, 0]
+        g = run.system.contacts.push(before.frame, np.array([0]), np.zeros(1)).rows[0, 0]
         momentum = (mass @ (w - v) - g * hit.impulse)[1:]
         rounding = 4e-16 * np.abs(mass) @ np.abs(v)  # of the speeds themselves
         allowed = 1e-12 * np.abs(g * hit.impulse).max() + rounding.max()

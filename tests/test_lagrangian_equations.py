@@ -191,14 +191,14 @@ def test_contacts_are_those_of_the_mechanism_and_gradients_those_of_differences(
     q, v, _ = random_state(run, 5)
     contacts, every = run.system.contacts, np.arange(len(run.model.contacts))
     frame = frame_at(run, q, v)
-    seen, pushed = contacts.look(frame), contacts.push(frame, every)
+    seen, pushed = contacts.look(frame), contacts.push(frame, every, np.zeros(len(every)))
     poses, rates = run.model.poses(frame)
     for k, contact in enumerate(run.model.contacts):
         at = approach(contact, poses[0], rates[0])
         own = [float(column[0, k]) for column in seen]
         assert own == pytest.approx([at.gap, at.place, at.gap_rate, at.slip], rel=1e-12, abs=1e-13)
         if at.gap < 0:
-            press = float(contact.law.force(-at.gap, -at.gap_rate))
+            press = float(contact.law.force(-at.gap, -at.gap_rate, 0.0))
             assert max(pushed.press[0, k], 0.0) == pytest.approx(press, rel=1e-9, abs=1e-9)
     one, six = np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
     for column, rows in ((0, pushed.rows[0]), (1, pushed.slides[0])):

@@ -10,7 +10,7 @@ from results import block
 from test_fitting import DATA
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.fitting import NoOverlapError, against, read_series, shift_of
+from exudyn_flexlink.fitting import NoOverlapError, against, read_series
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import signals
 from exudyn_flexlink.source import SceneError
@@ -111,7 +111,7 @@ def test_every_quantity_of_a_flexible_scene_has_values_in_its_unit(rigid):
 def test_a_shift_is_found(shift):
     time = np.linspace(0.5, 2.5, 121)
     measured = read_series(RUN.scene, {"t": time, POINT: OFF + fades(time + shift)})
-    found = against(RUN, measured, None)
+    found = against(RUN, measured, "find")
     assert found.shift == pytest.approx(shift, abs=1e-7)
     assert found.distances[0].largest < 1e-6
 
@@ -129,14 +129,11 @@ def test_distances_of_a_known_offset():
     assert against(parted, measured).distances[0].largest == pytest.approx(0.01, rel=1e-5)
 
 
-def test_no_overlap_and_no_shift():
+def test_no_overlap():
     late = read_series(RUN.scene, {"t": [7.0, 8.0], POINT: [0.0, 0.1]})
     with pytest.raises(NoOverlapError, match=r"from 0 to 4 s, the rows from 7 to 8 s"):
         against(RUN, late)
     assert against(RUN, late, -5.0).time == pytest.approx([2, 3])
-    with pytest.raises(ValueError, match="expected find or a time,"):
-        shift_of("soon")
-    assert shift_of("20 ms") == pytest.approx(0.02)
 
 
 def test_from_python():
@@ -145,12 +142,12 @@ def test_from_python():
     found = fl.compare(run, {"t": time, "x": OFF + fades(time + 0.2)}, columns={"x": POINT},
                        shift="200 ms")  # fmt: skip
     assert repr(found).startswith(f"<Comparison of exudyn and the table: apart by rms {POINT} ")
-    assert "0.2 s are added to times of the series, given" in found.summary()
+    assert "0.2 s are added to times of the series" in found.summary()
     (both, below) = found.plot().axes
     assert both.lines[0].get_ydata() == pytest.approx(1e3 * (OFF + fades(time + 0.2)))
     assert "difference" in below.get_ylabel()
     for wrong in ({"names": ("a", "b")}, {"shift": "soon"}):
-        with pytest.raises(ValueError, match=r"names|find"):
+        with pytest.raises(ValueError, match=r"'names' are|shift: expected find or a time,"):
             fl.compare(run, {"t": time, POINT: time}, **wrong)
     with pytest.raises(ValueError, match="'columns' and 'shift' are for a measured series"):
         fl.compare(run, run, shift=0.1)
@@ -220,7 +217,10 @@ def test_fit_on_the_command_line(tmp_path, capsys):
         (["compare", "clearance", "--shift", "1"], "need a run and a CSV file"),
         (["compare", "a", "m.csv", "--tolerance", "1"], "'--tolerance' is for two runs"),
         (["compare", "a", "m.csv", "--column", "x"], "expected NAME=QUANTITY"),
-        (["compare", "a", "m.csv", "--shift", "1 kg"], "expected find or a time, got '1 kg'"),
+        (
+            ["compare", "a", "m.csv", "--shift", "1 kg"],
+            "expected a time, such as 1.5 (s) or '20 ms', got '1 kg'",
+        ),
         (["compare", "a", "m.csv", "--shift", "90"], "no row of m.csv lies within the run"),
         (["fit", "rigid", "m.csv", "--column", "x=link.end.x"], "nothing is varied"),
     ],

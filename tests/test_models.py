@@ -30,7 +30,9 @@ def test_the_schema_file_is_current():
 
 @any_model
 def test_it_loads_and_moves(path):
-    assert not assemble_scene(load_scene(path)).surplus
+    assembly = assemble_scene(load_scene(path))
+    # Planets share their load; nothing else holds twice.
+    assert set(assembly.surplus) <= {gear.name for gear in assembly.mechanism.gears}
 
 
 @any_model

@@ -248,7 +248,7 @@ def slider_crank_by_hand(duration):
         far = np.hypot(dx, dy)
         press = 0.0
         if far > 5e-4:
-            press = float(law.force(far - 5e-4, (dx * vx + dy * vy) / far))
+            press = float(law.force(far - 5e-4, (dx * vx + dy * vy) / far, 0.0))
         fx, fy = (-press * dx / far, -press * dy / far) if press else (0.0, 0.0)
         # The rod's pin is carried on the crank's circle: -omega^2 p is its acceleration.
         moment = length * (cos(theta) * fy - sin(theta) * fx)

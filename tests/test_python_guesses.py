@@ -82,7 +82,7 @@ def test_a_path_is_known_between_samples_and_within_the_run_alone(run):
     ("ask", "told"),
     [
         (lambda run: run.body("gide"), "no body 'gide'; did you mean 'guide'.*: guide, link, lev"),
-        (lambda run: run.joint("crnk"), "no joint 'crnk'; did you mean 'crank'.*: crank, pin, piv"),
+        (lambda run: run.joint("crnk"), "no joint 'crnk'; did you mean 'crank'.*: crank, sleeve"),
         (lambda run: run.joint("sleeve"), "no force of 'sleeve' is kept; of: crank, pin, pivot"),
         (lambda run: run.continued(turns=1, duration=1), "'turns' and 'duration' exclude"),
         (lambda run: run.plot.lever(label="a"), "give both"),
@@ -189,7 +189,7 @@ def test_polar_axes_are_asked_for(run):
     assert run.plot.polar(ax=axes) is figure
     with pytest.raises(ValueError, match="'projection': 'polar'"):
         run.plot.polar(ax=plt.figure().add_subplot())
-    with pytest.raises(ValueError, match=r"expected axes of matplotlib.*'left'"):
+    with pytest.raises(TypeError, match=r"expected axes of matplotlib.*'left'"):
         run.plot.energy(ax="left")
     plt.close("all")
 

@@ -36,7 +36,8 @@ def schema_words():
     schema = json_schema()
     parts = [schema, *schema["$defs"].values()]
     keys = {key for part in parts for key in part["properties"]}
-    return keys | {part["properties"].get("type", {}).get("const", "") for part in parts}
+    kinds = [part["properties"].get("type", {}) for part in parts]
+    return keys | {word for kind in kinds for word in kind.get("enum", [kind.get("const", "")])}
 
 
 def told(model):

@@ -11,6 +11,7 @@ from exudyn_flexlink.scene import (
     Contact,
     ContactLaw,
     FlexibleBody,
+    PenaltyLaw,
     RevoluteJoint,
     Scene,
     SleeveJoint,
@@ -86,9 +87,14 @@ def _finer(body: FlexibleBody) -> FlexibleBody:
 
 
 def stiffnesses(scene: Scene) -> dict[str, float]:
-    """Stiffness (N/m) of every penalty contact, and of all that presses in joints, by name."""
+    """Stiffness of every penalty contact, and of all that presses in joints, by name.
+
+    In N/m, or N/m^n. One that follows from materials is no stand-in for a rigid contact, and left
+    out.
+    """
     found: dict[str, Contact | WalledJoint] = {**scene.contacts, **_walls(scene)}
-    return {n: p.law.stiffness for n, p in found.items() if isinstance(p.law, ContactLaw)}
+    laws = {n: p.law for n, p in found.items() if isinstance(p.law, PenaltyLaw)}
+    return {n: law.stiffness for n, law in laws.items() if law.stiffness is not None}
 
 
 def with_stiffer_contacts(scene: Scene) -> Scene | None:
@@ -108,7 +114,10 @@ def _walls(scene: Scene) -> dict[str, WalledJoint]:
 
 
 def _stiffer(part: Contact | WalledJoint) -> Contact | WalledJoint:
-    if not isinstance(part.law, ContactLaw):
+    if not isinstance(part.law, PenaltyLaw) or part.law.stiffness is None:
         return part
-    law = part.law.model_copy(update={"stiffness": STIFFER * part.law.stiffness})
+    # A contact lasts as K^(-1/(n + 1)): whatever the exponent n, all get shorter by one ratio.
+    exponent = 1.0 if isinstance(part.law, ContactLaw) else part.law.exponent or 1.5
+    times = STIFFER ** ((exponent + 1) / 2)
+    law = part.law.model_copy(update={"stiffness": times * part.law.stiffness})
     return part.model_copy(update={"law": law})

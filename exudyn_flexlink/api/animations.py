@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.arguments import flag, function, place, takes
+from exudyn_flexlink.arguments import takes
 
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import Film, Filming
@@ -27,7 +27,7 @@ class Animation:
     film: Film
     filming: Filming
 
-    @takes(path=place, force=flag, progress=function)
+    @takes()
     def save(
         self,
         path: str | PathLike[str],

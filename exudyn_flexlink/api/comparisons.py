@@ -4,87 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any
 
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import RESULT, page, style, style_of
+from exudyn_flexlink.api.figures import RESULT, Shown
 from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.arguments import measured, number, takes, texts_by_name, two_texts
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
-from exudyn_flexlink.fitting import Against, against, read_series, shift_of
+from exudyn_flexlink.fitting import Against, against, read_series
 from exudyn_flexlink.joining import joined as join
 from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.report import against_text, comparison_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.units import Dimension
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 @dataclass(frozen=True, repr=False)
-class Comparison(PlainComparison):
+class Comparison(Shown, PlainComparison):
     """Two runs at common instants: how far points are apart, strikes in pairs."""
 
-    @takes(style=style)
-    def plot(self, style: str = "screen") -> Figure:
-        """Draw both runs over each other, and their difference.
-
-        Raises:
-            ValueError: the runs have no more than one instant in common; there is no such style.
-
-        """
-        from exudyn_flexlink import plots
-
-        figure = plots.comparison(self, style=style_of(style))
-        if figure is None:
-            raise ValueError("the runs have no more than one instant in common")
-        return figure
-
-    def summary(self) -> str:
-        """Return what the command line tells of the comparison."""
-        return comparison_text(self)
+    _figure, _text = "comparison", comparison_text
 
     def __repr__(self) -> str:
-        """Return one line: what was compared, and how far it is apart."""
         return (
             f"<Comparison of {self.first.name} and {self.second.name}: "
             f"{name_of(self.judged_by)} apart by {self.judged.largest:.3g} m at most>"
         )
 
-    def _repr_html_(self) -> str:
-        title = f"{self.first.name} and {self.second.name}"
-        return page(title, self.summary(), self.plot() if len(self.time) > 1 else None)
-
 
 @dataclass(frozen=True, repr=False)
-class MeasuredComparison(Against):
+class MeasuredComparison(Shown, Against):
     """A run beside a measured series, at the series' instants; SI units throughout."""
 
-    @takes(style=style)
-    def plot(self, style: str = "screen") -> Figure:
-        """Draw both over each other, and their difference.
-
-        Raises:
-            ValueError: there is no such style.
-
-        """
-        from exudyn_flexlink import plots
-
-        return plots.against(self, style=style_of(style))
-
-    def summary(self) -> str:
-        """Return what the command line tells of the comparison."""
-        return against_text(self)
+    _figure, _text = "against", against_text
 
     def __repr__(self) -> str:
-        """Return one line: what was compared, and how far it is apart."""
         told = ", ".join(f"{d.signal} {d.rms:.3g} {d.unit}" for d in self.distances)
         return f"<Comparison of {self.result.engine} and {self.series.source}: apart by rms {told}>"
-
-    def _repr_html_(self) -> str:
-        return page(self.result.scene.title, self.summary(), self.plot())
 
 
 def _other(value: Any, _: Any = None) -> Any:
@@ -97,28 +54,13 @@ def _other(value: Any, _: Any = None) -> Any:
         raise TypeError(f"{error}".replace("expected", "expected a Result,")) from None
 
 
-def _shift(value: Any, _: Any = None) -> Any:
-    """Take a time, or 'find'."""
-    return value if isinstance(value, str) and value == "find" else number(Dimension.TIME)(value, _)
-
-
-@overload
-def compare(
-    first: PlainResult, second: PlainResult, *, names: tuple[str, str] | None = None
-) -> Comparison: ...
-
-
-@overload
-def compare(
-    first: PlainResult,
-    second: Any,
-    *,
-    columns: Mapping[str, str] | None = None,
-    shift: float | str = 0.0,
-) -> MeasuredComparison: ...
-
-
-@takes(first=RESULT, second=_other, names=two_texts, columns=texts_by_name, shift=_shift)
+@takes(
+    first=RESULT,
+    second=_other,
+    names=two_texts,
+    columns=texts_by_name,
+    shift=number(Dimension.TIME, words=("find",)),
+)
 def compare(
     first: PlainResult,
     second: Any,
@@ -150,7 +92,7 @@ def compare(
     if names is not None:
         raise ValueError("'names' are for two runs, 'second' is a series")
     series = read_series(first.scene, second, columns)
-    return with_methods(MeasuredComparison, against(first, series, shift_of(shift)))
+    return with_methods(MeasuredComparison, against(first, series, shift))
 
 
 @takes(first=RESULT, second=RESULT)

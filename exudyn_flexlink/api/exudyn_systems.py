@@ -12,12 +12,10 @@ from exudyn_flexlink.scene import Scene
 def exudyn_system(scene: Scene) -> ExudynSystem:
     """Return the Exudyn system of a scene in redundant coordinates, assembled, to go on with.
 
-    With `SC`, `mbs`, and Exudyn's numbers of what the scene names: ``system.bodies["lever"]``,
-    ``system.points["lever.end"]``, all as tuples. A scene with ``formulation: beam`` has beams.
-    When Exudyn solves alone, the program does nothing between its steps: slots stay on a piece of
-    their curve, contacts do not press, steps go over jumps of drives. ``system.not_followed``
-    names what of this matters to the scene. Import exudyn before this package to have its checks
-    of item numbers: the program loads the build without.
+    Numbers of items are tuples: ``system.bodies["lever"]``, ``system.points["lever.end"]``. With
+    ``formulation: beam`` there are beams. When Exudyn solves alone, the program does nothing
+    between its steps; ``system.not_followed`` names what of this matters to the scene. Import
+    exudyn before this package to have its checks of item numbers.
 
     Raises:
         NotRepresentableError: of contacts that Exudyn's own solver does not know, of a flexible

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from html import escape
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
-from exudyn_flexlink.arguments import a, among, instants, takes, text, told
+from exudyn_flexlink.arguments import a, among, instants, takes, told
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import point_names
 from exudyn_flexlink.result import Result
@@ -35,9 +36,7 @@ def _axes(value: Any, _: Any = None) -> Any:
     """Take axes of matplotlib, or an array of them."""
     from exudyn_flexlink.plots import listed
 
-    if not listed(value):
-        raise ValueError(f"expected axes of matplotlib, got {told(value)}")
-    return value
+    return listed(value)
 
 
 def _instants(value: Any, plots: Any) -> FloatArray:
@@ -85,7 +84,7 @@ class Plots:
         point: str | None = None,
         *,
         style: str = "screen",
-        ax: Given | None = None,
+        ax: Given = None,
         label: str | None = None,
     ) -> Figure:
         """Draw x and y of a point, the watched one if left out, lap by lap or over time.
@@ -94,15 +93,11 @@ class Plots:
         """
         return self._drawn("coordinates", point, style=style, ax=ax, label=label)
 
-    def polar(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
-    ) -> Figure:
+    def polar(self, *, style: str = "screen", ax: Given = None, label: str | None = None) -> Figure:
         """Draw the watched point's distance from O over the crank angle; `ax` is polar."""
         return self._drawn("polar", style=style, ax=ax, label=label)
 
-    def lever(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
-    ) -> Figure:
+    def lever(self, *, style: str = "screen", ax: Given = None, label: str | None = None) -> Figure:
         """Draw the angle or displacement of struck bodies.
 
         Panels of each: the whole run, and its strikes over each other if there are any.
@@ -111,11 +106,7 @@ class Plots:
 
     @takes(instants=_instants)
     def mechanism(
-        self,
-        instants: Sequence[float] | None = None,
-        *,
-        style: str = "screen",
-        ax: Given | None = None,
+        self, instants: Sequence[float] | None = None, *, style: str = "screen", ax: Given = None
     ) -> Figure:
         """Draw the mechanism at `instants` (s), a panel each, or at those of note.
 
@@ -123,18 +114,18 @@ class Plots:
         """
         return self._drawn("mechanism", instants, style=style, ax=ax)
 
-    def guide_contact(self, *, style: str = "screen", ax: Given | None = None) -> Figure:
+    def guide_contact(self, *, style: str = "screen", ax: Given = None) -> Figure:
         """Draw the link in its guide, a panel for each way in which it touches the walls."""
         return self._drawn("guide_contact", style=style, ax=ax)
 
     def energy(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+        self, *, style: str = "screen", ax: Given = None, label: str | None = None
     ) -> Figure:
         """Draw the energies, and in a second panel what their balance misses."""
         return self._drawn("energy", style=style, ax=ax, label=label)
 
     def forces(
-        self, *, style: str = "screen", ax: Given | None = None, label: str | None = None
+        self, *, style: str = "screen", ax: Given = None, label: str | None = None
     ) -> Figure:
         """Draw forces and torques with their errors.
 
@@ -149,13 +140,13 @@ class Plots:
 
         return plots.figures(self._result, style_of(style))
 
-    @takes(style=style, ax=_axes, label=text)
+    @takes(style=style, ax=_axes)
     def _drawn(
         self,
         name: str,
         *arguments: Any,
         style: str,
-        ax: Given | None = None,
+        ax: Any = None,
         label: str | None = None,
     ) -> Figure:
         from exudyn_flexlink import plots
@@ -163,11 +154,42 @@ class Plots:
         if ax is None and label is not None:
             raise ValueError("'label' names the run in the axes that 'ax' gives: give both")
         draw: Any = plots.FIGURES[name]
-        with plots.told_apart(self._result, [] if ax is None else plots.listed(ax), label):
+        with plots.told_apart(self._result, ax or [], label):
             figure: Figure | None = draw(self._result, *arguments, style=style_of(style), ax=ax)
             if figure is None:
                 raise ValueError(f"this run has nothing to show in the figure '{name}'")
         return figure
+
+
+class Shown:
+    """Adds a figure, a text and what a notebook shows to what was found of runs."""
+
+    _figure: ClassVar[str]
+    _text: ClassVar[Callable[[Any], str]]
+
+    @takes(style=style)
+    def plot(self, style: str = "screen") -> Figure:
+        """Draw it.
+
+        Raises:
+            ValueError: there is nothing to draw, or no such style.
+
+        """
+        from exudyn_flexlink import plots
+
+        figure: Figure | None = getattr(plots, self._figure)(self, style=style_of(style))
+        if figure is None:
+            raise ValueError("there is no more than one instant to draw")
+        return figure
+
+    def summary(self) -> str:
+        """Return what the command line tells."""
+        return type(self)._text(self)
+
+    def _repr_html_(self) -> str:
+        with suppress(ValueError):
+            return page(repr(self)[1:-1], self.summary(), self.plot())
+        return page(repr(self)[1:-1], self.summary(), None)
 
 
 def style_of(name: str) -> Style:

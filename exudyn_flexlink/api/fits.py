@@ -7,46 +7,32 @@ from dataclasses import dataclass
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from exudyn_flexlink import engines, fitting, storage
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import page, style, style_of
+from exudyn_flexlink.api.figures import Shown
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
-from exudyn_flexlink.arguments import flag, function, measured, place, takes, texts_by_name, told
+from exudyn_flexlink.arguments import measured, takes, texts_by_name, told
 from exudyn_flexlink.report import fit_text
 from exudyn_flexlink.scene import Scene as PlainScene
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 @dataclass(frozen=True, repr=False)
-class Fit(fitting.Fit):
+class Fit(Shown, fitting.Fit):
     """Values of a scene that fit a measured series best, with their errors; SI units throughout.
 
     `scene` has them; fields are those of `fitting.Fit`.
     """
 
     scene: Scene
-
-    @takes(style=style)
-    def plot(self, style: str = "screen") -> Figure:
-        """Draw what was measured and computed, and the residuals.
-
-        Raises:
-            ValueError: there is no such style.
-
-        """
-        from exudyn_flexlink import plots
-
-        return plots.fit(self, style=style_of(style))
+    _figure = "fit"
 
     def summary(self) -> str:
         """Return what the command line tells."""
         return "\n\n".join([fit_text(self), *(f"warning: {told}" for told in self.warnings)])
 
-    @takes(folder=place, force=flag)
+    @takes()
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write ``fit.json`` and ``residuals.csv`` into a folder; return the folder.
 
@@ -59,36 +45,22 @@ class Fit(fitting.Fit):
         return Path(folder)
 
     def __repr__(self) -> str:
-        """Return one line: the values, and how well they are known."""
         told = (
             f"{path} {value:.10g} +- {self.standard_errors[path]:.2g}"
             for path, value in self.values.items()
         )
         return f"<Fit to {self.against.series.source}: {', '.join(told)}>"
 
-    def _repr_html_(self) -> str:
-        return page(self.scene.title, self.summary(), self.plot())
-
 
 def _vary(value: Any, _: Any = None) -> Any:
-    """Take a path, several, or paths with bounds: two numbers, a text, or None."""
+    """Take a path, several, or paths with bounds, which `fitting` reads."""
     many = isinstance(value, Mapping | list | tuple)
     if not (isinstance(value, str) or many) or not all(isinstance(one, str) for one in value):
         raise TypeError(f"expected paths such as ['springs.s.stiffness'], got {told(value)}")
-    for bounds in value.values() if isinstance(value, Mapping) else ():
-        if not (bounds is None or isinstance(bounds, str | list | tuple)):
-            raise TypeError(f"expected two bounds, a text such as '1:20 N/m', got {told(bounds)}")
     return value
 
 
-@takes(
-    scene=given_scene,
-    measured=measured,
-    columns=texts_by_name,
-    vary=_vary,
-    engine=ENGINE,
-    progress=function,
-)
+@takes(scene=given_scene, measured=measured, columns=texts_by_name, vary=_vary, engine=ENGINE)
 def fit(
     scene: PlainScene,
     measured: Any,
@@ -112,7 +84,6 @@ def fit(
         NoFitError: no run can be made where the search begins, or it comes to no end.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the series can't be used, or what is varied is no number of the scene.
-        ValueError: there is no such engine.
 
     """
     series = fitting.read_series(scene, measured, columns)

@@ -17,12 +17,8 @@ from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.tables import data_frame, data_set, told_names
 from exudyn_flexlink.arguments import (
     among,
-    flag,
-    function,
     number,
-    place,
     takes,
-    text,
     two_texts,
     whole,
 )
@@ -60,27 +56,18 @@ PERIOD = number(Dimension.TIME, above=0.0)
 class Result(PlainResult):
     """One run: samples, contacts, energies, how it ended, and the scene it belongs to.
 
-    SI units throughout; N is the number of samples.
+    SI units throughout; N is the number of samples. A name that the scene does not have is a
+    ValueError that says which there are.
     """
 
     @takes(point=POINT)
     def path(self, point: str) -> PointPath:
-        """Return the motion of a point 'body.point': time, position and velocity.
-
-        Raises:
-            ValueError: the scene has no such point.
-
-        """
+        """Return the motion of a point 'body.point': time, position and velocity."""
         return observables.path(self, point)
 
     @takes(name=among(lambda own: own.scene.bodies, "body"))
     def body(self, name: str) -> BodyMotion:
-        """Return the motion of a body: `angle` and `rate` (N,), `position` and `velocity` (N, 2).
-
-        Raises:
-            ValueError: the scene has no such body.
-
-        """
+        """Return the motion of a body: `angle`, `rate` (N,), `position`, `velocity` (N, 2)."""
         return observables.body_motion(self, name)
 
     @takes(name=among(lambda own: own.scene.joints, "joint"))
@@ -88,29 +75,19 @@ class Result(PlainResult):
         """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
 
         Raises:
-            ValueError: the scene has no such joint, or no force of it is kept.
+            ValueError: no force of it is kept.
 
         """
         return observables.joint_force(self, name)
 
     @takes(contact=among(lambda own: own.scene.all_contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
-        """Return the strikes of a contact in order, each a burst of touches.
-
-        Raises:
-            ValueError: the scene has no such contact.
-
-        """
+        """Return the strikes of a contact in order, each a burst of touches."""
         return observables.strikes(self, contact)
 
     @takes(body=among(lambda own: observables.struck_bodies(own.scene), "struck body"))
     def lever(self, body: str) -> LeverResponse:
-        """Return the motion of a struck body: angle or displacement, and that of its tip.
-
-        Raises:
-            ValueError: no contact strikes such a body.
-
-        """
+        """Return the motion of a struck body: angle or displacement, and that of its tip."""
         return observables.lever_response(self, observables.struck_bodies(self.scene)[body])
 
     @takes(name=among(lambda own: own.intervals, "contact or joint with clearance"))
@@ -119,10 +96,6 @@ class Result(PlainResult):
 
         Of a sleeve `pair` says which point met which wall: an index into
         ``result.sleeves[name].pairs``.
-
-        Raises:
-            ValueError: the scene has neither a joint with clearance nor a contact of that name.
-
         """
         return self.intervals[name]
 
@@ -163,7 +136,7 @@ class Result(PlainResult):
         The point is the watched one if left out; from `after` (s) on.
 
         Raises:
-            ValueError: the scene has no crank, or no such point.
+            ValueError: the scene has no crank.
 
         """
         return section_by_crank(self, angle, point, after)
@@ -179,7 +152,6 @@ class Result(PlainResult):
 
         Raises:
             NoRhythmError: nothing tells what a lap is.
-            ValueError: the scene has no such point.
 
         """
         return lap_distances(self, rhythm_of(self.scene, lap).lap, point, after)
@@ -201,7 +173,6 @@ class Result(PlainResult):
 
         Raises:
             ImportError: pandas is not installed.
-            ValueError: the scene has nothing of that name.
 
         """
         return data_frame(self, name)
@@ -221,17 +192,13 @@ class Result(PlainResult):
         return Plots(self)
 
     @takes(
-        path=place,
         other=RESULT,
         names=two_texts,
         begin=TIME,
         end=TIME,
-        slow=text,
         speed=number(above=0.0),
         fps=number(above=0.0),
         width=whole(1),
-        force=flag,
-        progress=function,
     )
     def animate(
         self,
@@ -273,7 +240,7 @@ class Result(PlainResult):
             found.save(path, force=force, progress=progress)
         return found
 
-    @takes(folder=place, force=flag)
+    @takes()
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run into a folder that `load` reads, whole or not at all; return the folder.
 
@@ -287,7 +254,7 @@ class Result(PlainResult):
             storage.save(self, staged)
         return Path(folder)
 
-    @takes(path=place, force=flag)
+    @takes()
     def report(self, path: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run as one page of HTML, which loads nothing else; return its path.
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene
-from exudyn_flexlink.arguments import flag, function, place, takes
+from exudyn_flexlink.arguments import takes
 
 
-@takes(scene=given_scene, engine=ENGINE, progress=function, measure=flag)
+@takes(scene=given_scene, engine=ENGINE)
 def simulate(
     scene: Scene,
     engine: str = "exudyn",
@@ -33,7 +33,6 @@ def simulate(
     Raises:
         KeyboardInterrupt: the user had enough before the first step.
         NotRepresentableError: the engine can't represent a part of the scene.
-        ValueError: there is no such engine.
 
     """
     try:
@@ -43,7 +42,7 @@ def simulate(
     return own_result(found)
 
 
-@takes(folder=place)
+@takes()
 def load(folder: str | PathLike[str]) -> Result:
     """Read a saved run.
 

@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from exudyn_flexlink import effects, engines, loading
-from exudyn_flexlink.arguments import among, flag, place, plain, takes, told
+from exudyn_flexlink.arguments import a, among, place, plain, takes, told, values
 from exudyn_flexlink.once import hand_on
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
@@ -63,11 +63,7 @@ def _model(value: Any, _: Any = None) -> Any:
 def _effects(value: Any, _: Any = None) -> list[str]:
     """Take the name of an effect, or some."""
     known = among(lambda _: effects.EFFECTS, "effect")
-    if isinstance(value, str):
-        return [known(value, None)]
-    if isinstance(value, Mapping) or not isinstance(value, Iterable):
-        raise TypeError(f"expected names of effects, got {told(value)}")
-    return [known(one, None) for one in value]
+    return [known(one, None) for one in ([value] if isinstance(value, str) else values(value))]
 
 
 class Scene(PlainScene):
@@ -127,7 +123,7 @@ class Scene(PlainScene):
         return f"<b>{escape(self.title)}</b><ul>{rows}</ul>"
 
 
-@takes(model=_model, changes=_more, allow_outside=flag)
+@takes(model=_model, changes=_more)
 def load_scene(
     model: str | PathLike[str] | Mapping[str, Any] | PlainScene,
     changes: Mapping[str, Any] | Iterable[str] = (),
@@ -156,19 +152,11 @@ def load_scene(
         return own_scene(loading.scene_of(_document(model), texts, allow_outside))
 
 
-def given_scene(given: Any, _: Any = None) -> PlainScene:
-    """Take a scene.
-
-    Raises:
-        TypeError: it is none, but a file, a name or a dict, of which `load_scene` makes one.
-
-    """
-    if isinstance(given, PlainScene):
-        return given
+def given_scene(given: Any, _: Any = None) -> Any:
+    """Take a scene; a file, a name or a dict is told what makes one of it."""
     if isinstance(given, str | PathLike):
         raise TypeError(f"expected a Scene; load_scene({fspath(given)!r}) makes one")
-    hint = "; load_scene(..) makes one of a dict" if isinstance(given, Mapping) else ""
-    raise TypeError(f"expected a Scene, got {told(given)}{hint}")
+    return a(PlainScene, "load_scene(..) makes one" if given is not None else "")(given, None)
 
 
 @takes(scene=given_scene, without=_effects)
@@ -250,11 +238,7 @@ def _plain(value: Any, name: str) -> Any:
     try:
         return json.loads(json.dumps(value, default=_held))
     except (TypeError, ValueError, RecursionError) as error:
-        own = (
-            f"{error}"
-            if "a model can't hold" in str(error)
-            else f"a model can't hold {told(value)}"
-        )
+        own = str(error) if "can't hold" in str(error) else f"a model can't hold {told(value)}"
         raise TypeError(f"{name}: {own}") from None
 
 

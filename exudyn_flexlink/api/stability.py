@@ -13,18 +13,14 @@ import numpy as np
 
 from exudyn_flexlink import engines, stability, storage
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.figures import page, style, style_of
+from exudyn_flexlink.api.figures import Shown, style, style_of
 from exudyn_flexlink.api.results import PERIOD
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.sweeps import Simulate, sweep
 from exudyn_flexlink.arguments import (
     among,
-    flag,
-    function,
     number,
-    place,
     takes,
-    text,
     values,
     whole,
 )
@@ -47,26 +43,12 @@ def _numbers(given: Any, _: Any = None) -> FloatArray:
 
 
 @dataclass(frozen=True, repr=False)
-class Stability(stability.Stability):
+class Stability(Shown, stability.Stability):
     """What one run of many laps, and its neighbours, tell of a motion; SI units throughout."""
 
-    @takes(style=style)
-    def plot(self, style: str = "screen") -> Figure:
-        """Draw growth of neighbours, laps against earlier ones, section and spectrum.
+    _figure, _text = "stability", stability_text
 
-        Raises:
-            ValueError: there is no such style.
-
-        """
-        from exudyn_flexlink import plots
-
-        return plots.stability(self, style=style_of(style))
-
-    def summary(self) -> str:
-        """Return what the command line tells."""
-        return stability_text(self)
-
-    @takes(folder=place, force=flag)
+    @takes()
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write ``stability.json`` and tables into a folder; return the folder.
 
@@ -79,11 +61,7 @@ class Stability(stability.Stability):
         return Path(folder)
 
     def __repr__(self) -> str:
-        """Return one line: the exponent, and what the motion does."""
         return f"<Stability of {self.point}: {exponent_text(self.exponent)}; {self.told}>"
-
-    def _repr_html_(self) -> str:
-        return page(self.run.scene.title, self.summary(), self.plot())
 
 
 @dataclass(frozen=True, repr=False)
@@ -92,12 +70,7 @@ class Branches(stability.Branches):
 
     @takes(axis=among(lambda _: ("x", "y"), "axis"), style=style)
     def plot(self, axis: str = "y", style: str = "screen") -> Figure:
-        """Draw the place of the point once a lap, x or y, over the value.
-
-        Raises:
-            ValueError: there is no such style or axis.
-
-        """
+        """Draw the place of the point once a lap, x or y, over the value."""
         from exudyn_flexlink import plots
 
         return plots.bifurcation(self, axis=axis, style=style_of(style))
@@ -116,14 +89,7 @@ LAPS = {
 }
 
 
-@takes(
-    scene=given_scene,
-    engine=ENGINE,
-    **LAPS,
-    tolerance=number(Dimension.LENGTH, above=0.0),
-    twice=flag,
-    progress=function,
-)
+@takes(scene=given_scene, engine=ENGINE, **LAPS, tolerance=number(Dimension.LENGTH, above=0.0))
 def stability_of(
     scene: PlainScene,
     engine: str = "exudyn",
@@ -161,7 +127,7 @@ def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> stabilit
     return stability_of(scene, engine, **more).exponent
 
 
-@takes(scene=given_scene, path=text, values=_numbers, **LAPS)
+@takes(scene=given_scene, values=_numbers, **LAPS)
 def bifurcation(
     scene: Scene,
     path: str,

@@ -21,12 +21,9 @@ from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import needed
 from exudyn_flexlink.arguments import (
     among,
-    flag,
     function,
-    place,
     plain,
     takes,
-    text,
     told,
     values,
     whole,
@@ -74,7 +71,7 @@ def _values(own: Any) -> Any:
 class SweepTable(sweeps.SweepTable):
     """What a sweep has given: a row for every point, in SI units."""
 
-    @takes(column=text)
+    @takes()
     def __getitem__(self, column: str) -> NDArray[Any]:
         """Return a column (rows,) by name: numbers, nan where there is none, or texts.
 
@@ -127,19 +124,12 @@ class SweepTable(sweeps.SweepTable):
     scene=given_scene,
     varied=_varied,
     engine=ENGINE,
-    progress=function,
     row=function,
     observe=function,
     latin_hypercube=whole(1, MOST_POINTS),
     random=whole(1, MOST_POINTS),
     seed=whole(0),
-    folder=place,
-    resume=flag,
-    force=flag,
-    series=flag,
     workers=whole(1),
-    scheduler=text,
-    measure=flag,
 )
 def sweep(
     scene: Scene,
@@ -192,7 +182,7 @@ def sweep(
         CannotStartError: no process can do the work: a function that others can't import.
         SceneError: a path leads nowhere, or a value can't be: all such mistakes.
         StorageError: the folder can't be written, or holds something else.
-        ValueError: there is no such engine; options that exclude each other.
+        ValueError: options that exclude each other.
 
     """
     for wrong, why in (
@@ -242,7 +232,7 @@ def sweep(
     return with_methods(SweepTable, table)
 
 
-@takes(folder=place)
+@takes()
 def load_sweep(folder: str | PathLike[str]) -> SweepTable:
     """Read the table of a sweep, also of one that was interrupted.
 

@@ -194,8 +194,12 @@ COMMANDS = {
          "no_clearance --set bodies.link.hinges.stiffness=beam",
          "smooth --set bodies.link.rods=20",
          "clearance --without impact",
-         "whitworth --figure whitworth.png"),
-        (*MODEL, without(), *figure("draw the mechanism where it starts, with names"))),
+         "whitworth --figure whitworth.png",
+         "hanging_chain --equilibrium"),
+        (*MODEL, without(),
+         Option("--equilibrium", "tell where all forces balance while drives stand still, what "
+                "joints hold there, and the frequencies of small motions about it"),
+         *figure("draw the mechanism where it starts, with names"))),
     "plot": Command(
         "commands", "Draw the figures of a saved run, or of a sweep, again.",
         ("runs/no_clearance",

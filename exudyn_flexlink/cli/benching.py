@@ -12,22 +12,9 @@ from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import read_scene, refusals, refuse_idle_integrator, simulating
-from exudyn_flexlink.cli.terminal import (
-    FAILED,
-    INTERRUPTED,
-    complain,
-    progress_bar,
-)
+from exudyn_flexlink.cli.terminal import FAILED, INTERRUPTED, complain, progress_bar
 from exudyn_flexlink.comparison import Comparison, compare
-from exudyn_flexlink.fitting import (
-    Against,
-    Fit,
-    NoFitError,
-    NoOverlapError,
-    against,
-    fit,
-    read_series,
-)
+from exudyn_flexlink.fitting import Against, Fit, NoFitError, against, fit, read_series
 from exudyn_flexlink.report import against_text, comparison_text, excess_text, fit_text
 from exudyn_flexlink.result import later
 from exudyn_flexlink.storage import load, save_against, save_comparison, save_fit
@@ -55,21 +42,20 @@ def compare_saved(options: argparse.Namespace) -> int:
         if is_so:
             raise argparse.ArgumentTypeError(why)
     place = Place(options, f"-compare-{second.stem if measured else second.name}", "comparison")
-    run = load(first)
-    if measured:
-        series = read_series(run.scene, second, _columns(options.column))
-        try:
-            beside = against(run, series, options.shift)
-        except NoOverlapError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-        return _written(place, options, beside, save_against, against_text(beside))
-    other, names = load(second), (str(first), str(second))
-    other = later(other, other.scene.initial.clock - run.scene.initial.clock)
+    run, save = load(first), partial(save_comparison, tolerance=options.tolerance)
+    found: Against | Comparison
     try:
-        found = compare(run, other, names)
+        if measured:
+            series = read_series(run.scene, second, _pairs("--column", options.column))
+            found = against(run, series, options.shift)
+        else:
+            other = load(second)
+            other = later(other, other.scene.initial.clock - run.scene.initial.clock)
+            found = compare(run, other, (str(first), str(second)))
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-    save = partial(save_comparison, tolerance=options.tolerance)
+    if isinstance(found, Against):
+        return _written(place, options, found, save_against, against_text(found))
     code = _written(place, options, found, save, comparison_text(found))
     if options.tolerance is not None and found.exceeds(options.tolerance):
         return complain(excess_text(found, options.tolerance), FAILED)
@@ -81,13 +67,8 @@ def fit_command(options: argparse.Namespace) -> int:
     place = Place(options, "-fit", "fit")
     refuse_idle_integrator(options, options.engine)
     scene = read_scene(options)
-    series = read_series(scene, options.measured, _columns(options.column))
-    vary: dict[str, str | None] = {}
-    for text in options.vary:
-        path, _, bounds = (part.strip() for part in text.partition("="))
-        if path in vary:
-            raise argparse.ArgumentTypeError(f"--vary: {path} is varied twice")
-        vary[path] = bounds or None
+    series = read_series(scene, options.measured, _pairs("--column", options.column))
+    vary = {path: bounds or None for path, bounds in _pairs("--vary", options.vary).items()}
     simulate = partial(engines.simulate, engine=options.engine, measure=False)
     try:
         with refusals(scene, options.engine, options), progress_bar(options.quiet, "fit") as bar:
@@ -119,15 +100,15 @@ def _written(
     return place.ended(code)
 
 
-def _columns(texts: list[str]) -> dict[str, str]:
-    """Read '--column NAME=QUANTITY'."""
+def _pairs(option: str, texts: list[str]) -> dict[str, str]:
+    """Read NAME=TEXT of an option that may be repeated; '--vary' may leave the text out."""
     found: dict[str, str] = {}
     for text in texts:
-        column, equals, signal = (part.strip() for part in text.rpartition("="))
-        if not (column and equals and signal):
-            told = f"--column: expected NAME=QUANTITY such as 'theta=lever.angle', got '{text}'"
+        name, _, own = (part.strip() for part in text.partition("="))
+        if option == "--column" and not (name and own):
+            told = f"{option}: expected NAME=QUANTITY such as 'theta=lever.angle', got '{text}'"
             raise argparse.ArgumentTypeError(told)
-        if column in found:
-            raise argparse.ArgumentTypeError(f"--column: '{column}' is given twice")
-        found[column] = signal
+        if name in found:
+            raise argparse.ArgumentTypeError(f"{option}: '{name}' is given twice")
+        found[name] = own
     return found

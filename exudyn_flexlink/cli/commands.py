@@ -15,9 +15,9 @@ from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import made, write_figure
 from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.terminal import DONE, complain, tell
-from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.loading import assemble_scene, rest_of_scene
 from exudyn_flexlink.mechanism import beyond_redundant, formulation, input_notes
-from exudyn_flexlink.report import check_text
+from exudyn_flexlink.report import check_text, equilibrium_text
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import SceneError, did_you_mean
 from exudyn_flexlink.storage import is_sweep, load, load_sweep, replace_file, staged_files
@@ -32,6 +32,8 @@ def check_command(options: argparse.Namespace) -> int:
     if refused and formulation(scene) != "minimal":
         raise SceneError(scene.document, refused)
     tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
+    if options.equilibrium:
+        tell(f"\n{equilibrium_text(scene, rest_of_scene(scene))}")
     for told in input_notes(scene, assembly):
         complain(f"warning: {told}")
     if options.figure is None:

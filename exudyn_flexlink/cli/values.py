@@ -64,16 +64,9 @@ count = _number(f"a whole number from 0 to {MOST}", int, lambda value: 0 <= valu
 at_least_one = _number(f"a whole number from 1 to {MOST}", int, lambda value: 1 <= value <= MOST)
 
 
-def shift(text: str) -> Any:
-    """Read a shift of a clock, in s or with a unit; 'find' is None."""
-    from exudyn_flexlink.fitting import shift_of
-
-    with suppress(ValueError):
-        return shift_of(float(text))
-    try:
-        return shift_of(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error).removeprefix("shift: ")) from None
+def shift(text: str) -> float | str:
+    """Read what is added to times: a time, or 'find'."""
+    return text if text == "find" else instant(text)
 
 
 def names(text: str) -> list[str]:

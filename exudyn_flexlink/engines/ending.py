@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, isfinite, pi
 from typing import Protocol
 
-from exudyn_flexlink.mechanism import Mechanism, cut_off
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism import Contact, Mechanism, cut_off
 from exudyn_flexlink.result import Checks, Integrator, Outcome
 from exudyn_flexlink.scene import Scene
 
@@ -45,6 +50,29 @@ def checks(made: Counted, found: Checked, deepest: float) -> Checks:
         steps_per_contact=inf,  # the error is controlled there as everywhere
         largest_penetration=deepest,
     )
+
+
+TOO_DEEP_ADVICE = "take a law without such a bound: 'formula: sphere', or one with a stiffness"
+
+
+class DepthBounds:
+    """Penetrations (m) of contacts (c,) beyond which their laws have no force."""
+
+    def __init__(self, contacts: Sequence[Contact]) -> None:
+        self._names = [contact.name for contact in contacts]
+        laws = [contact.law for contact in contacts]
+        bounds = [inf if isinstance(law, Impulse) else law.deepest for law in laws]
+        self._bounds = np.array(bounds, dtype=np.float64)
+        self.any = bool(np.isfinite(self._bounds).any())
+
+    def passed(self, depths: FloatArray) -> str:
+        """Say which contact is too deep, of depths (c,), m; empty if none is."""
+        beyond = np.flatnonzero(depths > self._bounds)
+        if not len(beyond):
+            return ""
+        k = int(beyond[0])
+        bound = f"beyond {self._bounds[k]:.4g} m its law has no force"
+        return f"'{self._names[k]}' was pressed {depths[k]:.4g} m deep: {bound}"
 
 
 def of_turns(scene: Scene, mechanism: Mechanism, time: float, left: float | None) -> Outcome:

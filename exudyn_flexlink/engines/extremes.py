@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.integrate.turning import ROUNDING, StepPolynomial, TurnSeeker, highest
-from exudyn_flexlink.laws import Impulse, OneSided, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, Penalty
 from exudyn_flexlink.mechanism import Contact, approach
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes
@@ -34,7 +34,7 @@ class ExtremeSeeker:
         self._polynomial = StepPolynomial(nodes)
         self._seeker = TurnSeeker(len(self._watched.names))
         self._pressed: list[list[tuple[FloatArray, ...]]] = [[] for _ in contacts]
-        self._laws: dict[RestitutionPenalty | OneSided, list[int]] = {}
+        self._laws: dict[Penalty, list[int]] = {}
         for k, contact in enumerate(contacts):
             if not isinstance(contact.law, Impulse):  # rigid: no depth tells its force
                 self._laws.setdefault(contact.law, []).append(k)
@@ -46,11 +46,12 @@ class ExtremeSeeker:
         length: FloatArray,
         motion: tuple[FloatArray, FloatArray],
         pressed: BoolArray,
+        began: FloatArray,
     ) -> None:
         """Take steps in a row that begin at `time` (m,) s, of `length` (m,) s.
 
         `motion` are poses and rates (m, n, parts, 3) at the nodes; `pressed` (m, c) tells which
-        contacts press through each step.
+        contacts press through each step, `began` (m, c) how fast (m/s) their touches began.
         """
         if not len(time):
             return
@@ -66,19 +67,20 @@ class ExtremeSeeker:
         if pressed.any():
             for law, members in self._laws.items():
                 self._press(law, [k for k in members if pressed[:, k].any()], (time, length),
-                            motion, pressed)  # fmt: skip
+                            motion, (pressed, began))  # fmt: skip
 
     def _press(
         self,
-        law: RestitutionPenalty | OneSided,
+        law: Penalty,
         which: list[int],
         steps: tuple[FloatArray, FloatArray],
         motion: tuple[FloatArray, FloatArray],
-        pressed: BoolArray,
+        touches: tuple[BoolArray, FloatArray],
     ) -> None:
         """Find how deep each of the contacts is at most, and how hard it presses, in each step."""
         if not which:
             return
+        pressed, began = touches
         rows = [np.flatnonzero(pressed[:, k]) for k in which]
         seen = [
             approach(self.contacts[k], *(part[own] for part in motion))
@@ -87,13 +89,14 @@ class ExtremeSeeker:
         time, length = (part[np.concatenate(rows)] for part in steps)
         depth = np.concatenate([-at.gap for at in seen])
         rate = np.concatenate([-at.gap_rate for at in seen])
+        speeds = np.concatenate([began[own, k] for k, own in zip(which, rows, strict=True)])
         step = self._polynomial
         found = step.coefficients(depth, rate * length[:, None])
         speed = step.derivative(found) / length[:, None]
         low, high = np.zeros(len(found)), np.ones(len(found))
 
         def force(at: FloatArray) -> FloatArray:
-            return law.force(step.value(found, at), step.value(speed, at))
+            return law.force(step.value(found, at), step.value(speed, at), speeds[:, None])
 
         hardest = highest(force, low, high, LOOKS_AT_FORCES)
         lowest = highest(lambda at: step.value(found, at), low, high, LOOKS_AT_FORCES)

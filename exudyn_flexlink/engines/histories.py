@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -87,6 +87,14 @@ def friction_histories(
         lasts = end > begin
         found[friction.name] = FrictionHistory(torque, lost, begin[lasts], end[lasts])
     return found
+
+
+def gear_forces(
+    mechanism: Mechanism, multipliers: Mapping[str, FloatArray], *, in_newtons: bool
+) -> dict[str, FloatArray]:
+    """Tangential forces (samples,), N, or torques, N m, of the gears that have them, by name."""
+    gears = [gear.name for gear in mechanism.gears if gear.in_newtons == in_newtons]
+    return {name: multipliers[name] for name in gears}
 
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:

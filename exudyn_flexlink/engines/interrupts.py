@@ -33,11 +33,6 @@ class Deferred(Protocol):
     pending: bool
 
 
-@dataclass
-class _NeverAsked:
-    pending: bool = False
-
-
 @dataclass(frozen=True)
 class Stopping:
     """Means to end a run: both are entered by the run itself.
@@ -72,7 +67,7 @@ def interrupts(end: Callable[[], None]) -> AbstractContextManager[None]:
 def deferrable_interrupts() -> AbstractContextManager[Deferred]:
     """Let a request to end be taken note of after the solve, where the caller gave means to ask."""
     means = _given.get()
-    return nullcontext(_NeverAsked()) if means is None else means.deferrable_interrupts()
+    return nullcontext(_Request()) if means is None else means.deferrable_interrupts()
 
 
 # --- from Python ------------------------------------------------------------------------------
@@ -103,10 +98,6 @@ class _Request:
         finally:
             self._end = None
 
-    @contextmanager
-    def deferrable(self) -> Iterator[Deferred]:
-        yield self
-
 
 def aside(
     make: Callable[[Callable[[float], None] | None], Result],
@@ -124,7 +115,7 @@ def aside(
 
     def work() -> None:
         try:
-            with stopped_by(Stopping(request.interrupts, request.deferrable)):
+            with stopped_by(Stopping(request.interrupts, lambda: nullcontext(request))):
                 made.set_result(make(told.put if progress is not None else None))
         except BaseException as error:
             made.set_exception(error)

@@ -1,4 +1,7 @@
-"""Forces of penalty contacts by gaps and rates, with their slopes: `laws.RestitutionPenalty`."""
+"""Forces of many penalty contacts by gaps and rates, with their slopes: as `laws` has them.
+
+A force goes on smoothly where a gap has opened: there a touch ends, within the step.
+"""
 
 from __future__ import annotations
 
@@ -6,67 +9,59 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.integrate.problem import Press, Pressing
-from exudyn_flexlink.laws import RestitutionPenalty, SpringDamper
+from exudyn_flexlink.laws import Impulse, PressingLaw
 from exudyn_flexlink.mechanism import Channel, Contact
 
 
-def pressing(numbers: Sequence[FloatArray], gap: FloatArray, rate: FloatArray) -> Pressing:
-    """Forces of contacts, on smoothly where a gap has opened: there one ends, within the step.
+class Laws:
+    """Laws of contacts (c,); rigid ones have no force."""
 
-    `numbers` are the elastic and lossy parts of stiffnesses (N/m) and transition speeds (m/s).
-    """
-    elastic, lossy, speed = numbers
-    rising = np.tanh(-rate / speed)
-    stiffness = elastic + lossy * rising
-    damping = np.maximum(-gap, 0.0) * lossy / speed * (1 - rising * rising)
-    return Pressing(-gap * stiffness, stiffness, damping)
+    def __init__(self, laws: Sequence[PressingLaw]) -> None:
+        self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
+        giving = dict.fromkeys(law for law in laws if not isinstance(law, Impulse))
+        self._members = [(law, np.array([one == law for one in laws])) for law in giving]
+
+    def pressing(
+        self, which: IndexArray, gap: FloatArray, rate: FloatArray, approach: FloatArray
+    ) -> Pressing:
+        """Forces of some (k,) by their gaps and rates (..., k).
+
+        `approach` (c,) are the speeds (m/s) with which the touches of all began.
+        """
+        found = Pressing(*np.zeros((3, *gap.shape)))
+        for law, members in self._members:
+            own = members[which]
+            if own.all():
+                return Pressing(*law.pressing(-gap, -rate, approach[which]))
+            if own.any():
+                parts = law.pressing(-gap[..., own], -rate[..., own], approach[which[own]])
+                for column, part in zip(found, parts, strict=True):
+                    column[..., own] = part
+        return found
 
 
-def law_numbers(contacts: Sequence[Contact | Channel]) -> FloatArray:
-    """Laws of contacts (5, c): both parts of stiffnesses (N/m), transition speeds (m/s), friction.
-
-    That is its coefficient and its slip speed (m/s). Rigid ones have no stiffness.
-    """
-    found = []
-    for own in contacts:
-        law, rub = own.law, own.friction
-        gives = (0.0, 0.0, 1.0)
-        if isinstance(law, RestitutionPenalty):
-            gives = law.elastic, law.lossy, law.transition_speed
-        found.append((*gives, rub.coefficient if rub else 0.0, rub.slip_speed if rub else 1.0))
-    return np.asarray(np.array(found).reshape(-1, 5).T, dtype=np.float64)
+def rubbing(contacts: Sequence[Contact | Channel]) -> FloatArray:
+    """Friction of contacts (2, c): coefficients, 0 if smooth, and slip speeds (m/s)."""
+    rubs = [own.friction for own in contacts]
+    found = [(rub.coefficient, rub.slip_speed) if rub else (0.0, 1.0) for rub in rubs]
+    return np.asarray(np.array(found).reshape(-1, 2).T, dtype=np.float64)
 
 
-def press_by(laws: Sequence[RestitutionPenalty | SpringDamper]) -> Press:
+def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
     """Forces of contacts and their slopes, by gaps and rates (..., c, 2); none where they open.
 
-    What lets go before it opens is followed beyond.
+    Their touches began with the speeds `approach` (c,), m/s. What lets go before it opens is
+    followed beyond.
     """
-    lets_go = np.array([isinstance(law, SpringDamper) for law in laws])
-    numbers = np.array([_rising(law) for law in laws]).T
-    preload, damping = np.array([_letting_go(law) for law in laws]).T
+    own, every = Laws(laws), np.arange(len(laws))
+    lets_go = np.array([not isinstance(law, Impulse) and law.lets_go for law in laws], dtype=bool)
 
     def press(touching: FloatArray) -> Pressing:
-        gap, rate = touching[..., 0], touching[..., 1]
-        found, closed = pressing(numbers, gap, rate), (gap < 0) | lets_go
-        force = found.force * closed
-        if lets_go.any():
-            force = force + preload - damping * rate
-            found = found._replace(damping=found.damping + damping)
-        return found._replace(force=force, stiffness=found.stiffness * closed)
+        gap = touching[..., 0]
+        found = own.pressing(every, gap, touching[..., 1], approach)
+        closed = (gap < 0) | lets_go
+        return found._replace(force=found.force * closed, stiffness=found.stiffness * closed)
 
     return press
-
-
-def _rising(law: RestitutionPenalty | SpringDamper) -> tuple[float, float, float]:
-    """Elastic and lossy part of a stiffness (N/m), and the transition speed (m/s)."""
-    if isinstance(law, SpringDamper):
-        return law.stiffness, 0.0, 1.0
-    return law.elastic, law.lossy, law.transition_speed
-
-
-def _letting_go(law: RestitutionPenalty | SpringDamper) -> tuple[float, float]:
-    """Preload (N) and damping (N s/m) of a law that lets go."""
-    return (law.preload, law.damping) if isinstance(law, SpringDamper) else (0.0, 0.0)

@@ -14,6 +14,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
@@ -21,7 +22,13 @@ from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals
+from exudyn_flexlink.mechanism import (
+    EnergyMeter,
+    Mechanism,
+    approach,
+    joint_residuals,
+    pressed_among,
+)
 
 AT_ONCE = 32  # steps that wait: more take memory, and little less time
 BLOCK = 512  # steps that are looked through for extremes together
@@ -90,7 +97,7 @@ class BlockRecorder(ABC):
         self._kept: list[Kept] = []
         self._last: Kept  # where the last step ended, as it was before an event there
         self._ends: list[Kept] = []  # of the block
-        self._steps: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]] = []
+        self._steps: list[tuple[NDArray[Any], ...]] = []
         self._counted = 0
         self._start_energy: float | None = None
 
@@ -118,7 +125,16 @@ class BlockRecorder(ABC):
         self._next = max(self._next, self._until(end))
 
     def _start(self, known: Kept) -> None:
-        """Keep the state (1,) at time 0."""
+        """Keep the state (1,) at time 0.
+
+        What contacts store there counts as lost until they end.
+        """
+        q = self.motion(known)[0][0]
+        for k in pressed_among(self.contacts, q):
+            law = self.contacts[k].law
+            if known.pressed[0, k] and not isinstance(law, Impulse):
+                depth = -approach(self.contacts[k], q, np.zeros_like(q)).gap
+                self._reached[2 + len(self.contacts) + k] += law.stored_energy(depth)
         self._keep_now(known)
         self._ends.append(self._last)
 
@@ -158,8 +174,18 @@ class BlockRecorder(ABC):
 
     # --- steps --------------------------------------------------------------------------------
 
-    def _book(self, steps: Steps, known: Kept, rates: FloatArray, ends: Kept) -> FloatArray:
+    def _book(
+        self,
+        steps: Steps,
+        known: Kept,
+        rates: FloatArray,
+        ends: Kept,
+        approach: FloatArray | None = None,
+    ) -> FloatArray:
         """Take steps of which all is `known` but totals; `rates` (m, ...) are those of these.
+
+        `approach` (k, c) are the speeds (m/s) with which touches began that last in each; left
+        out, those that last now.
 
         The balance of energy is checked at the `ends` (k,) of steps. Returns totals (1 + k, ...)
         where the first one begins and where each ends.
@@ -183,7 +209,12 @@ class BlockRecorder(ABC):
         at = self.motion(known.pick(own.ravel()))
         poses, rates = (column.reshape(*own.shape, *column.shape[1:]) for column in at)
         own_steps = steps.t[steps.h > 0], steps.h[steps.h > 0]
-        self._steps.append((*own_steps, poses, rates, known.pressed[own[:, 0]]))
+        pressed = known.pressed[own[:, 0]]
+        if approach is None:
+            approach = np.broadcast_to(self.touches.approach, pressed.shape)
+        else:
+            approach = approach[steps.h > 0]
+        self._steps.append((*own_steps, poses, rates, pressed, approach))
         self._counted += len(own)
         if self._counted >= BLOCK:
             self._look_through()
@@ -250,8 +281,8 @@ class BlockRecorder(ABC):
         """Look for extremes within steps, and check their ends."""
         if self._steps:
             columns = (np.concatenate(own) for own in zip(*self._steps, strict=True))
-            t, h, poses, rates, pressed = columns
-            self.seeker.take(t, h, (poses, rates), pressed)
+            t, h, poses, rates, pressed, approach = columns
+            self.seeker.take(t, h, (poses, rates), pressed, approach)
         if self._ends:
             self._check(together(self._ends))
         self._steps, self._ends, self._counted = [], [], 0

@@ -89,6 +89,8 @@ class Touches:
         self.sides = [Side.APART] * len(contacts)
         self.pressed = np.zeros(len(contacts), dtype=bool)  # a new array with every change
         self.pressing: list[int] = []  # the numbers of those that press
+        # m/s: with which the last touch of each began, as laws ask; a new array with every one.
+        self.approach = np.zeros(len(contacts))
         self._faces = faces
         self._ended: dict[int, list[Interval]] = {}
         self._open: dict[int, Interval] = {}  # with what its contact had taken as it began
@@ -140,6 +142,8 @@ class Touches:
         self._set(k, BECOMES[self.sides[k], what])
         if what is Change.CLOSES:
             impulse, lost = now.totals
+            self.approach = self.approach.copy()
+            self.approach[k] = -now.gap_rate
             self._open[k] = Interval(
                 now.time,
                 place=now.place,

@@ -3,7 +3,7 @@
 No engine here: whoever fits hands in what runs a scene.
 """
 
-from exudyn_flexlink.fitting.against import Against, Distance, NoOverlapError, against, shift_of
+from exudyn_flexlink.fitting.against import Against, Distance, NoOverlapError, against
 from exudyn_flexlink.fitting.least_squares import Fit, NoFitError, fit
 from exudyn_flexlink.fitting.parameters import Parameter, Vary
 from exudyn_flexlink.fitting.series import Series, read_series

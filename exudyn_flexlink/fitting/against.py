@@ -10,15 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic_core import PydanticCustomError
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.fitting.series import Series
-from exudyn_flexlink.quantities import Quantity
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.units import Dimension
 
-OVERLAP = 0.5  # of the rows: a shift that leaves fewer within the run is not looked for
 MOST_SHIFTS = 4000  # that are tried before the best one is refined
 NEAR = 1e-9  # of a run's length: rounding at its ends
 
@@ -46,14 +42,13 @@ class Distance:
 class Against:
     """A run beside a series, whose rows are at `shift` (s) plus their own time in the run.
 
-    `found` tells that the shift was looked for. `time` (N,) are instants of the run,
-    `computed` and `measured` (N,) are by quantity; `outside` rows are not within the run.
+    `time` (N,) are instants of the run, `computed` and `measured` (N,) are by quantity; `outside`
+    rows are not within the run.
     """
 
     result: Result
     series: Series
     shift: float
-    found: bool
     time: FloatArray
     computed: Mapping[str, FloatArray]
     measured: Mapping[str, FloatArray]
@@ -80,22 +75,8 @@ class Against:
         return found
 
 
-def shift_of(given: float | str) -> float | None:
-    """Read a shift: a number of s, a text with a unit, or 'find', which is None.
-
-    Raises:
-        ValueError: it is none of these.
-
-    """
-    try:
-        number = Quantity(Dimension.TIME, words=("find",)).read(given)
-    except PydanticCustomError as error:
-        raise ValueError(f"shift: {error.message()}") from None
-    return None if isinstance(number, str) else number
-
-
-def against(result: Result, series: Series, shift: float | None = 0.0) -> Against:
-    """Hold a run against a series; a `shift` of None is looked for by least squares.
+def against(result: Result, series: Series, shift: float | str = 0.0) -> Against:
+    """Hold a run against a series, whose times are shifted (s); 'find' looks for the shift.
 
     That one is taken that makes the mean of the squared differences least, each quantity as a part
     of its own spread, of those that leave half the rows or more within the run.
@@ -104,8 +85,7 @@ def against(result: Result, series: Series, shift: float | None = 0.0) -> Agains
         NoOverlapError: too few rows lie within the run.
 
     """
-    looked_for = shift is None
-    shift = _best_shift(result, series) if shift is None else shift
+    shift = _best_shift(result, series) if isinstance(shift, str) else shift
     rows = _within(result, series.time + shift)
     if not rows.any():
         (begin, end), (first, last) = result.time[[0, -1]], series.time[[0, -1]] + shift
@@ -116,8 +96,7 @@ def against(result: Result, series: Series, shift: float | None = 0.0) -> Agains
     time = series.time[rows] + shift
     computed = {name: signal.at(result, time) for name, signal in series.signals.items()}
     measured = {name: own[rows] for name, own in series.values.items()}
-    outside = int(np.sum(~rows))
-    return Against(result, series, shift, looked_for, time, computed, measured, outside)
+    return Against(result, series, shift, time, computed, measured, int(np.sum(~rows)))
 
 
 def _within(result: Result, time: FloatArray) -> BoolArray:
@@ -132,7 +111,7 @@ def _best_shift(result: Result, series: Series) -> float:
     from scipy.optimize import minimize_scalar  # noqa: PLC0415 - takes a second, which `check` saves
 
     time, (begin, end) = series.time, result.time[[0, -1]].tolist()
-    needed = max(int(np.ceil(OVERLAP * len(time))), 2)
+    needed = max(len(time) // 2, 2)
     if time[-1] <= time[0] or end <= begin:
         raise NoOverlapError("a shift needs a series and a run that last")
 
@@ -140,24 +119,21 @@ def _best_shift(result: Result, series: Series) -> float:
         rows = _within(result, time + shift)
         if rows.sum() < needed:
             return np.inf
-        parts = [
-            np.mean((series.signals[name].at(result, time[rows] + shift) - own[rows]) ** 2)
+        return sum(
+            float(np.mean((series.signals[name].at(result, time[rows] + shift) - own[rows]) ** 2))
             / (np.var(own) or 1.0)
             for name, own in series.values.items()
-        ]
-        return float(np.mean(parts))
+        )
 
     # Between these ends so many rows can be in the run: the last ones, or the first.
     low, high = begin - float(time[-needed]), end - float(time[needed - 1])
     step = max(float(np.median(np.diff(np.unique(time)))) / 2, (high - low) / MOST_SHIFTS)
     tried = np.arange(np.floor(low / step), np.ceil(high / step) + 1) * step  # 0 among them
-    tried = tried[np.argsort(np.abs(tried))]
-    squares = np.array([mean_square(shift) for shift in tried.tolist()])
-    best = float(tried[np.argmin(squares)])
-    if not np.isfinite(squares).any():
+    best = float(min(sorted(tried.tolist(), key=abs), key=mean_square))
+    if not np.isfinite(mean_square(best)):
         raise NoOverlapError("no shift leaves half the rows within the run")
+    around = (best - step, best + step)
     found = minimize_scalar(
-        mean_square, bounds=(best - step, best + step), method="bounded",
-        options={"xatol": 1e-9 * step},
-    )  # fmt: skip
-    return float(found.x) if found.fun <= squares.min() else best
+        mean_square, bounds=around, method="bounded", options={"xatol": 1e-9 * step}
+    )
+    return float(found.x) if found.fun <= mean_square(best) else best

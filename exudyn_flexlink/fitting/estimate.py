@@ -28,46 +28,37 @@ class Estimate:
     slopes: FloatArray
 
     @cached_property
-    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Sizes (P,) of slopes, and the singular value decomposition of slopes of size 1."""
-        size = np.linalg.norm(self.slopes, axis=0)
-        size[size == 0] = 1.0
-        return size, *np.linalg.svd(self.slopes / size, full_matrices=False)
-
-    @cached_property
     def unknown(self) -> list[list[str]]:
         """Names of numbers of which the data don't tell a combination, or of one number alone."""
-        _, _, values, rows = self._parts
-        return [
-            [name for name, x in zip(self.names, row, strict=True) if abs(x) > TAKES_PART]
-            for row in rows[values < SINGULAR]
-        ]
+        unit = self.slopes / self._size
+        values, columns = np.linalg.eigh(unit.T @ unit)
+        lost = np.abs(columns.T[values < SINGULAR**2]) > TAKES_PART
+        return [[own for own, gone in zip(self.names, row, strict=True) if gone] for row in lost]
 
     @cached_property
-    def _covariance(self) -> FloatArray:
-        """(J^T J)^-1 (P, P) of slopes of size 1, of what the data tell."""
-        _, _, values, rows = self._parts
-        known = values >= SINGULAR
-        return np.asarray((rows[known].T / values[known] ** 2) @ rows[known])
+    def _size(self) -> FloatArray:
+        size = np.linalg.norm(self.slopes, axis=0)
+        return np.where(size == 0, 1.0, size)
+
+    @cached_property
+    def _inverse(self) -> FloatArray:
+        """Pseudo-inverse (P, N) of the slopes, of what the data tell."""
+        return np.asarray(np.linalg.pinv(self.slopes / self._size, SINGULAR) / self._size[:, None])
 
     @cached_property
     def standard_error(self) -> FloatArray:
         """Standard errors (P,); inf where the data don't tell a number."""
         scatter = np.sqrt(np.sum(self.residuals**2) / np.subtract(*self.slopes.shape))
-        found = scatter * np.sqrt(np.diag(self._covariance)) / self._parts[0]
         lost = [any(name in each for each in self.unknown) for name in self.names]
-        return np.where(lost, inf, found)
+        return np.where(lost, inf, scatter * np.linalg.norm(self._inverse, axis=1))
 
     @property
     def correlations(self) -> FloatArray:
         """Correlations (P, P); nan where the data don't tell a number."""
-        root = np.sqrt(np.diag(self._covariance))
+        root = np.linalg.norm(self._inverse, axis=1)
         root = np.where(np.isfinite(self.standard_error) & (root > 0), root, np.nan)
-        return np.asarray(self._covariance / np.outer(root, root))
+        return np.asarray(self._inverse @ self._inverse.T / np.outer(root, root))
 
     def moved_by(self, residuals: FloatArray) -> FloatArray:
         """How far (P,) the numbers would move if these were the residuals (N,)."""
-        size, left, values, rows = self._parts
-        known = values >= SINGULAR
-        along = (left.T[known] @ (residuals - self.residuals)) / values[known]
-        return np.asarray(-(rows[known].T @ along) / size)
+        return np.asarray(self._inverse @ (self.residuals - residuals))

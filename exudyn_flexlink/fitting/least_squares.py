@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from math import floor, inf, log10
+from math import inf
 
 import numpy as np
 
@@ -35,8 +35,6 @@ CONVERGED = 1e-8  # change of the sum of squares, or of the numbers, as a part
 FLAT = 1e-15  # slope of the sum of squares, in parts: the search stands still
 MOST_STEPS = 100  # of one search
 ALIKE = 0.99  # correlation from which on two numbers are hardly told apart
-SAME_SCATTER = 1e-2  # as a part: by so little scatters of quantities may differ from their weights
-MOST_WEIGHTINGS = 10
 
 Simulate = Callable[[Scene], Result]
 Progress = Callable[[float], None]
@@ -73,11 +71,7 @@ class Fit:
 
 
 def fit(
-    scene: Scene,
-    series: Series,
-    vary: Vary,
-    simulate: Simulate,
-    progress: Progress | None = None,
+    scene: Scene, series: Series, vary: Vary, simulate: Simulate, progress: Progress | None = None
 ) -> Fit:
     """Fit numbers of a scene to a series; runs go on as long as that, whatever `run` says.
 
@@ -92,17 +86,16 @@ def fit(
         raise NoFitError(f"{count} measured values can't tell {len(parameters)} numbers")
     if time[0] < 0 or time[-1] == 0:
         raise NoFitError(f"{series.source} goes from {time[0]:g} to {time[-1]:g} s, a run from 0 s")
-    search = _Search(scene, series, parameters, simulate, progress or (lambda _: None))
-    value = np.array([p.start for p in parameters])
+    told = progress or (lambda _: None)
+    search, value = _Search(scene, series, parameters, simulate, told), _of(parameters, "start")
     for _ in range(MOST_ROUNDS):
-        found, active = search.converged(value)
+        found, active = search.searched(value)
         value, error = found.value, found.standard_error
         moved = np.abs(found.moved_by(search.finer(value)))
-        share = float(np.max(moved / np.maximum(error, 1e-300)))
-        if share <= PART or not search.tighten(PART / share):
+        if (moved <= PART * error).all() or not search.tighten():
             break
     last = against(search.run(value), series)
-    search.tell(1.0)
+    told(1.0)
     values, errors, by_integrator = (
         {p.path: x for p, x in zip(parameters, own.tolist(), strict=True)}
         for own in (value, error, moved)
@@ -136,6 +129,10 @@ def _warnings(
             )
 
 
+def _of(parameters: list[Parameter], field: str) -> FloatArray:
+    return np.array([getattr(p, field) for p in parameters])
+
+
 class _Search:
     """Runs a scene with other numbers, and looks for those that fit."""
 
@@ -144,79 +141,62 @@ class _Search:
         progress: Progress,
     ) -> None:  # fmt: skip
         self._series, self._parameters, self._simulate = series, parameters, simulate
-        self._progress, self._done = progress, 0.0
-        self.runs, self._failed = 0, ""
+        self._progress, self.runs, self._failed = progress, 0, ""
         self._scale = np.array([abs(p.start) or 1.0 for p in parameters])
         self._scatter = {n: float(np.std(own)) or 1.0 for n, own in series.values.items()}
         accuracy, reach = scene.accuracy, extent(assemble_scene(scene))
         if accuracy.tolerance is not None:
             accuracy = Accuracy(tolerance=min(accuracy.tolerance, SMOOTH * reach))
-        self._use(scene.changed(accuracy=accuracy, run=self._run_of(scene)))
+        self._base = scene.changed(accuracy=accuracy, run=self._run_of(scene))
         for mistake in run_mistakes(self._base):
             raise NoFitError(f"the series can't be run through: the run {mistake.message}")
 
     def _run_of(self, scene: Scene) -> Run:
         """As long as the series, with samples at its instants where these are even."""
-        time, mechanism = self._series.time, assemble_scene(scene).mechanism
-        end = float(time[-1])
-        wanted = kept_interval(scene.changed(run=Run(duration=end)), mechanism, end)
-        wanted = min(wanted, scene.run.sample or inf)
-        spacing = float(np.min(np.diff(np.unique(time)), initial=end))
-        if spacing > wanted / MOST_SAMPLES and np.allclose(
-            time / spacing, np.round(time / spacing), rtol=0, atol=1e-6
-        ):
-            wanted = spacing / float(np.ceil(spacing / wanted * (1 - 1e-9)))
-        return Run(duration=end, sample=wanted)
+        end = float(self._series.time[-1])
+        spacing = np.diff(np.unique(self._series.time), prepend=0.0)
+        long, mechanism = scene.changed(run=Run(duration=end)), assemble_scene(scene).mechanism
+        most, usual = kept_interval(long, mechanism, end), float(np.median(spacing))
+        most = min(most, scene.run.sample or inf)
+        return Run(duration=end, sample=usual / float(np.ceil(usual / most * (1 - 1e-9))))
 
-    def _use(self, base: Scene) -> None:
-        self._base, self._document = base, document_of(base)
-
-    def tell(self, done: float) -> None:
-        """Tell how much is done; never less than before."""
-        self._done = max(self._done, done)
-        self._progress(self._done)
-
-    def run(self, value: FloatArray, settings: Mapping[str, float] | None = None) -> Result:
-        """Run the scene with these numbers, and perhaps with others of its settings.
+    def run(self, value: FloatArray, base: Scene | None = None) -> Result:
+        """Run the scene with these numbers.
 
         Raises:
             NoFitError: it stops before its end.
             SceneError: the scene can't be with them.
 
         """
-        paths = (p.path for p in self._parameters)
-        numbers = dict(zip(paths, value.tolist(), strict=True)) | dict(settings or {})
-        result = self._simulate(scene_of(self._document, list(numbers.items()), True))
+        numbers = [(p.path, x) for p, x in zip(self._parameters, value.tolist(), strict=True)]
+        result = self._simulate(scene_of(document_of(base or self._base), numbers, True))
         if result.outcome.reason == INTERRUPTED:
             raise KeyboardInterrupt
         if not result.outcome.completed:
             raise NoFitError(f"a run {result.outcome.told}")
         self.runs += 1
         usual = 6 * (1 + 2 * len(self._parameters))  # runs; nobody knows how many it will be
-        self.tell(self.runs / (self.runs + usual))
+        self._progress(self.runs / (self.runs + usual))
         return result
 
     def finer(self, value: FloatArray) -> FloatArray:
         """Weighted residuals (N,) of a run with a smaller error, and twice as many samples."""
-        key, number = self._finer(FINER)
-        half = (self._base.run.sample or inf) / 2
-        return self._residuals(self.run(value, {f"accuracy.{key}": number, "run.sample": half}))
+        run = Run(duration=self._base.run.duration, sample=(self._base.run.sample or inf) / 2)
+        return self._residuals(self.run(value, self._finer().changed(run=run)))
 
-    def _finer(self, factor: float) -> tuple[str, float]:
-        accuracy = self._base.accuracy
-        if accuracy.tolerance is None:
-            return "step", (accuracy.step or inf) * factor
+    def _finer(self) -> Scene:
+        """The scene with a smaller error, if there is any."""
+        own = self._base.accuracy
+        if own.tolerance is None:
+            return self._base.changed(accuracy=Accuracy(step=(own.step or inf) * FINER))
         least = least_tolerance(assemble_scene(self._base))
-        return "tolerance", max(accuracy.tolerance * factor, least)
+        finer = Accuracy(tolerance=max(own.tolerance * FINER, least))
+        return self._base.changed(accuracy=finer)
 
-    def tighten(self, factor: float) -> bool:
-        """Run with a smaller error from now on, if there is any; the factor is rounded down."""
-        key, number = self._finer(10.0 ** max(floor(log10(factor)), -3))
-        accuracy = Accuracy.model_validate({key: number})
-        if accuracy == self._base.accuracy:
-            return False
-        self._use(self._base.changed(accuracy=accuracy))
-        return True
+    def tighten(self) -> bool:
+        """Run with a smaller error from now on, if there is any."""
+        before, self._base = self._base, self._finer()
+        return self._base.accuracy != before.accuracy
 
     def _residuals(self, result: Result) -> FloatArray:
         """Weighted residuals (N,) of a run."""
@@ -231,8 +211,8 @@ class _Search:
             self._failed = str(error)
             return np.full(sum(map(len, self._series.values.values())), np.nan)
 
-    def converged(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
-        """Search from numbers, again with other weights where scatters of quantities change.
+    def searched(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
+        """Search from numbers; of several quantities again, each by the scatter it then has.
 
         Also returns at which bound each number is: -1, 0 or 1.
 
@@ -240,31 +220,25 @@ class _Search:
             NoFitError: there is no run, or no end of the search.
 
         """
-        for _ in range(MOST_WEIGHTINGS):
-            found, active = self._searched(value)
-            value = found.value
-            ends = np.cumsum([len(own) for own in self._series.values.values()])[:-1]
-            rms = [float(np.sqrt(np.mean(own**2))) for own in np.split(found.residuals, ends)]
-            if not min(rms) or max(rms) < (1 + SAME_SCATTER) * min(rms):
-                return found, active
-            for name, own in zip(self._scatter, rms, strict=True):
-                self._scatter[name] *= own
-        raise NoFitError("no weights were found with which the quantities scatter alike")
+        found, active = self._searched(value)
+        if len(self._scatter) > 1:
+            each = np.split(found.residuals, len(self._scatter))
+            for name, own in zip(self._scatter, each, strict=True):
+                self._scatter[name] *= float(np.sqrt(np.mean(own**2))) or 1.0
+            found, active = self._searched(found.value)
+        return found, active
 
     def _searched(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
         from scipy.optimize import least_squares  # noqa: PLC0415 - see `against`
 
-        low, high = np.array([(p.low, p.high) for p in self._parameters]).T / self._scale
-        self._failed = ""
+        bounds = [_of(self._parameters, end) / self._scale for end in ("low", "high")]
         try:
             found = least_squares(
-                self._tried, value / self._scale, "3-point", (low, high), ftol=CONVERGED,
+                self._tried, value / self._scale, "3-point", bounds, ftol=CONVERGED,
                 xtol=CONVERGED, gtol=FLAT, x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
             )  # fmt: skip
-        except ValueError:
-            if not self._failed:
-                raise
-            raise NoFitError(self._failed) from None
+        except ValueError as error:
+            raise NoFitError(self._failed or str(error)) from None
         if found.status == 0:
             raise NoFitError(f"no end was found in {MOST_STEPS} steps: start nearer, or vary less")
         names = [p.path for p in self._parameters]

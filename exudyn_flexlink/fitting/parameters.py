@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, cast
 
 from pydantic_core import PydanticCustomError
 
@@ -46,58 +46,40 @@ def parameters_of(scene: Scene, vary: Vary) -> list[Parameter]:
     for path, bounds in given.items():
         try:
             found.append(_parameter(scene, path, bounds))
-        except SceneError as error:
-            mistakes += [
-                Mistake(tuple(path.split(".")), one.message, one.hint) for one in error.mistakes
-            ]
-        except ValuesError as error:
-            mistakes.append(Mistake(tuple(path.split(".")), error.message, error.hint))
+        except (SceneError, ValuesError) as error:
+            each = error.mistakes if isinstance(error, SceneError) else [error]
+            mistakes += [Mistake(tuple(path.split(".")), one.message, one.hint) for one in each]
     if mistakes:
         raise SceneError(Document("vary"), mistakes)
     return found
 
 
 def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
-    """Return one parameter."""
-    value: Any = scene.to_data()
-    for step in path.split("."):
-        if isinstance(value, Mapping):
-            value = value.get(step)
-        elif isinstance(value, list) and step.isdecimal() and int(step) < len(value):
-            value = value[int(step)]
-        else:
-            value = None
-    steps = tuple(path.split("."))
+    steps, value = tuple(path.split(".")), cast(Any, scene.to_data())
+    for step in steps:
+        value = value.get(step) if isinstance(value, Mapping) else None
     # Says where the path leads nowhere, and of a key that is not there whether it may be.
     tried = apply_settings(document_of(scene), [(path, 1.0 if value is None else value)])
     if value is None:
-        own = [
-            one for one in check_document(tried, True).mistakes if one.path[: len(steps)] == steps
-        ]
-        if own:
+        told = check_document(tried, True).mistakes
+        if own := [one for one in told if one.path[: len(steps)] == steps]:
             raise SceneError(tried, own)
         raise ValuesError("has no number to start from", f"give it one: {path}=...")
     if not isinstance(value, float):
         raise ValuesError("is no number that varies without steps", "")
-    quantity = quantity_at(scene, path)
-    low, high = (-inf, inf) if quantity is None else _limits(quantity)
+    quantity = quantity_at(scene, path) or Quantity(Dimension.NUMBER)
+    lows = [end for end in (quantity.above, quantity.at_least) if end is not None]
+    low, high = max(lows, default=-inf), inf if quantity.at_most is None else quantity.at_most
     if given is not None:
         bounds = range_of(given)
-        ends = [_in_si(bounds.at(part), quantity) for part in (0.0, 1.0)]
+        ends = [_in_si(bounds.at(part), quantity.dimension) for part in (0.0, 1.0)]
         low, high = max(low, ends[0]), min(high, ends[1])
     if not low <= value <= high:
         raise ValuesError(f"starts at {value:g}, outside its bounds {low:g} to {high:g}", "")
-    unit = "" if quantity is None else symbol_of(quantity.dimension)
-    return Parameter(path, unit, value, low, high)
+    return Parameter(path, symbol_of(quantity.dimension), value, low, high)
 
 
-def _limits(quantity: Quantity) -> tuple[float, float]:
-    lows = [end for end in (quantity.above, quantity.at_least) if end is not None]
-    return max(lows, default=-inf), inf if quantity.at_most is None else quantity.at_most
-
-
-def _in_si(value: float | str, quantity: Quantity | None) -> float:
-    dimension = Dimension.NUMBER if quantity is None else quantity.dimension
+def _in_si(value: float | str, dimension: Dimension) -> float:
     try:
         return to_si(value, dimension)
     except PydanticCustomError as error:

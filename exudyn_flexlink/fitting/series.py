@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -52,125 +53,118 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
 
     """
     if hasattr(given, "items"):
-        table = {str(name): np.ravel(values) for name, values in given.items()}
+        document, table = Document("the table"), {str(name): own for name, own in given.items()}
         if len({len(own) for own in table.values()}) != 1:
-            raise SceneError(Document("the table"), [Mistake((), "columns need one length")])
+            raise SceneError(document, [Mistake((), "columns need one length")])
         rows = [[str(cell) for cell in row] for row in zip(*table.values(), strict=True)]
         cells = Cells(list(table), list(range(1, len(rows) + 1)), rows, False, "")
-        return _Reading(scene, Document("the table"), cells).series(columns or {})
-    file = Path(given)
-    try:
-        cells = read_cells(file)
-    except BadFileError as error:
-        raise SceneError(Document(str(file)), [Mistake((), str(error))]) from None
-    return _Reading(scene, Document(str(file), text=cells.text), cells).series(columns or {})
-
-
-class _Reading:
-    """Takes columns out of cells, and keeps the mistakes that it meets."""
-
-    def __init__(self, scene: Scene, document: Document, cells: Cells) -> None:
-        self._scene, self._document, self._cells = scene, document, cells
-        self._known, self._mistakes = signals(scene), list[Mistake]()
-        self._bare = [bare_name(name) for name in cells.names]
-
-    def series(self, columns: Mapping[str, str]) -> Series:
-        """Return the series, or raise what is wrong with it."""
-        chosen = self._given(columns) if columns else self._own()
-        if not chosen and not self._mistakes:
-            told = f"no column is named as a quantity of the scene; there are: {self._listed}"
-            hint = "say which quantity a column is, such as NAME=lever.angle"
-            self._mistakes.append(Mistake((), told, hint))
-        rest = [k for k in range(len(self._bare)) if k not in chosen.values()]
-        headless = self._bare[0] == "1"
-        instants = next((k for k in rest if headless or names_time(self._cells.names[k])), None)
-        if instants is None:
-            hint = "name one 't' or 'time', with its unit: 't (ms)'; without a unit it is s"
-            self._mistakes.append(Mistake((), "no column of time", hint))
-            raise SceneError(self._document, self._mistakes)
-        values = {name: self._numbers(k, self._known[name].dimension) for name, k in chosen.items()}
-        time = self._numbers(instants, Dimension.TIME)
-        if self._mistakes:
-            raise SceneError(self._document, self._mistakes)
-        left = tuple(self._cells.names[k] for k in rest if k != instants)
-        own = {name: self._known[name] for name in values}
-        return Series(Path(self._document.name).name, time, own, values, left)
-
-    @property
-    def _listed(self) -> str:
-        return ", ".join(f"'{name}'" for name in self._bare)
-
-    def _given(self, columns: Mapping[str, str]) -> dict[str, int]:
-        """Columns by the quantities that the user says they are."""
-        found: dict[str, int] = {}
-        for column, signal in columns.items():
-            where = self._cells.names if column in self._cells.names else self._bare
-            if column not in where:
-                near = did_you_mean(column, where) or f"; there are: {self._listed}"
-                self._mistakes.append(Mistake((), f"no column '{column}'{near}"))
-            elif where.count(column) > 1:
-                self._mistakes.append(Mistake((), f"two columns are named '{column}'"))
-            if signal not in self._known:
-                self._mistakes.append(Mistake((column,), unknown_signal(signal, self._known)))
-            elif signal in found:
-                self._mistakes.append(Mistake((column,), f"'{signal}' is another column already"))
-            elif column in where:
-                found[signal] = where.index(column)
-        return found
-
-    def _own(self) -> dict[str, int]:
-        """Columns by the quantities that their names say they are, with a unit or without."""
-        names = {name: name for name in self._known} | own_columns(self._scene)
-        found: dict[str, int] = {}
-        for k, (cell, bare) in enumerate(zip(self._cells.names, self._bare, strict=True)):
-            for own in sorted(names, key=len, reverse=True):
-                measured = self._known[names[own]].dimension
-                if bare == own or (bare.startswith(f"{own}_") and _unit(cell, measured)):
-                    found.setdefault(names[own], k)
-                    break
-        return found
-
-    def _numbers(self, column: int, dimension: Dimension) -> FloatArray:
-        """Numbers (M,) of a column, in SI; those of the time must not fall."""
-        name, last = self._cells.names[column], -np.inf
-        found = np.full(len(self._cells.rows), np.nan)
-        factor = 1.0
+    else:
+        document = Document(str(given))
         try:
-            factor = unit_of(name.replace("_per_", "/"), (dimension,)) or 1.0
+            cells = read_cells(Path(given))
         except BadFileError as error:
-            self._mistakes.append(Mistake((), f"column {error}"))
-        for i, row in enumerate(self._cells.rows):
-            found[i] = factor * self._number(row[column])
-            if not isfinite(found[i]):
-                told = f"'{name}': expected a finite number, got '{row[column][:40]}'"
-                self._mistakes.append(self._at(i, column, told))
-            elif dimension is Dimension.TIME and found[i] < last:
-                self._mistakes.append(self._at(i, column, f"'{name}': times must not fall"))
-            last = found[i]
-        return found
-
-    def _number(self, cell: str) -> float:
-        try:
-            value = float(cell.replace(",", ".") if self._cells.comma else cell)
-        except ValueError:
-            return np.nan
-        return np.nan if "_" in cell else value  # which Python takes for nothing in a number
-
-    def _at(self, row: int, column: int, message: str) -> Mistake:
-        """A mistake of one cell, at its place in the file."""
-        line, cells = self._cells.lines[row], self._cells.rows[row]
-        if not self._cells.text:
-            return Mistake((), f"row {line}, {message}")
-        text, begin = self._cells.text.split("\n")[line - 1], 0
-        for cell in cells[:column]:
-            begin = text.index(cell, begin) + len(cell)
-        begin += max(text[begin:].find(cells[column]), 0)
-        place = Place(line, begin + 1, begin + 1 + len(cells[column]))
-        return Mistake((), message, place=place)
+            raise SceneError(document, [Mistake((), str(error))]) from None
+        document = replace(document, text=cells.text)
+    mistakes = list[Mistake]()
+    found = _series(scene, Path(document.name).name, cells, columns or {}, mistakes)
+    if mistakes:
+        raise SceneError(document, mistakes)
+    return found
 
 
-def _unit(cell: str, dimension: Dimension) -> float | None:
+def _series(
+    scene: Scene, source: str, cells: Cells, columns: Mapping[str, str], mistakes: list[Mistake]
+) -> Series:
+    """Take a series out of cells."""
+    known, bare = signals(scene), [bare_name(name) for name in cells.names]
+    chosen = _given(scene, cells, columns, mistakes) if columns else _own(scene, cells)
+    if not chosen and not mistakes:
+        listed = ", ".join(f"'{name}'" for name in bare)
+        told = f"no column is named as a quantity of the scene; there are: {listed}"
+        hint = "say which quantity a column is, such as NAME=lever.angle"
+        mistakes.append(Mistake((), told, hint))
+    rest = [k for k in range(len(bare)) if k not in chosen.values()]
+    headless = bare[0] == "1"
+    instants = next((k for k in rest if headless or names_time(cells.names[k])), None)
+    values = {
+        name: _numbers(cells, k, known[name].dimension, mistakes) for name, k in chosen.items()
+    }
+    time = np.zeros(0)
+    if instants is None:
+        hint = "name one 't' or 'time', with its unit: 't (ms)'; without a unit it is s"
+        mistakes.append(Mistake((), "no column of time", hint))
+    else:
+        time = _numbers(cells, instants, Dimension.TIME, mistakes)
+    left = tuple(cells.names[k] for k in rest if k != instants)
+    return Series(source, time, {name: known[name] for name in values}, values, left)
+
+
+def _given(
+    scene: Scene, cells: Cells, columns: Mapping[str, str], mistakes: list[Mistake]
+) -> dict[str, int]:
+    """Columns by the quantities that the user says they are."""
+    known, bare, found = signals(scene), list(map(bare_name, cells.names)), dict[str, int]()
+    for column, signal in columns.items():
+        where = cells.names if column in cells.names else bare
+        if where.count(column) != 1:
+            near = did_you_mean(column, where) or f"; there are: {', '.join(bare)}"
+            several = f"two columns are named '{column}'"
+            told = several if column in where else f"no column '{column}'{near}"
+            mistakes.append(Mistake((), told))
+        if signal not in known:
+            mistakes.append(Mistake((column,), unknown_signal(signal, known)))
+        elif signal in found:
+            mistakes.append(Mistake((column,), f"'{signal}' is another column already"))
+        elif column in where:
+            found[signal] = where.index(column)
+    return found
+
+
+def _own(scene: Scene, cells: Cells) -> dict[str, int]:
+    """Columns by the quantities that their names say they are, with a unit or without."""
+    known, found = signals(scene), dict[str, int]()
+    names = {name: name for name in known} | own_columns(scene)
+    ends = {name: f"_{known[own].unit.replace('/', '_per_')}" for name, own in names.items()}
+    for k, cell in enumerate(cells.names):
+        bare = bare_name(cell)
+        for name, own in names.items():
+            if bare in (name, name + ends[name]):
+                found.setdefault(own, k)
+    return found
+
+
+def _numbers(
+    cells: Cells, column: int, dimension: Dimension, mistakes: list[Mistake]
+) -> FloatArray:
+    """Numbers (M,) of a column, in SI; those of the time must not fall."""
+    name, last, factor = cells.names[column], -np.inf, 1.0
+    found = np.full(len(cells.rows), np.nan)
     try:
-        return unit_of(cell.replace("_per_", "/"), (dimension,))
-    except BadFileError:
-        return None
+        factor = unit_of(name.replace("_per_", "/"), (dimension,)) or 1.0
+    except BadFileError as error:
+        mistakes.append(Mistake((), f"column {error}"))
+    for i, row in enumerate(cells.rows):
+        cell = row[column].replace(",", ".") if cells.comma else row[column]
+        with suppress(ValueError):
+            found[i] = np.nan if "_" in cell else factor * float(cell)  # '1_0' is Python's ten
+        told = ""
+        if not isfinite(found[i]):
+            told = f"expected a finite number, got '{row[column][:40]}'"
+        elif dimension is Dimension.TIME and found[i] < last:
+            told = "times must not fall"
+        if told:
+            mistakes.append(_at(cells, i, column, f"'{name}': {told}"))
+        last = found[i]
+    return found
+
+
+def _at(cells: Cells, row: int, column: int, message: str) -> Mistake:
+    """A mistake of one cell, at its place in the file."""
+    line, begin = cells.lines[row], 0
+    if not cells.text:
+        return Mistake((), f"row {line}, {message}")
+    text = cells.text.split("\n")[line - 1]
+    for cell in cells.rows[row][: column + 1]:
+        begin = text.index(cell, begin) + len(cell)
+    own = len(cells.rows[row][column])
+    return Mistake((), message, place=Place(line, begin - own + 1, begin + 1))

@@ -31,6 +31,8 @@ from exudyn_flexlink.mechanism.contacts import (
     idle_at_start,
     in_guides,
     on_the_contact,
+    pressed_among,
+    pressed_at,
     swings,
 )
 from exudyn_flexlink.mechanism.dynamics import (
@@ -44,6 +46,8 @@ from exudyn_flexlink.mechanism.dynamics import (
     spring_force,
     wound_at_start,
 )
+from exudyn_flexlink.mechanism.equilibrium import rest_of
+from exudyn_flexlink.mechanism.gears import ToothPush, tooth_pushes, without_teeth
 from exudyn_flexlink.mechanism.input_checks import drive_mistakes, input_notes
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
@@ -69,6 +73,8 @@ from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches, shared_forces
 from exudyn_flexlink.mechanism.model import (
     Apart,
+    Gear,
+    Geared,
     JointFriction,
     LinearSpring,
     Mechanism,
@@ -89,6 +95,7 @@ from exudyn_flexlink.mechanism.model import (
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
 from exudyn_flexlink.mechanism.pulses import with_pulses
+from exudyn_flexlink.mechanism.resting import NoRestError, Rest
 from exudyn_flexlink.mechanism.schedule import (
     Resolution,
     TurnGoal,

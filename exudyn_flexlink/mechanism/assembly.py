@@ -21,7 +21,12 @@ from exudyn_flexlink.mechanism.constraints import (
     along_slots,
     constraint_rows,
 )
-from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at, length_of
+from exudyn_flexlink.mechanism.dynamics import (
+    accelerations,
+    constraints_at,
+    length_of,
+    started,
+)
 from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
@@ -104,11 +109,23 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         moved = {*start.speeds, *start.velocities}
         v = _speeds(without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
-    joints = constraint_rows(mechanism, q, places)
+    laps = tuple(start.laps.get(slot.name, 1) for slot in mechanism.slots)
+    return _assembled(mechanism, State(q, v, a, places, laps))
+
+
+def standing_at(
+    mechanism: Mechanism, q: FloatArray, places: FloatArray, laps: tuple[int, ...]
+) -> Assembly:
+    """Return a mechanism at rest at coordinates (parts, 3); only its drives accelerate it."""
+    a = started(mechanism, q, places)
+    return _assembled(mechanism, State(q, np.zeros_like(q), a, places, laps))
+
+
+def _assembled(mechanism: Mechanism, state: State) -> Assembly:
+    joints = constraint_rows(mechanism, state.q, state.places)
     surplus = _surplus(mechanism, joints)
     rank = len(joints) - sum(surplus.values())
-    laps = tuple(start.laps.get(slot.name, 1) for slot in mechanism.slots)
-    return Assembly(mechanism, State(q, v, a, places, laps), q.size - rank, surplus)
+    return Assembly(mechanism, state, state.q.size - rank, surplus)
 
 
 def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:

@@ -9,11 +9,7 @@ from typing import TypeVar
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import (
-    Friction,
-    Impulse,
-    RestitutionPenalty,
-)
+from exudyn_flexlink.laws import Friction, Impulse
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -23,6 +19,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     FaceContact,
     FlatContact,
 )
+from exudyn_flexlink.mechanism.gears import build_gears
 from exudyn_flexlink.mechanism.model import (
     JointFriction,
     LinearSpring,
@@ -41,6 +38,7 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
+from exudyn_flexlink.mechanism.penalties import penalty_of
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
 from exudyn_flexlink.mechanism.straight_faces import ends_of, hollow_mistakes, line_mistakes
@@ -48,7 +46,7 @@ from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import (
-    ContactLaw,
+    PenaltyLaw,
     RevoluteJoint,
     RubbingImpulse,
     SleeveJoint,
@@ -121,6 +119,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
         gravity=scene.gravity,
         frictions=tuple(_joint_frictions(bodies)),
+        gears=tuple(build_gears(bodies)),
     )
 
 
@@ -129,7 +128,7 @@ def _of(named: Mapping[str, object], kind: type[Spec]) -> dict[str, Spec]:
     return {name: one for name, one in named.items() if isinstance(one, kind)}
 
 
-def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: ContactLaw) -> CircleContact:
+def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: PenaltyLaw) -> CircleContact:
     """Return a journal in its bearing; without a radius the journal is a point."""
     radius = joint.radius or 0.0
     return CircleContact(
@@ -137,12 +136,12 @@ def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: ContactLaw) -
         *bodies.ends(joint),
         (radius, radius + joint.clearance),
         inside=True,
-        law=_penalty(law),
+        law=penalty_of(bodies.scene, law, (radius, -radius - joint.clearance)),
         friction=_friction(law),
     )
 
 
-def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> Channel:
+def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: PenaltyLaw) -> Channel:
     start, end = bodies.anchor(f"{joint.guide}.start"), bodies.anchor(f"{joint.guide}.end")
     first, last = bodies.first_part(joint.link), bodies.anchor(f"{joint.link}.end")
     rods = tuple(range(first, last.part + 1))
@@ -154,7 +153,7 @@ def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> 
         joint.clearance,
         rods,
         lengths,
-        _penalty(law),
+        penalty_of(bodies.scene, law),
         _friction(law),
     )
 
@@ -212,8 +211,13 @@ def _contact(
 ) -> Contact:
     """Return a point and a face or a curve, or two circles, that may strike each other."""
     law = contact.law
-    pressing = _impulse(law) if isinstance(law, RubbingImpulse) else _penalty(law)
-    laws = pressing, _friction(law)
+    radii = contact.radii if isinstance(contact, specs.CircleOnCircle) else None
+    laws = (
+        Impulse(law.restitution, law.tangential_restitution)
+        if isinstance(law, RubbingImpulse)
+        else penalty_of(bodies.scene, law, radii),
+        _friction(law),
+    )
     if isinstance(contact, specs.CircleOnCircle):
         first, second = contact.inner_and_outer
         return CircleContact(
@@ -235,17 +239,7 @@ def _contact(
     return FaceContact(name, point, *ends_of(bodies, contact), side, *laws)
 
 
-def _penalty(law: ContactLaw) -> RestitutionPenalty:
-    """Return the pressing force of a penalty law."""
-    return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)
-
-
-def _impulse(law: RubbingImpulse) -> Impulse:
-    """Return the law of a rigid contact, without its friction."""
-    return Impulse(law.restitution, law.tangential_restitution)
-
-
-def _friction(law: ContactLaw | RubbingImpulse) -> Friction | None:
+def _friction(law: PenaltyLaw | RubbingImpulse) -> Friction | None:
     """Return the friction of a law, None where it is smooth."""
     if law.friction == 0:
         return None

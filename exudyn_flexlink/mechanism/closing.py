@@ -193,7 +193,8 @@ class _Held:
     def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
         """Rows of all joints, of drives that prescribe where they start, and of what is held."""
         motions = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
-        joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places)
+        closing = replace(mechanism, speed_motors=motions, gears=())  # these mesh at any angle
+        joints = constraint_rows(closing, q, slot_places)
         given = {(part, axis): at[axis] for part, at in self.places.items() for axis in (0, 1)}
         given |= {(part, 2): angle for part, angle in self.angles.items()}
         joints = joints.with_fixed(list(given), [q[at] - place for at, place in given.items()])
@@ -288,7 +289,7 @@ def _close(
         _refuse_open(first)  # joints have turned what is held: without that they stay open
     _refuse_open(joints)
     _refuse_moved(mechanism, held, q)
-    kept = [_kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
+    kept = [kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
     return q, np.array(kept)
 
 
@@ -323,7 +324,7 @@ def _refuse_moved(mechanism: Mechanism, held: _Held, q: FloatArray) -> None:
             raise CannotAssembleError(slide.name, "along", away, 0.0)
 
 
-def _kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
+def kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
     """Return the place, or that of the same point in the slot's lap: on the seam its start."""
     start, end = ends_of_lap(slot.curve, lap)
     if np.hypot(*(slot_point(slot, q) - slot.curve.point(start))) <= CLOSED:

@@ -1,7 +1,8 @@
 """The constraints of all joints at once: residuals, and slopes by the two parts of each.
 
-No constraint binds more than two parts, so that its slopes are six numbers however many parts the
-mechanism has. Coordinates ``q`` have shape (parts, 3), see `kinematics`.
+No constraint binds more than two parts, a gear the four ends of two joints, so that its slopes are
+few numbers however many parts the mechanism has. Coordinates ``q`` have shape (parts, 3), see
+`kinematics`.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.kinematics import left_of, turned
-from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, Weld
-from exudyn_flexlink.mechanism.parts import Anchor
+from exudyn_flexlink.mechanism.model import Gear, Mechanism, Motor, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 
-_ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "drive": 1, "slide drive": 1}
+_ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "gear": 1, "drive": 1, "slide drive": 1}
 # Rows that are in m, the first of each joint.
-LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "drive": 0, "slide drive": 1}
+LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "gear": 0, "drive": 0, "slide drive": 1}
 # Of a complex step: a power of two, far below rounding, so that slopes are exact.
 STEP = 2.0**-100
 
@@ -30,8 +31,8 @@ class Constraints:
 
     Joint j has the rows ``first_rows[j]`` to ``first_rows[j + 1]``. `residual` (rows,) is in m or
     rad; `parts` (rows, 2) are the joint's first and second part, GROUND for none, and `slopes`
-    (rows, 2, 3) the derivatives of the residual by their coordinates. `count` is the number of
-    parts.
+    (rows, 2, 3) the derivatives of the residual by their coordinates. With gears both are twice as
+    broad, and a part may be there twice. `count` is the number of parts.
     """
 
     names: tuple[str, ...]
@@ -61,6 +62,12 @@ class Constraints:
         moved = np.vstack([v, np.zeros((1, 3))])  # GROUND, -1, is the last: it does not move
         return np.asarray(np.einsum("rij,rij->r", self.slopes, moved[self.parts]))
 
+    def holding(self, multipliers: FloatArray) -> FloatArray:
+        """Generalised forces (parts, 3) of multipliers (rows,): the Jacobian, turned over."""
+        held = np.zeros((self.count + 1, 3))  # GROUND, -1, is the last
+        np.add.at(held, self.parts, self.slopes * multipliers[:, None, None])
+        return held[: self.count]
+
     def jacobian(self, rows: IndexArray | None = None) -> FloatArray:
         """Jacobian by the coordinates of all parts, (rows, 3 parts), of all rows or of those given.
 
@@ -68,7 +75,7 @@ class Constraints:
         """
         rows = np.arange(len(self)) if rows is None else rows
         dense = np.zeros((len(rows), self.count + 1, 3))
-        for side in (0, 1):
+        for side in range(self.parts.shape[1]):
             dense[np.arange(len(rows)), self.parts[rows, side]] += self.slopes[rows, side]
         return dense[:, : self.count].reshape(len(rows), 3 * self.count)
 
@@ -85,6 +92,7 @@ class Constraints:
 
     def with_rows(self, residual: FloatArray, parts: IndexArray, slopes: FloatArray) -> Constraints:
         """Add rows of no joint."""
+        _, parts, slopes = _widened((residual, parts, slopes), self.parts.shape[1])
         return replace(
             self,
             residual=np.append(self.residual, residual),
@@ -97,15 +105,20 @@ def constraint_rows(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
     """Constraints of every joint and speed motor at `q`, in the mechanism's order.
 
     `places` are the slots' curve parameters, next to the anchors. A motor holds what it starts
-    with; of one that starts as assembled only the slopes count, its residual is off by that.
+    with; of one that starts as assembled only the slopes count, its residual is off by that, as is
+    that of gears.
     """
-    motors = mechanism.speed_motors
+    motors, gears = mechanism.speed_motors, mechanism.gears
     families = [*_families(mechanism, places), _driven(motors)]
-    joints: list[Pin | Weld | Slide | Slot | Motor]
-    joints = [*mechanism.attachments, *mechanism.slides, *mechanism.slots, *motors]
+    joints: list[Pin | Weld | Slide | Slot | Gear | Motor]
+    joints = [*mechanism.attachments, *mechanism.slides, *mechanism.slots, *gears, *motors]
     kinds = [kind for kind, own in zip(_KINDS, families, strict=False) for _ in own.parts]
+    kinds += ["gear"] * len(gears)
     kinds += ["slide drive" if motor.slide else "drive" for motor in motors]
     blocks = [_rows_of(family, q) for family in families]
+    if gears:
+        blocks.insert(len(families) - 1, _geared(gears, q))
+        blocks = [_widened(block, 4) for block in blocks]
     residual, parts, slopes = (np.concatenate(part) for part in zip(*blocks, strict=True))
     return Constraints(
         tuple(joint.name for joint in joints),
@@ -122,7 +135,7 @@ def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
     """How far every joint is open (m, and rad) at many instants, (instants, joints).
 
     `q` is (instants, parts, 3), `places` (instants, slots) the slots' curve parameters next to
-    their anchors. Motors are left out. Joints that are open in both have two columns.
+    their anchors. Motors and gears are left out. Joints that are open in both have two columns.
     """
     found = []
     for kind, family in zip(_KINDS, _families(mechanism, places), strict=True):
@@ -245,16 +258,48 @@ def _slotted(slots: Sequence[Slot], places: FloatArray, across: bool) -> _Family
 def _driven(motors: Sequence[Motor]) -> _Family:
     """How far each motor is from its start: an angle, or a length along a slide."""
     starts = np.array([motor.start or 0.0 for motor in motors])
+    parts = [(motor.first, motor.second) for motor in motors]
+    return _moving(parts, [motor.slide for motor in motors], starts)
+
+
+def _moving(
+    parts: Sequence[tuple[int, int]], slides: Sequence[Slide | None], starts: FloatArray
+) -> _Family:
+    """Angles of second parts against first ones, or lengths along slides, less their starts."""
     turn = _turn(starts.tolist())
-    ends = [(Anchor(motor.first, 0.0, 0.0), Anchor(motor.second, 0.0, 0.0)) for motor in motors]
-    lines = [own.slide or Slide(own.name, *pair) for own, pair in zip(motors, ends, strict=True)]
-    on_line, slides = _on_line(lines), np.array([motor.slide is not None for motor in motors])
+    ends = [(Anchor(first, 0.0, 0.0), Anchor(second, 0.0, 0.0)) for first, second in parts]
+    lines = [own or Slide("", *pair) for own, pair in zip(slides, ends, strict=True)]
+    on_line, along_line = _on_line(lines), np.array([own is not None for own in slides])
 
     def open_at(one: FloatArray, other: FloatArray) -> FloatArray:
         along = on_line(one, other)[..., :1] - starts[:, None]
-        return np.where(slides[:, None], along, turn(one, other))
+        return np.where(along_line[:, None], along, turn(one, other))
 
-    return _family([(motor.first, motor.second) for motor in motors], open_at)
+    return _family(parts, open_at)
+
+
+def _geared(gears: Sequence[Gear], q: FloatArray) -> _Block:
+    """Rows of gears: those that would prescribe both joints, by the gears' weights."""
+    ties = [tie for gear in gears for tie in gear.ties]
+    moving = _moving([tie.parts for tie in ties], [tie.slide for tie in ties], np.zeros(len(ties)))
+    residual, ends, slopes = _rows_of(moving, q)
+    weights = np.array([gear.weights for gear in gears])
+    shared = weights[:, :, None, None] * slopes.reshape(-1, 2, 2, 3)
+    return (
+        np.sum(weights * residual.reshape(-1, 2), axis=1),
+        ends.reshape(-1, 4),
+        shared.reshape(-1, 4, 3),
+    )
+
+
+def _widened(block: _Block, width: int) -> _Block:
+    """Let rows bind so many parts, the others being the ground."""
+    residual, parts, slopes = block
+    more = width - parts.shape[1]
+    if not more:
+        return block
+    parts = np.pad(parts, [(0, 0), (0, more)], constant_values=GROUND)
+    return residual, parts, np.pad(slopes, [(0, 0), (0, more), (0, 0)])
 
 
 # --- rows of no joint ---------------------------------------------------------------------------

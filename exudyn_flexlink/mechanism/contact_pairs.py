@@ -7,7 +7,7 @@ from functools import cached_property
 from math import hypot, inf
 
 from exudyn_flexlink.curves import Curve, Farthest
-from exudyn_flexlink.laws import Friction, PressingLaw, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.parts import Anchor
 
 MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
@@ -229,7 +229,7 @@ class Channel:
     clearance: float
     rods: tuple[int, ...]
     lengths: tuple[float, ...]
-    law: RestitutionPenalty
+    law: Penalty
     friction: Friction | None
 
     @cached_property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -74,6 +74,18 @@ def far_behind(contact: Contact, at: Approach) -> bool:
     """
     opposite = on_the_contact(contact, float(at.place))
     return opposite and float(at.gap) <= -contact.length
+
+
+def pressed_at(contact: Contact, at: Approach) -> bool:
+    """Tell whether a contact that looks so is pressed: with penetration, opposite its face."""
+    pressed = at.gap < -TOUCHING and on_the_contact(contact, float(at.place))
+    return bool(pressed) and not far_behind(contact, at)
+
+
+def pressed_among(contacts: Sequence[Contact], q: FloatArray) -> list[int]:
+    """Numbers of the contacts that are pressed at coordinates (parts, 3), as at a rest."""
+    still = np.zeros_like(q)
+    return [k for k, own in enumerate(contacts) if pressed_at(own, approach(own, q, still))]
 
 
 def idle_at_start(

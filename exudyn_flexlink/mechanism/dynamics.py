@@ -128,6 +128,14 @@ def accelerations(
     return _moving(mechanism, q, places, right).nearest(forces)
 
 
+def started(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
+    """Accelerations (parts, 3) of what drives set going at time 0 out of a balance of forces."""
+    right = demanded_accelerations(
+        mechanism, lambda at: np.zeros(len(constraints_at(mechanism, at, places))), q, 0 * q, 0.0
+    )
+    return _moving(mechanism, q, places, right).nearest()
+
+
 def _moving(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, right: FloatArray | None = None
 ) -> LeastMotion:

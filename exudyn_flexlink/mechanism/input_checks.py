@@ -130,7 +130,8 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
             told = "closes the curve, and is left out"
             yield f"curves.{name}: the last point, {gap:.3g} m from the first, {told}"
     yield from _set_otherwise(scene, mechanism)
-    for body, given in scene.initial.positions.items():
+    held = {} if scene.initial.at_rest else scene.initial.positions  # or it is where a search began
+    for body, given in held.items():
         found = assembly.state.q[mechanism.bodies[body][0], :2]
         away = float(np.hypot(*(found - given)))
         if away > MOVED * (scene.accuracy.tolerance or CLOSED):

@@ -47,13 +47,15 @@ def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArra
     carried[:, 0, 2], carried[:, 1, 2] = -arms[:, 1], arms[:, 0]
     moving = joints.parts != GROUND
     slopes = np.where(moving[:, :, None], joints.slopes, 0.0)[:, :, None] @ carried[joints.parts]
-    ends = np.where(moving, body_of[joints.parts], body_of[joints.parts[:, ::-1]])
+    # What is the ground counts as one of the parts that the same row moves.
+    moved = joints.parts.max(axis=1, keepdims=True)
+    ends = body_of[np.where(moving, joints.parts, moved)]
     group_of = _connected(len(firsts), ends)
     by_group = np.argsort(group_of, kind="stable")
     for bodies in np.split(by_group, np.flatnonzero(np.diff(group_of[by_group])) + 1):
         own = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
         rows = np.zeros((len(own), len(bodies), 3))
-        for side in (0, 1):
+        for side in range(ends.shape[1]):
             np.add.at(rows, (np.arange(len(own)), np.searchsorted(bodies, ends[own, side])),
                       slopes[own, side, 0])  # fmt: skip
         yield bodies, _null_space(rows.reshape(len(own), 3 * len(bodies)))
@@ -130,8 +132,8 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
 
 def _independent(assembly: Assembly) -> list[tuple[int, int]]:
     """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
-    # What a drive moves is free here, and then held where it stands.
-    without = replace(without_play(assembly.mechanism, set()), speed_motors=())
+    # What a drive, or a gear, moves is free here, and then held where it stands.
+    without = replace(without_play(assembly.mechanism, set()), speed_motors=(), gears=())
     found = []
     for bodies, free in free_motions(without, assembly.state):
         motions = free

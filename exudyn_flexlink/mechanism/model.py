@@ -69,6 +69,48 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class Geared:
+    """What a gear ties: the angle of `far` against `near`, on the arm, or the length of a slide."""
+
+    near: Anchor
+    far: Anchor
+    slide: Slide | None
+    hinges: tuple[tuple[str, bool], ...]  # to the arm; whether the second part is the gear's side
+
+    @property
+    def parts(self) -> tuple[int, int]:
+        """First and second part of what is tied."""
+        first, second = (self.near, self.far)[:: int(self.side)]
+        return first.part, second.part
+
+    @property
+    def side(self) -> float:
+        """-1 where the length of a slide counts from the gear, else 1."""
+        return -1.0 if self.slide is not None and self.slide.first == self.far else 1.0
+
+
+@dataclass(frozen=True)
+class Gear:
+    """Gears in mesh, a rack or a belt: ``w_1 c_1 + w_2 c_2`` stays as it starts.
+
+    The c are angles (rad) or lengths (m), the weights w in m where pitch circles have `radii` (m).
+    `meshes`: teeth push, a belt does not. `beyond`: -1 if the first is inside the second, else 1.
+    """
+
+    name: str
+    ties: tuple[Geared, Geared]
+    weights: tuple[float, float]
+    radii: tuple[float | None, float | None] = (None, None)
+    meshes: bool = True
+    beyond: float = 1.0
+
+    @property
+    def in_newtons(self) -> bool:
+        """Whether its multiplier is a force, N; else a torque, N m."""
+        return any(self.radii) or self.ties[0].slide is not None
+
+
+@dataclass(frozen=True)
 class JointFriction:
     """Dry friction in a joint: it brakes by a bound, and holds up to that.
 
@@ -213,7 +255,7 @@ class PointForce:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """All of it. Order of the constraints: pins, welds, slides, slots, speed motors."""
+    """All of it. Order of the constraints: pins, welds, slides, slots, gears, speed motors."""
 
     parts: tuple[RigidPart, ...]
     points: Mapping[str, Anchor]  # of all bodies, by 'body.point'
@@ -231,6 +273,7 @@ class Mechanism:
     channels: tuple[Channel, ...]
     gravity: tuple[float, float]
     frictions: tuple[JointFriction, ...] = ()
+    gears: tuple[Gear, ...] = ()
     pulses: tuple[float, ...] = ()  # instants (s) within short pulses of drives
     unfound: tuple[str, ...] = ()  # where such pulses were not looked for, in words
 

@@ -10,7 +10,7 @@ from math import ceil, copysign, floor, hypot, inf, isfinite, log10, pi, sqrt
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, OneSided
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact, pairs
 from exudyn_flexlink.mechanism.contacts import swings
@@ -20,6 +20,7 @@ from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.scene import (
+    HertzLaw,
     ImpulseLaw,
     LineOnCurve,
     PinFriction,
@@ -163,8 +164,8 @@ def _rubbing(scene: Scene) -> Iterator[tuple[str, PinFriction | SlideFriction]]:
 def beyond_redundant(scene: Scene) -> list[Mistake]:
     """Return what Exudyn's own solver does not know: contacts at curves, and where speeds jump.
 
-    Nor stops of hinges or with a damper, ropes, springs by tables, and friction by the force in a
-    joint. It steps redundant coordinates, with beams or without.
+    Nor formulas of cylinders, stops of hinges or with a damper, ropes, springs by tables, and
+    friction by the force in a joint. It steps redundant coordinates, with beams or without.
     """
     rubbing = "friction by the force in a joint is for 'formulation: minimal'; or give a {}"
     found = [
@@ -175,12 +176,14 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
         for name, own in _rubbing(scene)
         if own.coefficient > 0
     ]
+    found += _laws_beyond_redundant(scene)
+    message = "a beam bends otherwise than the rods whose rest is known: take 'redundant'"
+    bent = scene.initial.at_rest and scene.solver.formulation == "beam"
+    found += [Mistake(("initial", "at_rest"), message)] * bent
     for name, contact in scene.contacts.items():
         if isinstance(contact, (PointOnCurve, LineOnCurve)):
             message = "Exudyn's own solver has no contacts on curves: take 'formulation: minimal'"
             found.append(Mistake(("contacts", name), message))
-        elif isinstance(contact.law, ImpulseLaw):
-            found.append(Mistake(("contacts", name, "law"), NO_JUMPS))
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"
         if getattr(spring, key) is not None and name not in scene.ropes:
@@ -194,9 +197,21 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
             what = "of hinges" if stop.turns else "with a damper"
             message = f"Exudyn's own solver has no stops {what}: take 'formulation: minimal'"
             found.append(Mistake(stop.path, message))
-        elif isinstance(stop.law, ImpulseLaw):
-            found.append(Mistake((*stop.path[:-1], "law"), NO_JUMPS))
     return found
+
+
+def _laws_beyond_redundant(scene: Scene) -> Iterator[Mistake]:
+    """Laws of contacts and stops that Exudyn's own solver does not know."""
+    laws = {scene.law_path(name): law for name, law in scene.laws.items()}
+    for path, law in laws.items():
+        if isinstance(law, ImpulseLaw):
+            yield Mistake(path, NO_JUMPS)
+        elif isinstance(law, HertzLaw) and law.length is not None:
+            message = (
+                f"Exudyn's own solver has no formula '{law.formula}': take 'formulation: minimal', "
+                "or 'formula: sphere'"
+            )
+            yield Mistake((*path, "formula"), message)
 
 
 def sample_times(scene: Scene, mechanism: Mechanism, end: float) -> FloatArray:
@@ -286,7 +301,7 @@ def resolutions(
     half_of = half_of or partial(half_period, assembly)
     asked, found = scene.solver.steps_per_contact, []
     for contact in assembly.mechanism.touching:
-        if isinstance(contact.law, RestitutionPenalty):
+        if not isinstance(contact.law, Impulse | OneSided):
             half = half_of(contact)
             steps = asked * (ELASTIC_STEPS if contact.law.restitution > ELASTIC else 1.0)
             found.append(Resolution(half, half / steps))

@@ -17,9 +17,10 @@ from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import CircleContact, Contact, FaceContact, TurnStop
 from exudyn_flexlink.mechanism.model import Slide
 from exudyn_flexlink.mechanism.parts import Anchor
+from exudyn_flexlink.mechanism.penalties import penalty_of
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.mechanism.spring_laws import PlaceTable, SpringLaw
-from exudyn_flexlink.scene import ForceTable, ImpulseLaw, RevoluteJoint
+from exudyn_flexlink.scene import DampedLaw, ForceTable, HertzLaw, ImpulseLaw, RevoluteJoint
 
 FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
 
@@ -30,6 +31,8 @@ def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
     pressing: PressingLaw
     if isinstance(law, ImpulseLaw):
         pressing = Impulse(law.restitution)
+    elif isinstance(law, DampedLaw | HertzLaw):
+        pressing = penalty_of(bodies.scene, law)
     elif law.restitution is None:
         pressing = SpringDamper(law.stiffness, law.damping or 0.0)
     else:

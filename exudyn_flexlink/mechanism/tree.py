@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import Gear, Mechanism, Motor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame, weld_groups, with_at_origin
 
@@ -62,7 +62,7 @@ class Ride:
     along: tuple[int, int]
 
 
-Closure = Pin | Slide | Slot | Motor
+Closure = Pin | Slide | Slot | Gear | Motor
 
 
 @dataclass
@@ -138,6 +138,7 @@ class TreeLayout:
 def tree_layout(mechanism: Mechanism) -> TreeLayout:
     """Find the spanning tree of a mechanism."""
     layout = _Spanning(mechanism).layout
+    layout.closures += mechanism.gears
     for motor in mechanism.speed_motors:
         if motor.slide:
             found = layout.joints.get(motor.slide.name)

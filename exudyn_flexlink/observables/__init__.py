@@ -12,7 +12,6 @@ from exudyn_flexlink.observables.answers import (
     carrying_joint,
     measures,
 )
-from exudyn_flexlink.observables.bodies import BodyMotion, body_motion
 from exudyn_flexlink.observables.crank import (
     crank_angle,
     crank_column,
@@ -49,8 +48,10 @@ from exudyn_flexlink.observables.parting import (
     worst_force,
 )
 from exudyn_flexlink.observables.points import (
+    BodyMotion,
     PointPath,
     between_samples,
+    body_motion,
     judged_points,
     name_of,
     path,

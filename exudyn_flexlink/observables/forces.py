@@ -43,7 +43,7 @@ class ForcePeak:
 
 
 def forces_of(result: Result) -> dict[str, Force]:
-    """Torques and forces of drives; forces of slots, joints, springs, walls and contacts; by name.
+    """Torques and forces of drives; forces of slots, joints, springs, gears, walls and contacts.
 
     Without the hinges inside a flexible body.
     """
@@ -54,6 +54,8 @@ def forces_of(result: Result) -> dict[str, Force]:
         ("slot force", "N", result.slot_forces),
         ("joint force", "N", joints),
         ("spring force", "N", result.spring_forces),
+        ("gear force", "N", result.gear_forces),
+        ("gear torque", "N m", result.gear_torques),
         ("wall force", "N", _wall_forces(result)),
         *(
             (f"contact {'torque' if unit == 'N m' else 'force'}", unit, {name: own.force})

@@ -10,7 +10,6 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables.parting import touching
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.source import unknown
 
 
 @dataclass(frozen=True)
@@ -37,28 +36,21 @@ class JointForce:
 
 
 def joint_force(result: Result, joint: str) -> JointForce:
-    """Force in a joint, the torque of its drives, and how far they are off.
-
-    Of a revolute joint, also with clearance, a prismatic one, a weld or a slot.
+    """Force in a joint (of any kind), the torque of its drives, and how far they are off.
 
     Raises:
-        ValueError: the scene has no such joint, or no force of it is kept.
+        ValueError: no force of such a joint is kept.
 
     """
     forces = {**result.joint_forces, **result.slot_forces}
     known = [name for name in result.scene.joints if name in forces]
-    if joint in result.scene.joints and joint not in forces:
+    if joint not in known:
         walls = f"; on its walls there are sleeves['{joint}']" if joint in result.sleeves else ""
         raise ValueError(f"no force of '{joint}' is kept{walls}; of: {', '.join(known) or 'none'}")
-    if joint not in known:
-        raise ValueError(unknown("joint", joint, known))
     kind = "joint" if joint in result.joint_forces else "slot"
-    drives = [
-        name
-        for name, drive in result.scene.drives.items()
-        if name in result.drive_torques and getattr(drive, "joint", None) == joint
-    ]
-    torques = [result.drive_torques[name] for name in drives]
+    scene, torque = result.scene, result.drive_torques
+    drives = [name for name in torque if getattr(scene.drives[name], "joint", None) == joint]
+    torques = [torque[name] for name in drives]
     errors = [force_error(result, f"drive torque of {name}") for name in drives]
     return JointForce(
         joint,

@@ -1,4 +1,4 @@
-"""Points of bodies, and where they go: at samples, and between them."""
+"""Points and bodies, and where they go: at samples, and between them."""
 
 from __future__ import annotations
 
@@ -45,8 +45,7 @@ class PointPath:
     velocity: FloatArray
 
     def __repr__(self) -> str:
-        until = f"{self.time[-1]:.5g} s, " if len(self.time) else ""
-        return f"<PointPath of {self.point}: to {until}{len(self.time)} samples>"
+        return _told(self, self.point)
 
     @takes(time=instants)
     def at(self, time: ArrayLike) -> FloatArray:
@@ -59,6 +58,39 @@ class PointPath:
         own = np.asarray(time, dtype=float)
         require_inside(self.time, own)
         return between_samples(self.time, self.position, self.velocity, own)
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """Motion of a body at samples `time` (N,) s, in the ground's axes.
+
+    `position` (N, 2) m is that of a rod's or flexible body's start, or of a rigid body's own
+    origin; `velocity` (N, 2) m/s. `angle` (N,) rad counts from +x, counter-clockwise, and goes on
+    beyond a turn; `rate` (N,) rad/s is the angular speed. Of a flexible body they are those of its
+    first rod.
+    """
+
+    body: str
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    angle: FloatArray
+    rate: FloatArray
+
+    def __repr__(self) -> str:
+        return _told(self, self.body)
+
+
+def _told(motion: PointPath | BodyMotion, name: str) -> str:
+    until = f"{motion.time[-1]:.5g} s, " if len(motion.time) else ""
+    return f"<{type(motion).__name__} of {name}: to {until}{len(motion.time)} samples>"
+
+
+def body_motion(result: Result, body: str) -> BodyMotion:
+    """Motion of a body of the scene."""
+    part = build_mechanism(result.scene).bodies[body][0]
+    pose, rate = result.poses[:, part], result.rates[:, part]
+    return BodyMotion(body, result.time, pose[:, :2], rate[:, :2], pose[:, 2], rate[:, 2])
 
 
 def watched_point(scene: Scene) -> str:

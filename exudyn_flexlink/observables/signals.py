@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables.answers import ANGLE, measures
 from exudyn_flexlink.observables.levers import lever_response, struck_bodies
 from exudyn_flexlink.observables.points import (
     between_samples,
+    body_motion,
     path,
     point_names,
     straight_between,
@@ -28,16 +28,23 @@ _UNITS = {Dimension.LENGTH: "m", Dimension.ANGLE: "rad", Dimension.ANGULAR_SPEED
 
 @dataclass(frozen=True)
 class Signal:
-    """A quantity of a scene's runs; `at` gives its values (M,) at instants (M,) s within a run."""
+    """A quantity of a scene's runs: its values (N,) in SI at samples, and their rates if known."""
 
     name: str
     dimension: Dimension
-    at: Callable[[Result, FloatArray], FloatArray]
+    samples: Callable[[Result], tuple[FloatArray, FloatArray | None]]
 
     @property
     def unit(self) -> str:
         """Its SI unit."""
         return _UNITS[self.dimension]
+
+    def at(self, run: Result, time: FloatArray) -> FloatArray:
+        """Values (M,) at instants (M,) s within a run."""
+        values, rates = self.samples(run)
+        if rates is None:
+            return straight_between(run.time, values, time)
+        return between_samples(run.time, values, rates, time)
 
 
 def signals(scene: Scene) -> dict[str, Signal]:
@@ -47,34 +54,36 @@ def signals(scene: Scene) -> dict[str, Signal]:
     its first rod), ``BODY.rate``, ``BODY.POINT.x`` and ``.y``; of a struck body ``BODY.response``,
     its angle or displacement from the start on, as its own table has it.
     """
-    found = []
-    for body, parts in build_mechanism(scene).bodies.items():
-        found.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, parts[0])))
-        found.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, parts[0])))
+    found, told = list[Signal](), measures(scene)
+    for body in scene.bodies:
+        found.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, body)))
+        found.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, body)))
     for point in point_names(scene):
         for i, axis in enumerate("xy"):
             found.append(Signal(f"{point}.{axis}", Dimension.LENGTH, partial(_place, point, i)))
-    told = measures(scene)
     for body, contact in struck_bodies(scene).items():
         kind = Dimension.ANGLE if told[body] is ANGLE else Dimension.LENGTH
         found.append(Signal(f"{body}.response", kind, partial(_response, contact)))
     return {signal.name: signal for signal in found}
 
 
-def _angle(part: int, run: Result, time: FloatArray) -> FloatArray:
-    return between_samples(run.time, run.poses[:, part, 2], run.rates[:, part, 2], time)
+def _angle(body: str, run: Result) -> tuple[FloatArray, FloatArray]:
+    own = body_motion(run, body)
+    return own.angle, own.rate
 
 
-def _rate(part: int, run: Result, time: FloatArray) -> FloatArray:
-    return straight_between(run.time, run.rates[:, part, 2], time)
+def _rate(body: str, run: Result) -> tuple[FloatArray, None]:
+    return body_motion(run, body).rate, None
 
 
-def _place(point: str, axis: int, run: Result, time: FloatArray) -> FloatArray:
-    return path(run, point).at(time)[:, axis]
+def _place(point: str, axis: int, run: Result) -> tuple[FloatArray, FloatArray]:
+    own = path(run, point)
+    return own.position[:, axis], own.velocity[:, axis]
 
 
-def _response(contact: str, run: Result, time: FloatArray) -> FloatArray:
-    return lever_response(run, contact).value_at(time)
+def _response(contact: str, run: Result) -> tuple[FloatArray, FloatArray]:
+    own = lever_response(run, contact)
+    return own.value, own.rate
 
 
 def own_columns(scene: Scene) -> dict[str, str]:

@@ -54,7 +54,7 @@ def mechanism(
     instants: Sequence[float] | None = None,
     *,
     style: Style = SCREEN,
-    ax: Given | None = None,
+    ax: Given = None,
 ) -> Figure | None:
     """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point S.
 

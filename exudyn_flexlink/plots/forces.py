@@ -46,7 +46,7 @@ _ENERGIES = (
 
 
 @styled
-def forces(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
+def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
     """Drive torques, slot, joint, wall and contact forces over the crank angle, or over time.
 
     Below, the first strike of every contact in a zoom. What a second run tells of their
@@ -157,7 +157,7 @@ def _acts(result: Result, force: Force) -> bool:
 
 
 @styled
-def energy(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
+def energy(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
     """Energies over time and, on a logarithmic axis, what their balance misses.
 
     None if there is nothing but one sample.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
 from math import ceil
 from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from exudyn_flexlink.arguments import told
@@ -18,8 +18,8 @@ from exudyn_flexlink.plots.frame import ShownFigure
 from exudyn_flexlink.plots.style import FAILED
 from exudyn_flexlink.result import Result
 
-Given = Axes | Sequence[Axes] | NDArray[np.object_]
-"""Axes that a figure is drawn into: those of its first panel, or of all its panels."""
+Given = Axes | Sequence[Axes] | NDArray[np.object_] | None
+"""Axes that a figure is drawn into, of its first panel or of all; None: it makes its own."""
 DASHES: tuple[Literal["-", "--", "-.", ":"], ...] = ("-", "--", "-.", ":")
 
 
@@ -47,14 +47,14 @@ def required(ax: Given, panels: Sequence[str]) -> list[Axes]:
     """
     every = listed(ax)
     if len(every) not in (1, len(panels)):
-        told = f"one for the first, or {len(panels)} for all" if len(panels) > 1 else "one"
         names = ", ".join(name.replace("\n", " ") for name in panels)
-        raise ValueError(f"ax: {len(every)} axes are given; needed are {told}: {names}")
+        told = f"one for the first, or {len(panels)} for all: {names}"
+        raise ValueError(f"ax: {len(every)} axes are given; needed are {told}")
     return every
 
 
 def placed(
-    ax: Given | None,
+    ax: Given,
     panels: Sequence[str],
     new: Callable[[], Figure],
     columns: int = 1,
@@ -85,35 +85,33 @@ def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iter
     """
     before = [(len(axes.lines), axes.get_xlim(), axes.get_ylim()) for axes in every]
     yield
-    for axes, (count, *limits) in zip(every, before, strict=True):
+    for axes, (count, x, y) in zip(every, before, strict=True):
+        new = axes.lines[count:]
         # Lines of two points are marks and zeros, which belong to no run.
-        curves = [line for line in axes.lines[count:] if len(np.ravel(line.get_xdata())) > 2]
-        used = {line.get_linestyle() for line in axes.lines[:count]}
-        dashes = next((own for own in DASHES if own not in used), DASHES[0])
-        named = [line for line in axes.lines[count:] if not str(line.get_label()).startswith("_")]
-        for line in curves if count else ():
-            if line.get_linestyle() in DASHES:
-                line.set_linestyle(dashes)
-        if label is not None:
-            for line in named:
-                line.set_label(f"{label}: {line.get_label()}")
-            if curves and not any(line in named for line in curves):
-                curves[0].set_label(label)
+        curves = [line for line in new if len(np.ravel(line.get_xdata())) > 2]
         if count:
-            _show_both(axes, *limits)
+            used = {line.get_linestyle() for line in axes.lines[:count]}
+            dashes = next((own for own in DASHES if own not in used), DASHES[0])
+            for line in curves:
+                if line.get_linestyle() in DASHES:
+                    line.set_linestyle(dashes)
+            axes.set_xlim(min(*x, *axes.get_xlim()), max(*x, *axes.get_xlim()))
+            if not axes.get_autoscaley_on():
+                axes.set_ylim(min(*y, *axes.get_ylim()), max(*y, *axes.get_ylim()))
+        if label is not None:
+            _name(new, curves, label)
         if not result.outcome.completed:
             told = ": ".join(filter(None, (label, result.outcome.told)))
-            axes.annotate(
-                told, (0.01, 0.02), xycoords="axes fraction", color=FAILED, fontsize="small"
-            )
+            at = axes.transAxes
+            axes.text(0.01, 0.02, told, color=FAILED, fontsize="small", transform=at)
         handles = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
         if handles:
             axes.legend(handles.values(), handles.keys())
 
 
-def _show_both(axes: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
-    ends = sorted(chain(x, axes.get_xlim()))
-    axes.set_xlim(ends[0], ends[-1])
-    if not axes.get_autoscaley_on():
-        ends = sorted(chain(y, axes.get_ylim()))
-        axes.set_ylim(ends[0], ends[-1])
+def _name(new: Sequence[Line2D], curves: Sequence[Line2D], label: str) -> None:
+    named = [line for line in new if not str(line.get_label()).startswith("_")]
+    for line in named:
+        line.set_label(f"{label}: {line.get_label()}")
+    if curves and not any(line in named for line in curves):
+        curves[0].set_label(label)

@@ -53,7 +53,7 @@ BAND = 11.0  # points, of the shading along a line
 
 @styled
 def coordinates(
-    result: Result, point: str | None = None, *, style: Style = SCREEN, ax: Given | None = None
+    result: Result, point: str | None = None, *, style: Style = SCREEN, ax: Given = None
 ) -> Figure | None:
     """Both coordinates of a point (default: the watched one) lap by lap (paper, Fig. 3).
 
@@ -127,7 +127,7 @@ def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
 
 
 @styled
-def polar(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
+def polar(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
     """Distance of the watched point from the origin O over the crank angle (paper, Fig. 5).
 
     None without a crank that goes round: an angle that swings says nothing in polar form. Axes that

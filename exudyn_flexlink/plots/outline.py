@@ -20,6 +20,7 @@ from exudyn_flexlink.mechanism import (
     CurveContact,
     FaceContact,
     FlatContact,
+    Gear,
     Mechanism,
     Slot,
     TurnStop,
@@ -135,6 +136,7 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
     round_ones = [own for own in model.contacts if own.name not in scene.ropes]
     circles = [(own.name, *circle) for own in round_ones for circle in circles_of(own)]
+    circles += [(gear.name, *circle) for gear in model.gears for circle in pitch_circles(gear)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
@@ -142,6 +144,8 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
         if centre.part != GROUND:  # a line to the edge shows that a circle turns
             edge = Anchor(centre.part, centre.x + radius, centre.y)
             yield Drawn("spoke", GREY, through(name, centre, edge))
+    for gear in model.gears:
+        yield from (Drawn("ring", GREY, strand) for strand in strands(gear))
     for spring in model.linear_springs:
         if spring.name in scene.springs:  # not those within rods that stretch
             yield Drawn("spring", GREEN, through(spring.name, spring.first, spring.second))
@@ -207,6 +211,25 @@ def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
     if isinstance(contact, CurveContact) and contact.radius > 0:
         return [(contact.point, contact.radius)]
     return []
+
+
+def pitch_circles(gear: Gear) -> list[tuple[Anchor, float]]:
+    """Centres and radii (m) of a gear's pitch circles, or of a belt's wheels, if they are known."""
+    ties = zip(gear.ties, gear.radii, strict=True)
+    return [(tie.far, radius) for tie, radius in ties if radius is not None]
+
+
+def strands(gear: Gear) -> Iterator[Line]:
+    """Both strands of a belt, which touch its wheels from outside; none of gears in mesh."""
+    (first, second), (one, other) = (tie.near for tie in gear.ties), gear.radii
+    apart = complex(second.x - first.x, second.y - first.y)
+    if gear.meshes or one is None or other is None or abs(apart) <= abs(one - other):
+        return
+    lean = np.arccos((one - other) / abs(apart))
+    for side in (1.0, -1.0):
+        way = apart / abs(apart) * np.exp(1j * side * lean)
+        ends = complex(first.x, first.y) + one * way, complex(second.x, second.y) + other * way
+        yield on_part(gear.name, first.part, np.array([[end.real, end.imag] for end in ends]))
 
 
 def faces(model: Mechanism) -> list[FaceContact]:

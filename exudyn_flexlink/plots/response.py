@@ -48,7 +48,7 @@ ROUNDED = 12  # decimals of angles (rad) that tell one from another
 
 
 @styled
-def lever(result: Result, *, style: Style = SCREEN, ax: Given | None = None) -> Figure | None:
+def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
     """Angle or displacement of every struck body over time; below, strike by strike.
 
     None if the scene has no contact.

@@ -105,9 +105,7 @@ def _rows(result: Result, states: ContactStates) -> Iterator[tuple[str, FloatArr
 
 
 @styled
-def guide_contact(
-    result: Result, *, style: Style = SCREEN, ax: Given | None = None
-) -> Figure | None:
+def guide_contact(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
     """The link in its guide free, on one point and on two (paper, Fig. 2), at instants of the run.
 
     Each is the middle of the longest time in that state; what never occurs is left out. Drawn in

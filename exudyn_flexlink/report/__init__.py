@@ -12,6 +12,7 @@ from exudyn_flexlink.report.contacts import (
     strike_table,
     touch_table,
 )
+from exudyn_flexlink.report.equilibrium import equilibrium_text, rest_told
 from exudyn_flexlink.report.fits import against_text, fit_text
 from exudyn_flexlink.report.parts import effects_table
 from exudyn_flexlink.report.run import (

@@ -6,11 +6,18 @@ from math import inf
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.laws import (
+    Impulse,
+    LineContact,
+    PowerPenalty,
+    PressingLaw,
+    RestitutionPenalty,
+)
 from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
     Contact,
+    Gear,
     LinearSpring,
     Mechanism,
     RotarySpring,
@@ -30,19 +37,22 @@ from exudyn_flexlink.report.parts import (
     effects_table,
     freedom_lines,
     link_frequencies,
+    restitution_told,
     sprung_frequencies,
     start_lines,
 )
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, section
 from exudyn_flexlink.scene import (
-    ContactLaw,
+    BeltJoint,
     Drive,
     FlexibleBody,
     ForceDrive,
+    GearJoint,
     ImpulseLaw,
     Joint,
     Law,
     PinFriction,
+    PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
@@ -50,10 +60,12 @@ from exudyn_flexlink.scene import (
     SlidePenalty,
     SlotJoint,
     Spring,
+    StopLaw,
     Table,
     TorsionalSpring,
     TurnPenalty,
     Value,
+    meshes_of,
 )
 
 IDLE = "; its law is idle at clearance 0"
@@ -65,7 +77,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
     blocks = [
         [scene.title],
         _bodies(scene, assembly.mechanism),
-        _joints(scene),
+        _joints(scene, assembly.mechanism),
         curve_lines(scene),
         _springs(scene, assembly.mechanism),
         section("Drives", [[n, d.type, *_drive(scene, d)] for n, d in scene.drives.items()]),
@@ -103,11 +115,29 @@ def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
     return section("Bodies", rows)
 
 
-def _joints(scene: Scene) -> list[str]:
-    rows = [[name, joint.type, _joined(joint)] for name, joint in scene.joints.items()]
+def _joints(scene: Scene, mechanism: Mechanism) -> list[str]:
+    geared = {gear.name: _geared(scene, gear) for gear in mechanism.gears}
+    rows = [
+        [name, joint.type, geared.get(name) or _joined(joint)]
+        for name, joint in scene.joints.items()
+    ]
     joined = {body for joint in scene.joints.values() for body in joint.bodies}
     rows += [["", "none", f"{body} is free"] for body in scene.bodies if body not in joined]
     return section("Joints", rows)
+
+
+def _geared(scene: Scene, gear: Gear) -> str:
+    """What a gear ties, and its pitch circles as far as they are known."""
+    spec = scene.joints[gear.name]
+    assert isinstance(spec, GearJoint | BeltJoint)  # of which gears are made
+    arm, meshes = meshes_of(scene.joints, spec)
+    told = [mesh.body for mesh in meshes]
+    known = [f"{number(radius)} m" for radius in gear.radii if radius is not None]
+    circles = (
+        f", pitch radi{'i' if len(known) > 1 else 'us'} {' and '.join(known)}" if known else ""
+    )
+    inside = " inside" if isinstance(spec, GearJoint) and spec.internal else ""
+    return f"{told[0]} and {told[1]}{inside}, on {arm}{circles}"
 
 
 def _joined(joint: Joint) -> str:
@@ -115,6 +145,7 @@ def _joined(joint: Joint) -> str:
         return f"{joint.point} on {joint.curve}"
     if isinstance(joint, SleeveJoint):
         return f"{joint.link} in {joint.guide}, {_fit(joint)}"
+    assert isinstance(joint, PointsJoint)  # gears are told apart
     along = ""
     if isinstance(joint, PrismaticJoint):
         x, y = joint.axis
@@ -224,12 +255,14 @@ def _value(value: Value, unit: str) -> str:
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = [[name, str(c), *_law(c.law)] for name, c in {**scene.contacts, **scene.stops}.items()]
+    forces = {own.name: own.law for own in (*mechanism.touching, *mechanism.channels)}
+    touching = {**scene.contacts, **scene.stops}
+    rows = [[name, str(own), *_law(own.law, forces[name])] for name, own in touching.items()]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
             what = f"journal at {journal} in the bearing at {bearing}"
-            rows.append([name, what, *_law(joint.acting)])
+            rows.append([name, what, *_law(joint.acting, forces[name])])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
@@ -239,22 +272,29 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
             what = f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
         else:
             what = f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
-        rows.append([channel.name, what, *_law(sleeve.acting)])
+        rows.append([channel.name, what, *_law(sleeve.acting, channel.law)])
     return section("Contacts", rows)
 
 
-def _law(law: Law | ImpulseLaw | SlidePenalty | TurnPenalty) -> list[str]:
-    if isinstance(law, (SlidePenalty, TurnPenalty)):
+def _law(law: Law | StopLaw, force: PressingLaw) -> list[str]:
+    if isinstance(law, SlidePenalty | TurnPenalty):
         unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
         damped = f"c {number(law.damping or 0.0)} {unit[1]}"
         lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
         return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
-    restitution = f"restitution {number(law.restitution)}"
+    restitution = f"restitution {restitution_told(law)}"
     rub = getattr(law, "friction", 0.0)
     friction = f"friction {number(rub)}" if rub > 0 else ""
-    if not isinstance(law, ContactLaw):
+    if isinstance(law, ImpulseLaw):
         return ["rigid, by impulse", restitution, friction]
-    return [f"k {number(law.stiffness)} N/m", restitution, friction]
+    name = getattr(law, "formula", None) or law.type
+    if isinstance(force, LineContact):
+        told = f"{name}, no force beyond {number(force.deepest)} m"
+    elif isinstance(force, PowerPenalty):
+        told = f"{name}, K {number(force.stiffness)} N/m^{number(force.exponent)}"
+    else:
+        told = f"k {number(force.stiffness)} N/m" if isinstance(force, RestitutionPenalty) else ""
+    return [told, restitution, friction]
 
 
 def _run(scene: Scene, assembly: Assembly) -> list[str]:
@@ -306,8 +346,12 @@ def _contact_duration(assembly: Assembly, contact: Contact) -> str:
         return "impacts take no time: a rigid contact, by impulse"
     state = assembly.state
     mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
-    half = contact.law.half_period(mass)
-    return f"a contact lasts about {number(half)} s or longer (pi sqrt(m/k), m {number(mass)} kg)"
+    half = f"{number(contact.law.half_period(mass))} s"
+    if isinstance(contact.law, PowerPenalty):
+        return f"a contact of {number(mass)} kg lasts about {half} at an approach of 1 m/s"
+    if isinstance(contact.law, LineContact):
+        return f"a contact of {number(mass)} kg lasts {half} or longer"
+    return f"a contact lasts about {half} or longer (pi sqrt(m/k), m {number(mass)} kg)"
 
 
 def _wall_duration(assembly: Assembly, channel: Channel) -> str:

@@ -78,9 +78,8 @@ def _how(found: Against) -> list[str]:
     """Tell instants, the shift, what was left out, and how far the run itself is off."""
     begin, end = found.time[[0, -1]]
     rows = [["instants", f"{len(found.time)}, from {begin:.5g} to {end:.5g} s of the run"]]
-    if found.shift or found.found:
-        how = "found by least squares" if found.found else "given"
-        rows.append(["shift", f"{found.shift:.6g} s are added to times of the series, {how}"])
+    if found.shift:
+        rows.append(["shift", f"{found.shift:.6g} s are added to times of the series"])
     if found.outside:
         rows.append(["outside the run", f"{number(found.outside)} rows of the series"])
     if found.series.left_out:

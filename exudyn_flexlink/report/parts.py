@@ -10,7 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.curves import Curve, Spline
-from exudyn_flexlink.loading import other_ways
+from exudyn_flexlink.loading import other_ways, rest_of_scene
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -25,20 +25,20 @@ from exudyn_flexlink.mechanism import (
     inertia_with_welded,
     length_along,
     moved_by_forces,
+    shared_forces,
     speed_along,
     welded_to,
     wound_at_start,
 )
+from exudyn_flexlink.report.equilibrium import rest_told
 from exudyn_flexlink.report.text import Table, listed, number, section, table
 from exudyn_flexlink.scene import (
+    DampedLaw,
     FlexibleBody,
-    ImpulseLaw,
     Law,
     RevoluteJoint,
     Scene,
     SleeveJoint,
-    SlidePenalty,
-    TurnPenalty,
 )
 
 MODES = 4
@@ -176,15 +176,12 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     Losses of impacts are told apart from damping, the viscous one of hinges and springs.
     """
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
-    # Joints that may have a clearance; laws of all that can touch, by its name.
+    laws = scene.laws
+    # Joints that may have a clearance.
     kinds = (SleeveJoint, RevoluteJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
-    laws: dict[str, Law | ImpulseLaw | SlidePenalty | TurnPenalty] = {
-        n: j.acting for n, j in walled.items() if j.acting is not None
-    }
-    laws |= {name: own.law for name, own in {**scene.contacts, **scene.stops}.items()}
-    lossy = [n for n, own in laws.items() if own.restitution is not None and own.restitution < 1]
+    lossy = [n for n, law in laws.items() if law.restitution is not None and law.restitution < 1]
     rough = [n for n, law in laws.items() if getattr(law, "friction", 0.0) > 0]
     rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
@@ -205,6 +202,23 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     return Table("Effects", rows)
 
 
+def restitution_table(scene: Scene) -> Table:
+    """Return which restitution laws really give that do not promise what they are asked for."""
+    rows = [
+        [name, law.type, restitution_told(law)]
+        for name, law in scene.laws.items()
+        if isinstance(law, DampedLaw)
+    ]
+    return Table("Restitution of contact laws", rows)
+
+
+def restitution_told(law: Law) -> str:
+    """Return the restitution of a law, and which one it really gives if that is another."""
+    asked = number(law.restitution)
+    given = asked if not isinstance(law, DampedLaw) else number(law.returned)
+    return asked if given == asked else f"{asked} asked, gives {given}"
+
+
 def _effect(name: str, causes: Sequence[str]) -> list[str]:
     return [name, "simulated", ", ".join(causes)] if causes else [name, "not in this scene", ""]
 
@@ -222,6 +236,11 @@ def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
         names = listed(list(assembly.surplus))
         told = f"{names}: other joints hold the same already, in every position"
         rows.append(["held twice", told])
+        shared = shared_forces(assembly)
+        geared = [gear.name for gear in assembly.mechanism.gears if gear.name in shared]
+        if geared:
+            told = f"{listed(geared)}: how they share it is not known; the least forces are given"
+            rows.append(["load shared", told])
     count = left + len(drives)
     fixed = "" if count else ", nothing can move"
     return [f"Degrees of freedom: {count}{fixed}", *table(rows)]
@@ -248,7 +267,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     speeds = {body: float(state.v[parts[0], 2]) for body, parts in bodies}
     ways = [
         {b: a for b, a in way.items() if abs(_wrapped(a - here[b])) > NOTICEABLE}
-        for way in other_ways(scene, assembly)
+        for way in ([] if scene.initial.at_rest else other_ways(scene, assembly))
     ]
     others = [
         ["The joints close in other ways, too; 'initial: guesses' picks one:"],
@@ -256,6 +275,9 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     ]
     idle = [["", told] for _, told in idle_at_start(assembly.mechanism, state.q, state.v)]
     idle += [["", told] for told in wound_at_start(assembly.mechanism, state.q)]
+    if scene.initial.at_rest:
+        rest = rest_of_scene(scene)
+        idle += [["", f"at rest: {rest_told(rest)}"], *(["", note] for note in rest.notes)]
     slides = [["", _places(assembly)]] if assembly.mechanism.slides else []
     rows = [["", _angles(here, speeds)], *slides, *(others if ways else []), *idle]
     return section("Start", rows)

@@ -24,6 +24,7 @@ from exudyn_flexlink.report.contacts import (
     response_table,
     strike_table,
 )
+from exudyn_flexlink.report.parts import restitution_table
 from exudyn_flexlink.report.text import Table, in_blocks, lines_of, number
 from exudyn_flexlink.result import Result
 
@@ -48,6 +49,7 @@ def run_text(result: Result) -> str:
     ending = "Completed" if result.outcome.completed else "Stopped before its end"
     blocks = [
         [f"{ending}: {result.scene.title}", *lines_of(cost_table(result))],
+        lines_of(restitution_table(result.scene)),
         *(_strikes(result, contact) for contact in result.scene.all_contacts),
         lines_of(response_table(result)),
         lines_of(friction_table(result)),

@@ -13,17 +13,22 @@ from exudyn_flexlink.scene.bodies import (
     RoundSection,
     Section,
 )
+from exudyn_flexlink.scene.contact_laws import (
+    ContactLaw,
+    DampedLaw,
+    HertzLaw,
+    ImpulseLaw,
+    Law,
+    PenaltyLaw,
+    RubbingImpulse,
+)
 from exudyn_flexlink.scene.contacts import (
     Circle,
     CircleOnCircle,
     Contact,
-    ContactLaw,
-    ImpulseLaw,
-    Law,
     LineOnCurve,
     PointOnCurve,
     PointOnLine,
-    RubbingImpulse,
 )
 from exudyn_flexlink.scene.curve_specs import (
     CircleSpec,
@@ -44,6 +49,7 @@ from exudyn_flexlink.scene.forces import (
     TorqueDrive,
     TorsionalSpring,
 )
+from exudyn_flexlink.scene.gears import BeltJoint, GearJoint, Mesh, ends_of, meshes_of
 from exudyn_flexlink.scene.joints import (
     Joint,
     PinFriction,
@@ -55,7 +61,7 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
-from exudyn_flexlink.scene.limits import TURNED, SlidePenalty, Stop, TurnPenalty
+from exudyn_flexlink.scene.limits import TURNED, SlidePenalty, Stop, StopLaw, TurnPenalty
 from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (

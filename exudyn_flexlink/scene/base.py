@@ -119,8 +119,8 @@ class ByType:
         choices: dict[str, CoreSchema] = {}
         for branch in get_args(source) or (source,):
             named = not (isclass(branch) and issubclass(branch, Part))  # an annotated text
-            tag = "" if named else type_of(branch)
-            choices[TAG + tag] = handler.generate_schema(branch)
+            schema = handler.generate_schema(branch)
+            choices |= {TAG + tag: schema for tag in ([""] if named else types_of(branch))}
         return core_schema.tagged_union_schema(choices, discriminator=self._tag)
 
     def _tag(self, value: Any) -> str | None:
@@ -134,10 +134,10 @@ class ByType:
         return None
 
 
-def type_of(part: type[Part]) -> str:
-    """Return the word that stands for this class in the key `type`; empty if it has none."""
+def types_of(part: type[Part]) -> tuple[str, ...]:
+    """Return the words that stand for this class in the key `type`; an empty one if it has none."""
     field = part.model_fields.get("type")
-    return str(get_args(field.annotation)[0]) if field else ""
+    return get_args(field.annotation) if field else ("",)
 
 
 def refuse_place(what: str, points: tuple[str, str], at: tuple[float, float] | None) -> None:

@@ -1,4 +1,4 @@
-"""Pairs that may strike each other, and the laws of their contact."""
+"""Pairs that may strike each other."""
 
 from __future__ import annotations
 
@@ -6,13 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from exudyn_flexlink.quantities import (
-    NonNegativeLength,
-    Number,
-    PositiveLength,
-    PositiveSpeed,
-    PositiveStiffness,
-)
+from exudyn_flexlink.quantities import NonNegativeLength, PositiveLength
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
@@ -26,66 +20,7 @@ from exudyn_flexlink.scene.base import (
     refuse,
     split_point,
 )
-
-
-class ContactLaw(Part):
-    """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
-
-    type: Literal["penalty"] = "penalty"
-    stiffness: PositiveStiffness = Field(
-        description="force per penetration at speed; at rest (1 + restitution^2)/2 of it"
-    )
-    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        description="speed after an impact over speed before, 0 to 1"
-    )
-    transition_speed: PositiveSpeed = Field(
-        5e-3, description="above it the restitution acts in full"
-    )
-    friction: Annotated[float, Number(at_least=0.0)] = Field(
-        0.0, description="Coulomb's coefficient; left out: smooth"
-    )
-    slip_speed: PositiveSpeed = Field(
-        1e-3, description="above it the friction acts in full; below, the contact creeps"
-    )
-
-
-class ImpulseLaw(Part):
-    """Rigid contact with restitution: speeds jump. Not for redundant coordinates."""
-
-    type: Literal["impulse"] = "impulse"
-    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        description="speed after an impact over speed before, 0 to 1"
-    )
-
-
-class RubbingImpulse(ImpulseLaw):
-    """Rigid contact with restitution and friction: speeds jump. Not for redundant coordinates."""
-
-    friction: Annotated[float, Number(at_least=0.0)] = Field(
-        0.0, description="Coulomb's coefficient; left out: smooth"
-    )
-    tangential_restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        0.0,
-        description="slip after an impact over slip before, the other way, 0 to 1, as far as "
-        "friction is enough; of what is round",
-    )
-    slip_speed: PositiveSpeed = Field(
-        1e-3,
-        description="of what lasts: above it the friction acts in full; below, the contact creeps",
-    )
-
-    @model_validator(mode="after")
-    def _turns_back_by_friction(self) -> RubbingImpulse:
-        if self.tangential_restitution > 0 and self.friction == 0:
-            refuse(
-                "needs 'friction', which turns the slip back",
-                "e.g. friction: 0.5",
-                at="tangential_restitution",
-            )
-        return self
-
-
-Law = Annotated[ContactLaw | RubbingImpulse, ByType(default="penalty")]
+from exudyn_flexlink.scene.contact_laws import Law, refuse_misfit
 
 
 def _require_line(line: tuple[str, str]) -> str:
@@ -129,6 +64,7 @@ class PointOnLine(Part):
     def _two_bodies(self) -> PointOnLine:
         if split_point(self.point)[0] == _require_line(self.line):
             refuse("the point is on the same body as the line", at="point")
+        refuse_misfit(self.law)
         return self
 
 
@@ -197,7 +133,14 @@ class CircleOnCircle(Part):
                 f"a radius below {second.radius:g} m",
                 at=("circles", self.circles.index(first), "radius"),
             )
+        refuse_misfit(self.law, self.radii)
         return self
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Radii (m) of both, that of a hollow negative."""
+        first, second = self.inner_and_outer
+        return first.radius, -second.radius if second.inside else second.radius
 
 
 class PointOnCurve(Part):
@@ -227,6 +170,11 @@ class PointOnCurve(Part):
         """Say what meets what, in the words of a report."""
         what = f"roller around {self.point}" if self.radius > 0 else self.point
         return f"{what} on the curve {self.curve}"
+
+    @model_validator(mode="after")
+    def _law_fits(self) -> PointOnCurve:
+        refuse_misfit(self.law)
+        return self
 
 
 class LineOnCurve(Part):
@@ -259,6 +207,7 @@ class LineOnCurve(Part):
     @model_validator(mode="after")
     def _one_body(self) -> LineOnCurve:
         _require_line(self.line)
+        refuse_misfit(self.law)
         return self
 
 

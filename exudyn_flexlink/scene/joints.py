@@ -34,7 +34,14 @@ from exudyn_flexlink.scene.base import (
     refuse_place,
     split_point,
 )
-from exudyn_flexlink.scene.contacts import ContactLaw
+from exudyn_flexlink.scene.contact_laws import (
+    ContactLaw,
+    GivingLaw,
+    HertzLaw,
+    PenaltyLaw,
+    refuse_misfit,
+)
+from exudyn_flexlink.scene.gears import BeltJoint, GearJoint
 from exudyn_flexlink.scene.limits import SlideLimits, TurnLimits
 
 _EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
@@ -58,7 +65,7 @@ class PointsJoint(Part):
 
 
 def _gives_way(what: str) -> BeforeValidator:
-    """Refuse a law by impulse."""
+    """Refuse a law by impulse, in the words of the joint."""
 
     def check(law: Any) -> Any:
         if isinstance(law, Mapping) and law.get("type") == "impulse":
@@ -142,7 +149,7 @@ class RevoluteJoint(PointsJoint):
     radius: PositiveLength | None = Field(
         None, description="of the journal: where friction acts; needed with friction alone"
     )
-    law: Annotated[ContactLaw | None, _gives_way("a bearing needs")] = Field(
+    law: Annotated[GivingLaw | None, _gives_way("a bearing needs")] = Field(
         None, description="force between journal and bearing; with clearance, idle if that is 0"
     )
     limits: TurnLimits | None = Field(None, description="stops at a least and a greatest angle")
@@ -151,7 +158,7 @@ class RevoluteJoint(PointsJoint):
     )
 
     @property
-    def acting(self) -> ContactLaw | None:
+    def acting(self) -> PenaltyLaw | None:
         """The law, if anything can press."""
         return self.law if self.clearance > 0 else None
 
@@ -183,6 +190,11 @@ class RevoluteJoint(PointsJoint):
             )
         if self.law is not None and self.law.friction > 0 and self.radius is None:
             refuse("missing 'radius', that of the journal, on which friction acts")
+        by_materials = isinstance(self.law, HertzLaw) and self.law.materials
+        if self.acting and by_materials and self.radius is None:
+            refuse("missing 'radius', that of the journal, which Hertz's law needs")
+        if self.acting and self.radius is not None:
+            refuse_misfit(self.acting, (self.radius, -self.radius - self.clearance))
         return self
 
 
@@ -245,7 +257,7 @@ class SleeveJoint(Part):
         description="without clearance; true: the law holds all rods inside the guide on its axis; "
         "false: the first rod alone is held",
     )
-    law: Annotated[ContactLaw | None, _gives_way("the walls of a sleeve need")] = Field(
+    law: Annotated[GivingLaw | None, _gives_way("the walls of a sleeve need")] = Field(
         None,
         description="force between link and walls; with 'supported', or with clearance, idle if "
         "that is 0",
@@ -257,7 +269,7 @@ class SleeveJoint(Part):
         return (self.guide, self.link)
 
     @property
-    def acting(self) -> ContactLaw | None:
+    def acting(self) -> PenaltyLaw | None:
         """The law, if anything can press."""
         return self.law if self.clearance > 0 or self.supported else None
 
@@ -269,7 +281,11 @@ class SleeveJoint(Part):
                 "give 'clearance' or 'supported', not both",
                 at="supported",
             )
+        if self.supported and not isinstance(self.law, ContactLaw | None):
+            refuse("what holds a link on its axis is a 'penalty'", _EXAMPLE, at=("law", "type"))
         walls = self.clearance > 0 or self.supported
+        if self.clearance > 0 and self.law is not None:
+            refuse_misfit(self.law)
         if walls and self.law is None:
             refuse("missing 'law', the force between link and walls", _EXAMPLE)
         if not walls and not _gives_clearance(self) and self.law is not None:
@@ -282,4 +298,7 @@ class SleeveJoint(Part):
         return self
 
 
-Joint = Annotated[RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint | PrismaticJoint, ByType()]
+Joint = Annotated[
+    RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint | PrismaticJoint | GearJoint | BeltJoint,
+    ByType(),
+]

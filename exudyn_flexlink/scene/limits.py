@@ -21,7 +21,7 @@ from exudyn_flexlink.quantities import (
     PositiveTorsionalStiffness,
 )
 from exudyn_flexlink.scene.base import GROUND, ByType, Part, refuse
-from exudyn_flexlink.scene.contacts import ImpulseLaw
+from exudyn_flexlink.scene.contact_laws import DampedLaw, HertzLaw, ImpulseLaw, refuse_misfit
 
 if TYPE_CHECKING:
     from exudyn_flexlink.scene.forces import LinearSpring
@@ -80,9 +80,18 @@ class SlideLimits(_Limits):
 
     from_: Coordinate | None = Field(None, alias="from", description="least length along the line")
     to: Coordinate | None = Field(None, description="greatest length along the line")
-    law: Annotated[SlidePenalty | ImpulseLaw, ByType(default="penalty")] = Field(
-        description="force of both stops, or their impulse"
+    law: Annotated[SlidePenalty | DampedLaw | HertzLaw | ImpulseLaw, ByType(default="penalty")] = (
+        Field(description="force of both stops, or their impulse")
     )
+
+    @model_validator(mode="after")
+    def _law_fits(self) -> SlideLimits:
+        if isinstance(self.law, DampedLaw | HertzLaw):
+            for key in sorted(self.law.model_fields_set & {"friction", "slip_speed"}):
+                hint = "the joint's own 'friction' brakes it"
+                refuse("nothing slips at a stop of a slide", hint, at=("law", key))
+            refuse_misfit(self.law)
+        return self
 
 
 class TurnLimits(_Limits):
@@ -98,6 +107,7 @@ class TurnLimits(_Limits):
 
 
 Limits = SlideLimits | TurnLimits
+StopLaw = SlidePenalty | TurnPenalty | DampedLaw | HertzLaw | ImpulseLaw
 
 
 TURNED = {"N": "N m", "N s": "N m s", "m": "rad", "m/s": "rad/s"}
@@ -120,7 +130,7 @@ class Stop:
     struck: None = None
 
     @property
-    def law(self) -> SlidePenalty | TurnPenalty | ImpulseLaw:
+    def law(self) -> StopLaw:
         """Law of the stop."""
         return self.limits.law
 

@@ -10,15 +10,16 @@ from pydantic import Field, PrivateAttr, model_validator
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
+from exudyn_flexlink.scene.contact_laws import Law
 from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
 from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, Spring
 from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
-from exudyn_flexlink.scene.limits import TURNED, Rope, Stop, moving, stops_of
+from exudyn_flexlink.scene.limits import TURNED, Rope, Stop, StopLaw, moving, stops_of
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, Outputs, Run, Solver
-from exudyn_flexlink.source import Document, SceneError, dotted
+from exudyn_flexlink.source import Document, KeyPath, SceneError, dotted
 
 
 class Scene(Part):
@@ -93,6 +94,19 @@ class Scene(Part):
         joint = self.joints[spring.joint or ""]
         assert isinstance(joint, PrismaticJoint)  # names are checked
         return joint.points
+
+    @property
+    def laws(self) -> dict[str, Law | StopLaw]:
+        """Laws of walls and bearings, then contacts, then stops, by name; springs have none."""
+        walls = {name: getattr(joint, "acting", None) for name, joint in self.joints.items()}
+        found = {name: law for name, law in walls.items() if law is not None}
+        return found | {n: own.law for n, own in {**self.contacts, **self.stops}.items()}
+
+    def law_path(self, name: str) -> KeyPath:
+        """Where the scene gives the law of one of these names."""
+        if name in self.stops:
+            return "joints", self.stops[name].joint, "limits", "law"
+        return "contacts" if name in self.contacts else "joints", name, "law"
 
     def unit_of(self, contact: str, unit: str) -> str:
         """Unit of what is told of a contact, by that of points: a hinge's stop turns."""

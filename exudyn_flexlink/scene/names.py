@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from exudyn_flexlink.expressions import Expression, in_words
 from exudyn_flexlink.scene.base import GROUND, split_point
 from exudyn_flexlink.scene.bodies import FlexibleBody, RigidBody
+from exudyn_flexlink.scene.contact_laws import HertzLaw
 from exudyn_flexlink.scene.contacts import LineOnCurve, PointOnCurve
 from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
 from exudyn_flexlink.scene.forces import ForceDrive, LinearSpring, SpeedDrive, TorqueDrive
+from exudyn_flexlink.scene.gear_checks import gear_mistakes
 from exudyn_flexlink.scene.joints import (
     PointsJoint,
     RevoluteJoint,
@@ -35,7 +37,7 @@ _PRESCRIBED = {
 def find_mistakes(parts: Parts) -> list[Mistake]:
     """Return every name that leads nowhere, or to the wrong kind of part."""
     checks = (_odd_names, Parts.lost_names, _curves, _joints, _springs, _drives, _contacts)
-    others = (_initial, _run, _outputs, point_masses)
+    others = (_materials_of_laws, gear_mistakes, _initial, _run, _outputs, point_masses)
     return [mistake for check in (*checks, *others) for mistake in check(parts)]
 
 
@@ -233,6 +235,22 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
                 message = f"'{contact.curve}' is another curve in each lap"
                 yield Mistake((*path, "curve"), message, "name one of them")
             yield from _carried_along(parts, path, contact)
+
+
+def _materials_of_laws(parts: Parts) -> Iterator[Mistake]:
+    """Refuse materials of Hertz's law without lateral contraction."""
+    found = [
+        ((section, name, *within, "law"), getattr(one, "law", None))
+        for section in ("joints", "contacts")
+        for name, part in parts.valid(section)
+        for within, one in (((), part), (("limits",), getattr(part, "limits", None)))
+    ]
+    for path, law in found:
+        for i, own in enumerate((isinstance(law, HertzLaw) and law.materials) or ()):
+            material = parts.get("materials", own)
+            if material is not None and material.poissons_ratio is None:
+                message = f"material '{own}' has no poissons_ratio, which Hertz's law needs"
+                yield Mistake((*path, "materials", i), message)
 
 
 def _initial(parts: Parts) -> Iterator[Mistake]:

@@ -25,6 +25,7 @@ def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
         return False
     acting = (*parts.valid("springs"), *parts.valid("drives"))
     turned = {getattr(part, "joint", None) for _, part in acting}
+    turned.update(*(getattr(joint, "joints", ()) for _, joint in parts.valid("joints")))
     return not any(
         name in joint.bodies and (own in turned or not isinstance(joint, RevoluteJoint | SlotJoint))
         for own, joint in parts.valid("joints")

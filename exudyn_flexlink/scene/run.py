@@ -21,6 +21,7 @@ from exudyn_flexlink.scene.base import (
     REVOLUTE,
     SLIDING,
     XY,
+    Flag,
     FrozenMapping,
     MovingPointName,
     Name,
@@ -47,6 +48,11 @@ FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact a
 class Initial(Part):
     """The state at time 0, where the joints leave it open."""
 
+    at_rest: Flag = Field(
+        False,
+        description="true: starts where all forces balance, nothing moves and drives hold what "
+        "they have at time 0; found downhill from where the other keys put the bodies",
+    )
     positions: OfBodies[Point] = Field(
         default_factory=FrozenMapping,
         description="[x, y] of bodies, metres: of a rod's start, of a rigid body's own origin; "
@@ -103,6 +109,13 @@ class Initial(Part):
                     refuse("follow from 'states', which give everything", at=key)
         elif self.laps:
             refuse("belong to 'states'", "without these slots start in lap 1", at="laps")
+        return self
+
+    @model_validator(mode="after")
+    def _rest_has_no_speeds(self) -> Initial:
+        for key in ("speeds", "velocities", "speeds_along", "states"):
+            if self.at_rest and getattr(self, key):
+                refuse("nothing moves where 'at_rest' starts", "leave out one of both", at=key)
         return self
 
     @model_validator(mode="after")

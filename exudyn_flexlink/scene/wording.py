@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from exudyn_flexlink.expressions import looks_like_expression
 from exudyn_flexlink.quantities import in_words
-from exudyn_flexlink.scene.base import TAG, Part, type_of
+from exudyn_flexlink.scene.base import TAG, Part, types_of
 from exudyn_flexlink.scene.synonyms import did_you_mean_word
 from exudyn_flexlink.source import KeyPath, Mistake
 
@@ -85,7 +85,7 @@ def part_classes(annotation: Any) -> list[type[Part]]:
 
 def _meant(classes: list[type[Part]], data: Any) -> type[Part]:
     kind = data.get("type") if isinstance(data, Mapping) else None
-    return next((part for part in classes if kind and type_of(part) == kind), classes[0])
+    return next((part for part in classes if kind in types_of(part)), classes[0])
 
 
 def _fields(part: type[Part]) -> dict[str, Any]:

@@ -13,23 +13,13 @@ from exudyn_flexlink.sweeps import column_of
 
 
 def save_against(found: Against, folder: Path) -> None:
-    """Write ``comparison.json`` and ``comparison.csv`` into an existing folder.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
+    """Write ``comparison.json`` and ``comparison.csv`` into a folder; may raise OSError."""
     data = _held(found) | {"completed": found.result.outcome.completed}
     write_document(folder, COMPARISON, data, {"comparison.csv": against_columns(found)})
 
 
 def save_fit(found: Fit, folder: Path) -> None:
-    """Write ``fit.json`` and ``residuals.csv`` into an existing folder.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
+    """Write ``fit.json`` and ``residuals.csv`` into a folder; may raise OSError."""
     write_document(folder, FIT, fit_data(found), {"residuals.csv": against_columns(found.against)})
 
 

@@ -51,6 +51,7 @@ PART_CASES = (
         EXUDYN,
         part_truths.grazing_circles,
     ),
+    Case("slower_bounces", "one equation", PLAIN, (MINIMAL,), part_truths.slower_bounces),
     Case("dome", "one equation, then free fall", PLAIN, (MINIMAL,), part_truths.dome),
     Case("skimming_face", "closed form", PLAIN, (MINIMAL,), part_truths.skimming_face),
     Case("kinked_drive", "closed form", TOLD, EXUDYN, part_truths.kinked_drive),
@@ -62,6 +63,7 @@ PART_CASES = (
     Case("narrow_hollow", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("narrow_ring", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("barely_held", "closed form", PLAIN, (MINIMAL,), part_truths.barely_held),
+    Case("slow_train", "closed form", PLAIN, EXUDYN, part_truths.slow_train),
     Case("unequal_laps", "closed form", TOLD, EXUDYN, part_truths.unequal_laps),
     Case(
         "stiff_rod",

@@ -147,6 +147,30 @@ def grazing_circles(result: Result) -> float:
     return _off(result, middle + drift * result.time[:, None] + one / (one + two) * apart[:, :2])
 
 
+def slower_bounces(result: Result) -> float:
+    """A ball between a ceiling by Hertz and a floor by Flores et al., of a touch's own speed."""
+    scene = result.scene
+    mass, top = scene.bodies["ball"].mass, scene.curves["ceiling"].to[1]
+    (up, down), start = (scene.contacts[name].law for name in ("up", "down")), scene.initial
+    factor, began = 8 * (1 - down.restitution) / (5 * down.restitution), [True, 1.0]
+
+    def rates(_: float, s: FloatArray, touching: bool) -> FloatArray:
+        y, v = s
+        if touching != began[0]:  # the first look at a touch, or at a flight
+            began[:] = touching, max(-v, down.transition_speed)
+        press = down.stiffness * max(-y, 0.0) ** 1.5 * (1 - factor * v / began[1])
+        return np.array(
+            [v, scene.gravity[1] + (press - up.stiffness * max(y - top, 0) ** 1.5) / mass]
+        )
+
+    def gap(s: FloatArray) -> float:
+        return float(min(s[0], top - s[0]))
+
+    at = [start.positions["ball"][1], start.velocities["ball"][1]]
+    height = _touching(rates, gap, at, result.time)[:, 0]
+    return _off(result, np.stack([0 * height, height], axis=-1))
+
+
 def dome(result: Result) -> float:
     """A bead at an angle from the top: a'' = g/R sin a, until cos a is 2/3 of that at the start."""
     scene, t = result.scene, result.time
@@ -335,6 +359,13 @@ def barely_held(result: Result) -> float:
     turned = _braked(dict(scene.initial.speeds)["rotor"], torque / scene.bodies["rotor"].inertia, t)
     hub = np.array(scene.bodies["block"].points["hub"]) + slid[:, None] * along
     return _off(result, hub + _turned(np.array(scene.bodies["rotor"].points["rim"]), turned))
+
+
+def slow_train(result: Result) -> float:
+    """A pointer that turns by ``1 - 101 99 / 100 100`` of an arm, 100 times as fast."""
+    arm = result.poses[:, list(result.scene.bodies).index("arm"), 2]
+    hub = np.array(result.scene.joints["needle"].at)
+    return _off(result, hub + _turned(np.array([0.1, 0.0]), 0.01 * arm))
 
 
 def _braked(speed: float, brake: float, t: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from types import FunctionType
 from typing import Any
 
 import exudyn_flexlink as fl
+from exudyn_flexlink.api.figures import Shown
 
 WIDTH = 96  # columns of a signature
 LEFT_OUT = {"from_parts", "model_post_init"}  # what only the program calls
@@ -52,10 +53,12 @@ def told_class(name: str, item: type) -> Iterator[str]:
 
 
 def members(item: type) -> dict[str, Any]:
-    """Methods and properties of a class that are its own and public, in order."""
+    """Methods and properties of a class that it has in the package, and public, in order."""
+    own = [vars(base) for base in (*item.__bases__, item) if base is Shown or base is item]
     return {
         name: getattr(member, "__func__", member)
-        for name, member in vars(item).items()
+        for each in own
+        for name, member in each.items()
         if isinstance(member, MEMBERS) and name[0] != "_" and name not in LEFT_OUT
     }
 

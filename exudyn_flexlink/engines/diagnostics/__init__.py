@@ -24,7 +24,7 @@ from exudyn_flexlink.engines.diagnostics.walls import (
     out_of_guides,
     soft_walls,
 )
-from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.loading import assemble_scene, rest_of_scene
 from exudyn_flexlink.mechanism import coarse_tolerance, input_notes
 from exudyn_flexlink.result import Result
 
@@ -34,6 +34,7 @@ def diagnosed(result: Result) -> Result:
     warnings = (
         *result.warnings,
         *input_notes(result.scene, assemble_scene(result.scene)),
+        *unstable_start(result),
         *few_steps(result),
         *coarse_for_clearance(result),
         *soft_walls(result),
@@ -52,3 +53,12 @@ def diagnosed(result: Result) -> Result:
     )
     failed = refusal(result) if result.outcome.completed else None
     return replace(result, warnings=warnings, outcome=failed or result.outcome)
+
+
+def unstable_start(result: Result) -> list[str]:
+    """Say that what starts at rest does not stay there."""
+    if not result.scene.initial.at_rest:
+        return []
+    rest = rest_of_scene(result.scene)
+    grows = f"small motions grow by exp({rest.growth:.4g} t/s)"
+    return [] if rest.stable else [f"the rest at which it starts is unstable: {grows}"]

@@ -15,6 +15,7 @@ GAIN = 1e-4  # of the largest kinetic energy, gained in one impact: more than ro
 OPEN = 1e-8  # m or rad, residual of a joint: more than a converged iteration leaves
 GROSS = 0.1  # of all energy that moves: a run that misses more is no motion of the mechanism
 NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure of an error
+STORED = 1e-10  # of the energy stored: so little beside it is rounding, too, as of what is at rest
 
 
 def doubts(result: Result) -> list[str]:
@@ -41,7 +42,8 @@ def refusal(result: Result) -> Outcome | None:
 
 def kinetic(result: Result) -> float:
     """Largest kinetic energy of a run, J, by which its errors are measured; never 0."""
-    return max(result.checks.largest_kinetic_energy, NO_ENERGY)
+    stored = float(np.abs(result.energy.stored).max(initial=0.0))
+    return max(result.checks.largest_kinetic_energy, NO_ENERGY, STORED * stored)
 
 
 def _remedy(result: Result) -> str:

@@ -25,7 +25,7 @@ from exudyn_flexlink.engines.lagrangian.equations import Frame
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.pair_events import Seen
-from exudyn_flexlink.engines.pressing import law_numbers, pressing
+from exudyn_flexlink.engines.pressing import Laws, rubbing
 from exudyn_flexlink.mechanism import Anchor, FaceContact
 
 
@@ -64,7 +64,7 @@ class Contacts:
         self.held = np.array([own.side == 0 for own in self.all], dtype=bool)
         self.length = np.array([own.length for own in self.all])
         self._side = np.array([own.side for own in self.all])
-        self._laws = law_numbers(self.all)
+        self._laws, self._rubbing = Laws([own.law for own in self.all]), rubbing(self.all)
         pivots = {own.part: own for own in (layout.guide, *layout.levers)}
         of_link = [own for own in self.all if own.point.part in layout.rods]
         corners = [own for own in self.all if own.point.part not in layout.rods]
@@ -150,15 +150,15 @@ class Contacts:
 
     # --- how they push ------------------------------------------------------------------------
 
-    def push(self, at: Frame, which: IndexArray) -> Pushed:
+    def push(self, at: Frame, which: IndexArray, approach: FloatArray) -> Pushed:
         """Forces of the contacts `which` (k,), as their laws have it; of rigid ones none.
 
-        See `pressing.pressing`.
+        The touches of all contacts began with the speeds `approach` (c,), m/s. See `pressing`.
         """
         gap, rows, slides = self._rows(at, which)
         rate, slip = ((own @ at.v[:, :, None])[..., 0] for own in (rows, slides))
-        *law, friction, creep = self._laws[:, which]
-        press, by_gap, by_rate = pressing(law, gap, rate)
+        friction, creep = self._rubbing[:, which]
+        press, by_gap, by_rate = self._laws.pressing(which, gap, rate, approach)
         rub = -friction * press * np.tanh(slip / creep)
         power = -press * rate - rub * slip
         return Pushed(which, press, rub, power, gap, rate, slip, rows, slides, by_gap, by_rate)
@@ -168,7 +168,7 @@ class Contacts:
 
         What a face does along its gap is left out: its force leaps, see `integrate.contact_share`.
         """
-        friction, creep = self._laws[-2:, own.which]
+        friction, creep = self._rubbing[:, own.which]
         rubbing = np.tanh(own.slip[0] / creep)
         # Pressing walls push along their gaps, and drag along their faces, as faces do, too.
         wall = np.where(own.which < self.faces, 0.0, 1.0)

@@ -108,15 +108,16 @@ class Impacts:
         at = self.problem.begin_motion()
         system = self.problem.system
         a, _ = system.accelerations(at)
-        rows = system.contacts.push(at.frame, np.array([k])).rows[0, 0]
+        rows = system.contacts.push(at.frame, np.array([k]), system.touches.approach).rows[0, 0]
         return float(rows @ a[0] + system.contacts.bend(at.frame, np.array([k]))[0, 0])
 
     def _jump(self, k: int, e: float) -> Impact:
         """Let contact k strike: speeds jump."""
         problem = self.problem
         at = problem.begin_motion()
-        first, mass = problem.system.model.first, at.mass[0]
-        row = problem.system.contacts.push(at.frame, np.array([k])).rows[0, 0]
+        system, mass = problem.system, at.mass[0]
+        first = system.model.first
+        row = system.contacts.push(at.frame, np.array([k]), system.touches.approach).rows[0, 0]
         hit = strike(mass[first:, first:], row[first:], float(row @ at.frame.v[0]), e)
         problem.v = problem.v + hit.jump
         if first:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from types import UnionType
 
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.laws import Impulse
@@ -24,7 +25,9 @@ from exudyn_flexlink.mechanism import (
     TorqueMotor,
 )
 from exudyn_flexlink.scene import (
+    BeltJoint,
     FlexibleBody,
+    GearJoint,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
@@ -130,7 +133,11 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
     for stop in scene.stops.values():
         yield stop.path, "no stops of joints"
-    for kind, lacks in ((WeldJoint, "no welds"), (PrismaticJoint, "no such joints")):
+    for kind, lacks in (
+        (WeldJoint, "no welds"),
+        (GearJoint | BeltJoint, "no gears"),
+        (PrismaticJoint, "no such joints"),
+    ):
         for name in _joints(scene, kind):
             yield ("joints", name), lacks
     for friction in mechanism.frictions:
@@ -151,7 +158,7 @@ def _other_springs(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[s
         yield ("springs", turning.name, "torque"), "springs of one stiffness"
 
 
-def _joints(scene: Scene, kind: type) -> list[str]:
+def _joints(scene: Scene, kind: type | UnionType) -> list[str]:
     return [name for name, joint in scene.joints.items() if isinstance(joint, kind)]
 
 

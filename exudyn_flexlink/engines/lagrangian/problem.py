@@ -10,6 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.lagrangian.equations import Frame
 from exudyn_flexlink.engines.lagrangian.impacts import Impacts
 from exudyn_flexlink.engines.lagrangian.model import turning_row
@@ -31,7 +32,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import slow_motions
 from exudyn_flexlink.integrate.stepper import HybridProblem
-from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed
+from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed, pressed_among
 
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
 SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
@@ -76,11 +77,18 @@ class Problem(HybridProblem):
         self.time = 0.0
         contacts = system.contacts
         self.touches = system.touches
+        self.bounds = DepthBounds(contacts.all)
         self.impacts = Impacts(self)
         self._ahead: tuple[Path, Motion, Seen] | None = None  # the last step looked at
         self.seen = Seen(*np.zeros((4, len(contacts.all))))
         self.look_now()
-        self.touches.start(self.seen.gap[: contacts.faces])
+        faces = contacts.all[: contacts.faces]
+        pressed = pressed_among(faces, system.model.assembly.state.q)
+        self.touches.start(
+            np.where(np.isin(range(len(faces)), pressed), 0.0, self.seen.gap[: len(faces)])
+        )
+        for k in pressed:
+            self.change(0.0, k, Change.CLOSES, self.seen)
         self._settle_walls(0.0)
 
     # --- where it is --------------------------------------------------------------------------
@@ -250,6 +258,8 @@ class Problem(HybridProblem):
             walls = self.touches.pressed & (np.arange(len(seen.gap)) >= contacts.faces)
             if seen.gap[walls].min(initial=0.0) < -deepest_allowed(channel):
                 self.stop(broken_wall(channel), BROKEN_WALL_ADVICE)
+        if self.bounds.any and (reason := self.bounds.passed(-seen.gap * self.touches.pressed)):
+            self.stop(reason, TOO_DEEP_ADVICE)
 
     def cross(self, event: Event) -> None:
         """Change the equations."""

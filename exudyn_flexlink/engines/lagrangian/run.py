@@ -18,7 +18,7 @@ import scipy
 
 from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
-from exudyn_flexlink.engines.ending import RADAU, checks, of_turns
+from exudyn_flexlink.engines.ending import RADAU, TOO_DEEP_ADVICE, checks, of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.engines.interrupts import interrupts
@@ -212,6 +212,8 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
         return Outcome(False, time, INTERRUPTED)
     if problem.stop_reason:
         return Outcome(False, time, problem.stop_reason, problem.stop_advice)
+    if reason := problem.bounds.passed(prepared.recorder.seeker.deepest):  # within a step
+        return Outcome(False, time, reason, TOO_DEEP_ADVICE)
     if complaint:
         recorder = prepared.recorder
         gross = recorder.energy_residual > recorder.largest_kinetic_energy

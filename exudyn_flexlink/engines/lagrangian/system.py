@@ -157,7 +157,7 @@ class System:
         numbers, now = self.model.numbers, self._at(t)
         mass, force = mass_and_force(numbers, at)
         force, which = force + now.motors, self.giving_way
-        pushed = self.contacts.push(at, which) if len(which) else None
+        pushed = self.contacts.push(at, which, self.touches.approach) if len(which) else None
         if pushed is not None:
             force = force + pushed.force
         return Motion(t, at, u, now.alpha, now.motors, mass, force, pushed)
@@ -177,7 +177,7 @@ class System:
         if not len(held):
             found[:, first:] = np.linalg.solve(mass, right[:, :, None])[:, :, 0]
             return found, np.zeros((len(at.t), 0))
-        closed = self.contacts.push(at.frame, held)
+        closed = self.contacts.push(at.frame, held, self.touches.approach)
         rows = closed.rows[:, :, first:]
         whole = np.zeros((len(at.t), count + len(held), count + len(held)))
         whole[:, :count, :count], whole[:, count:, :count] = mass, rows
@@ -196,7 +196,8 @@ class System:
             return np.zeros(len(at.t))
         torque = np.einsum("mj,mj->m", at.mass[:, 0], a) - at.force[:, 0]
         if held.shape[1]:
-            rows = self.contacts.push(at.frame, self.held).rows[:, :, 0]
+            closed = self.contacts.push(at.frame, self.held, self.touches.approach)
+            rows = closed.rows[:, :, 0]
             torque = torque - (rows * held).sum(axis=1)
         return np.asarray(torque)
 
@@ -269,8 +270,9 @@ class System:
         if pushed is None or not (pushed.which < self.contacts.faces).any():
             return None
         own = pushed.which < self.contacts.faces
-        laws = [self.contacts.all[k].law for k in pushed.which[own].tolist()]
-        return pushed.rows[own][:, first:], press_by(laws)
+        which = pushed.which[own]
+        laws = [self.contacts.all[k].law for k in which.tolist()]
+        return pushed.rows[own][:, first:], press_by(laws, self.touches.approach[which])
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., n) of the coordinates move anything, at most."""

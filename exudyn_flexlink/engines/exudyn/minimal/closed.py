@@ -19,15 +19,15 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.curves import Evaluator
-from exudyn_flexlink.engines.exudyn.minimal.closures import (
+from exudyn_flexlink.engines.exudyn.minimal.closure_solver import (
     ROUNDING,
-    Closures,
     ClosureSolver,
     Partition,
     Placed,
     StepStages,
     partition,
 )
+from exudyn_flexlink.engines.exudyn.minimal.closures import Closures
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Transform

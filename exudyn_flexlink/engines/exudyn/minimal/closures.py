@@ -7,39 +7,23 @@ e that its first part carries, or the angle between both parts:
 
 Pins hold w at zero, and so do slots, with gamma(u) the place on the curve. Slides have e along
 their line, and hold the imaginary part of w, and theta. Motors that move no coordinate of the tree
-prescribe theta, or along a slide the real part. The coordinates y are those of the tree, then the
-slots' places u. Rows are the real parts (m), then the imaginary ones (m), then the angles (rad).
+prescribe theta, or along a slide the real part. Gears hold sums of the tree's own coordinates. The
+coordinates y are those of the tree, then the slots' places u. Rows are the real parts (m), then the
+imaginary ones (m), then the angles (rad), then the gears (m; rad without pitch circles).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import count
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import qr
 
-from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
-from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import STAGES, C
-from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.mechanism import Anchor, Motor, Pin, Slide, Slot
+from exudyn_flexlink.mechanism import Anchor, Gear, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
-CLOSE = 1e-9  # of a step: instants so little before it are within
-FARTHEST = 2.0  # lengths of a step beyond its end: so far its polynomial tells places
-DEGREES = np.arange(STAGES)
-BY_STAGES = np.linalg.inv(C[:, None] ** DEGREES)  # coefficients of the polynomial through stages
-MOST_ITERATIONS = 12
-NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
-OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
-ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
-
-NOT_CLOSED = "the joints of a loop can't all stay closed"
 
 
 class Track(NamedTuple):
@@ -68,8 +52,8 @@ class Where(NamedTuple):
 class Closures:
     """Residuals of a layout's closures, their Jacobian, and their second derivatives.
 
-    `joints` are all closures but motors, `parts` the first and the second part of each. `motors`
-    have the number of their row, `angles` (rows,) tells which rows are angles.
+    `joints` are all closures but motors and gears, `parts` the first and the second part of each.
+    `motors` and `gears` have the number of their row, `angles` (rows,) tells which rows are angles.
     """
 
     def __init__(
@@ -82,7 +66,8 @@ class Closures:
         """`start` are the coordinates at time 0."""
         self._kinematics, self._followed = kinematics, followed
         self._links = len(layout.links)
-        self.joints = [joint for joint in layout.closures if not isinstance(joint, Motor)]
+        self.joints = [joint for joint in layout.closures if not isinstance(joint, Gear | Motor)]
+        gears = [gear for gear in layout.closures if isinstance(gear, Gear)]
         motors = [motor for motor in layout.closures if isinstance(motor, Motor)]
         slides = [joint for joint in self.joints if isinstance(joint, Slide)]
         sliding = [(motor, motor.slide) for motor in motors if motor.slide]
@@ -92,6 +77,7 @@ class Closures:
         turned = [(slide.first.part, slide.second.part) for slide in slides]
         turned += [(motor.first, motor.second) for motor in turning]
         turns = [layout.turning_row(*pair) for pair in turned]
+        turns += [_geared_row(layout, gear) for gear in gears]
         self._turning = np.array(turns).reshape(-1, self._links)
 
         # Real parts of pins, slots and motors; imaginary parts of all joints; slides, then motors.
@@ -102,18 +88,22 @@ class Closures:
         slots = [self.rows_of_slot(k) for k in range(len(followed))]
         self._slot_rows = np.array(slots, dtype=int).reshape(-1, 2).T
         self._by_places = self._links + np.arange(len(followed))
-        self.count = lengths + len(turned)
+        meshed = lengths + len(turned)
+        self.count = meshed + len(gears)
+        self.gears = list(enumerate(gears, start=meshed))
         self.angles = np.arange(self.count) >= lengths
-        rows = [*range(len(held), len(self._real)), *range(lengths + len(slides), self.count)]
+        self.angles[[row for row, gear in self.gears if gear.in_newtons]] = False
+        rows = [*range(len(held), len(self._real)), *range(lengths + len(slides), meshed)]
         self.motors = list(zip(rows, [*(m for m, _ in sliding), *turning], strict=True))
 
         self._rest = np.zeros(self.count)
         for row, slide in enumerate(slides, start=lengths):
             self._rest[row] = slide.angle - layout.turn(slide.first.part, slide.second.part)
-        # Motors turn and slide on from where they start.
+        # Motors turn and slide on from where they start, and gears mesh as they do there.
         at_start = np.append(start, [point.u for point in followed])
         moved = self.residual(np.zeros(1), self.where(at_start[None]))[0]
         self._rest[rows] = moved[rows]
+        self._rest[meshed:] = moved[meshed:]
 
     def _lay_gaps(self, layout: TreeLayout, joints: Sequence[Pin | Slide | Slot]) -> None:
         """Find what carries the points and the axes of each joint's gap."""
@@ -225,124 +215,20 @@ class Closures:
         return np.asarray((at.axes * gaps)[:, :joints])
 
 
+def _geared_row(layout: TreeLayout, gear: Gear) -> FloatArray:
+    """How a gear's sum (links,) grows with the coordinates."""
+    row = np.zeros(len(layout.links))
+    for tie, weight in zip(gear.ties, gear.weights, strict=True):
+        if tie.slide is None:
+            row += weight * layout.turning_row(*tie.parts)
+        else:
+            link, sign = layout.joints[tie.slide.name]
+            row[link] += weight * sign
+    return row
+
+
 def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor]:
     """First and second point of a joint; of a slot the origin of its curve's axes, and its own."""
     if isinstance(joint, Slot):
         return Anchor(joint.carrier, 0.0, 0.0), joint.anchor
     return joint.first, joint.second
-
-
-class Partition(NamedTuple):
-    """Indices of dependent and independent coordinates, and of the closures' rows in use."""
-
-    dependent: IndexArray
-    free: IndexArray
-    rows: IndexArray
-
-
-def partition(jacobian: FloatArray, known: IndexArray) -> Partition:
-    """Choose by pivoting the closures' scaled Jacobian (rows, coordinates).
-
-    The `known` coordinates are those of motors: neither independent nor dependent, and their
-    columns are 0. Rows that others imply are left out.
-    """
-    upper, order = qr(jacobian, mode="r", pivoting=True)
-    pivots = np.abs(np.diag(upper))
-    rank = int(np.sum(pivots > RANK * pivots[0]))
-    dependent = np.sort(order[:rank])
-    rows = np.sort(qr(jacobian[:, dependent].T, mode="r", pivoting=True)[1][:rank])
-    fixed = {*dependent.tolist(), *known.tolist()}
-    free = np.array([i for i in range(jacobian.shape[1]) if i not in fixed], dtype=int)
-    return Partition(dependent, free, rows)
-
-
-class StepStages(NamedTuple):
-    """Instants (stages,), s, independent coordinates z (stages, independent), and all y.
-
-    `reach` (stages, all, independent) are the derivatives of y by z.
-    """
-
-    t: FloatArray
-    z: FloatArray
-    y: FloatArray
-    reach: FloatArray
-
-    def near(self, t: FloatArray, z: FloatArray) -> FloatArray | None:
-        """Coordinates (n, all) about those at instants (n,) with these independent ones.
-
-        None where those are far: there another way of closing the loops may be nearer.
-        """
-        if t is self.t or np.array_equal(t, self.t):
-            return np.asarray(self.y + (self.reach @ (z - self.z)[:, :, None])[:, :, 0])
-        h = max((self.t[-1] - self.t[0]) / (C[-1] - C[0]), EVENT_TIME)
-        parts = 1 + (t - self.t[-1]) / h
-        if parts.min() < -CLOSE or parts.max() > 1 + FARTHEST:
-            return None
-        weights = parts[:, None] ** DEGREES @ BY_STAGES
-        _, coordinates, free = self.reach.shape
-        reach = weights @ self.reach.reshape(STAGES, coordinates * free)
-        moved = reach.reshape(len(t), coordinates, free) @ (z - weights @ self.z)[:, :, None]
-        return np.asarray(weights @ self.y + moved[:, :, 0])
-
-
-class Placed(NamedTuple):
-    """All coordinates y (n, all) at some instants, and how the dependent ones follow.
-
-    `jacobian` (n, rows, all) is that of the rows in use, `inverse` that of its dependent columns;
-    `reach` (n, all, independent) are the derivatives by the independent ones.
-    """
-
-    y: FloatArray
-    at: Where
-    jacobian: FloatArray
-    inverse: FloatArray
-    reach: FloatArray
-
-
-class ClosureSolver:
-    """Solves for the dependent coordinates of a mechanism of this `size` (m)."""
-
-    def __init__(self, closures: Closures, size: float) -> None:
-        self._closures, self._size = closures, size
-        self.row_scale = np.where(closures.angles, size, 1.0)  # m by residuals
-
-    def placed(self, t: FloatArray, y: FloatArray, split: Partition, lengths: FloatArray) -> Placed:
-        """Close all loops, from coordinates `y` (n, all) on, which are overwritten.
-
-        `lengths` (dependent,), m, are how far a unit of each dependent coordinate moves anything.
-
-        Raises:
-            DeadCentreError: there is no place near where all closures hold.
-
-        """
-        at, jacobian, inverse = self._closed(t, y, split, lengths)
-        reach = np.zeros((*y.shape, len(split.free)))
-        reach[:, split.free, np.arange(len(split.free))] = 1.0
-        reach[:, split.dependent] = -inverse @ jacobian.take(split.free, axis=2)
-        return Placed(y, at, jacobian, inverse, reach)
-
-    def _closed(
-        self, t: FloatArray, y: FloatArray, split: Partition, lengths: FloatArray
-    ) -> tuple[Where, FloatArray, FloatArray]:
-        """Where everything is, the Jacobian of the rows in use, and the dependent ones' inverse."""
-        closures, size = self._closures, np.inf
-        for rounds in count():
-            at = closures.where(y)
-            residual = closures.residual(t, at)
-            jacobian = closures.jacobian(at).take(split.rows, axis=1)
-            try:
-                inverse = np.linalg.inv(jacobian.take(split.dependent, axis=2))
-            except np.linalg.LinAlgError as error:
-                raise DeadCentreError(NOT_CLOSED) from error
-            if size <= NEAR * self._size or rounds == MOST_ITERATIONS:
-                break
-            change = (inverse @ residual.take(split.rows, axis=1)[:, :, None])[:, :, 0]
-            before, size = size, float(np.abs(change * lengths).max(initial=0.0))
-            if not size < 2 * before or not np.isfinite(size):
-                raise DeadCentreError(NOT_CLOSED)
-            y[:, split.dependent] -= change
-            if size <= ROUNDING * self._size:
-                break
-        if np.abs(residual * self.row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
-            raise DeadCentreError(NOT_CLOSED)
-        return at, jacobian, np.asarray(inverse)

@@ -10,8 +10,9 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.carriers import add_force
 from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, OnCurve, Vector, shape_of
+from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.pressing import press_by
-from exudyn_flexlink.laws import Impulse, OneSided, RestitutionPenalty, SpringDamper, SpringTable
+from exudyn_flexlink.laws import Impulse, Penalty, RestitutionPenalty, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -110,49 +111,16 @@ class RigidContact(MinimalContact):
         return look.touch, self._normal_row(look), bend, slides
 
 
-class TableFollower:
-    """Follows the depth of a contact along a table of forces, from row to row."""
-
-    def __init__(self, contact: PenaltyContact, name: str, table: SpringTable) -> None:
-        self._contact, self.name, self._table = contact, name, table
-        self.number: int | None = None  # of the piece, while the contact presses
-
-    def follow(self, depth: float | None) -> None:
-        """Follow the piece of a depth (m) from here on, if none is; None: nothing presses."""
-        if depth is None or self.number is None:
-            self.number = None if depth is None else self._table.number(depth)
-
-    def law(self, depth: float) -> SpringDamper:
-        """Law of the piece that is followed; while nothing presses, of that of a depth (m)."""
-        own = self._table.number(depth) if self.number is None else self.number
-        return self._table.piece(own)
-
-    def left(self, x: FloatArray, _: FloatArray) -> tuple[float, float]:
-        """How far (m) the depth is from the end and the start of the piece."""
-        assert self.number is not None  # only what presses comes to a piece's end
-        depth, depths = self._contact.depth(x), self._table.depths
-        behind = depth - depths[self.number] if self.number else inf
-        return depths[self.number + 1] - depth, behind
-
-    def next_piece(self, way: int) -> bool:
-        """Go on along the next piece (way 1), or the one before (-1); False if there is none."""
-        assert self.number is not None  # only what presses comes to a piece's end
-        self.number += way
-        return self.number < len(self._table.depths) - 1
-
-
 class PenaltyContact(MinimalContact):
     """A contact with a penalty force, and friction if it has any."""
 
-    def __init__(
-        self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty | OneSided
-    ) -> None:
+    def __init__(self, layout: TreeLayout, contact: Contact, law: Penalty) -> None:
         super().__init__(layout, contact)
         self.law, self.friction = law, contact.friction
-        self.lets_go = not isinstance(law, RestitutionPenalty)
+        self.lets_go = law.lets_go
         self._softness = law.half_period(1.0) ** 2 if self.lets_go else 0.0  # m/N, but for pi^2
         if isinstance(law, SpringTable):
-            self.along_table = TableFollower(self, contact.name, law)
+            self.along_table = TableFollower(self.depth, contact.name, law)
 
     def follow(self, x: FloatArray, *, presses: bool) -> None:
         """Take up a state in which the contact goes on, begins or ends."""
@@ -165,38 +133,48 @@ class PenaltyContact(MinimalContact):
         """Penetration (m) at coordinates of the tree; negative while apart."""
         return -self.touch(x, np.zeros(len(x))).gap
 
-    def acting(self, touch: Touch) -> RestitutionPenalty | SpringDamper:
+    def acting(self, touch: Touch) -> Penalty:
         """The law, or that of the piece of a table that acts."""
         if isinstance(self.law, SpringTable):
             assert self.along_table is not None
             return self.along_table.law(-touch.gap)
         return self.law
 
-    def force(self, touch: Touch) -> float:
-        """Pressing force, N; none while apart. One that lets go is followed smoothly beyond."""
+    def force(self, touch: Touch, approach: float) -> float:
+        """Pressing force, N, in a touch that began so fast (m/s); none while apart.
+
+        One that lets go is followed smoothly beyond.
+        """
         law = self.acting(touch)
         if isinstance(law, SpringDamper):
             return law.preload - law.stiffness * touch.gap - law.damping * touch.gap_rate
         if touch.gap >= 0:
             return 0.0
+        if not isinstance(law, RestitutionPenalty):
+            return float(law.force(-touch.gap, -touch.gap_rate, approach))
         rising = tanh(-touch.gap_rate / law.transition_speed)
         return -touch.gap * (law.elastic + law.lossy * rising)
 
     def pressed_by(self, touch: Touch) -> float:
-        """Depth (m), or what of it the force still takes to let go if that is less."""
-        if isinstance(self.law, RestitutionPenalty):
-            return super().pressed_by(touch)
-        return min(-touch.gap, self.force(touch) * self._softness)
+        """Depth (m), or what of it the force still takes to let go if that is less.
 
-    def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[Vector, Vector]:
-        """Add the generalised forces.
+        No force that lets go depends on how fast its touch began.
+        """
+        if not self.lets_go:
+            return super().pressed_by(touch)
+        return min(-touch.gap, self.force(touch, 0.0) * self._softness)
+
+    def push(
+        self, x: FloatArray, v: FloatArray, onto: FloatArray, approach: float
+    ) -> tuple[Vector, Vector]:
+        """Add the generalised forces in a touch that began so fast (m/s).
 
         Return the pressing force (N) and the power it takes (W), and the gap (m) and its rate.
         """
         look = self._look(x, v)
         touch = look.touch
         # As a contact ends a trial state may be just off the face: no force pulls.
-        press = self.force(touch)
+        press = self.force(touch, approach)
         rub = self._rub(press, touch)
         (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
         fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
@@ -210,7 +188,9 @@ class PenaltyContact(MinimalContact):
         """Friction (N) along the slip."""
         return 0.0 if self.friction is None else float(self.friction.force(press, touch.slip))
 
-    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    def slopes(
+        self, x: FloatArray, v: FloatArray, approach: float
+    ) -> tuple[FloatArray, FloatArray] | None:
         """Stiffness and damping (links, links) beside those along the gap; None without any.
 
         They come from friction, and from a normal that turns as what is round moves past.
@@ -219,7 +199,8 @@ class PenaltyContact(MinimalContact):
         if look.bend == 0 and self.friction is None:
             return None
         touch = look.touch
-        pressing = press_by([self.acting(touch)])(np.array([[touch.gap, touch.gap_rate]]))
+        press_of = press_by([self.acting(touch)], np.array([approach]))
+        pressing = press_of(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
         past = self._row(look, look.along, (look.at, look.centre))
         stiffness = -press * look.bend * np.outer(past, past)

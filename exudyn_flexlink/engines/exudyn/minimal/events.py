@@ -11,17 +11,14 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    MinimalContact,
-    RigidContact,
-    TableFollower,
-)
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionWatch
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
+from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
 from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm
 from exudyn_flexlink.engines.touching import Side

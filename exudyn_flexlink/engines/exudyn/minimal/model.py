@@ -227,11 +227,11 @@ class MinimalModel:
         (n, c, 2).
         """
         pushes = np.zeros((len(x), len(self.contacts), 2))
-        acting = self.giving_way()
+        acting, approach = self.giving_way(), self.touches.approach.tolist()
         touching = np.empty((len(x), len(acting), 2))
         for c, (k, contact) in enumerate(acting):
             for i in range(len(x)):
-                pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i])
+                pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i], approach[k])
         return pushes, touching
 
     def giving_way(self) -> list[tuple[int, PenaltyContact]]:
@@ -272,7 +272,8 @@ class MinimalModel:
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
         x, v = whole.state.x, whole.state.v
-        found = [contact.slopes(x, v) for _, contact in self.giving_way()]
+        approach = self.touches.approach
+        found = [own.slopes(x, v, float(approach[k])) for k, own in self.giving_way()]
         if self.loads.stiff:
             push = partial(self.loads.push, np.full(4 * len(x), float(whole.t)))
             found.append(falls(push, x, v, self._lengths))
@@ -286,18 +287,17 @@ class MinimalModel:
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
-        acting = [contact for _, contact in self.giving_way()]
+        acting = self.giving_way()
         if not acting:
             return None
         state: TreeState = at.kept.state
-        rows = np.array([contact.gradient(state.x, state.v) for contact in acting])
+        rows = np.array([contact.gradient(state.x, state.v) for _, contact in acting])
         rows = state.transform.reduced_rows(rows)
         # Closed gaps let a force through to the same motions by which they let a gap open.
         projector = self._projector(at)
         rows = rows if projector is None else rows @ projector.free.T
-        return rows, press_by(
-            [contact.acting(contact.touch(state.x, state.v)) for contact in acting]
-        )
+        laws = [contact.acting(contact.touch(state.x, state.v)) for _, contact in acting]
+        return rows, press_by(laws, self.touches.approach[[k for k, _ in acting]])
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move any point, at most."""

@@ -10,13 +10,19 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.ending import RADAU, checks
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, Track
+from exudyn_flexlink.engines.exudyn.minimal.closure_solver import RANK
+from exudyn_flexlink.engines.exudyn.minimal.closures import Track
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder, TreeKept
 from exudyn_flexlink.engines.exudyn.reporting import versions
-from exudyn_flexlink.engines.histories import Histories, friction_histories, push_of
+from exudyn_flexlink.engines.histories import (
+    Histories,
+    friction_histories,
+    gear_forces,
+    push_of,
+)
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
@@ -27,7 +33,9 @@ from exudyn_flexlink.mechanism import (
     line_of,
     sizes_at,
     spring_force,
+    tooth_pushes,
     turned,
+    without_teeth,
 )
 from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
 from exudyn_flexlink.result import (
@@ -45,24 +53,27 @@ from exudyn_flexlink.scene import PointsJoint, Scene
 class Reactions:
     """Forces (instants, 2) by joint, N, and on parts; by drive its torque (instants,), N m.
 
-    `torques` of drives along a slide are forces along that, N.
+    `torques` of drives along a slide are forces along that, N. `gears` are as in the Result.
     """
 
     forces: dict[str, FloatArray] = field(default_factory=dict)
     torques: dict[str, FloatArray] = field(default_factory=dict)
+    gears: dict[str, FloatArray] = field(default_factory=dict)
     on_parts: list[tuple[int, FloatArray]] = field(default_factory=list)
 
 
 def reactions_of(
-    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray
+    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray, poses: FloatArray
 ) -> Reactions:
     """Reactions at instants (n,) with coordinates x (n, links) and slots' places (n, slots).
+
+    The parts are at `poses` (n, parts, 3).
 
     `forces` (n, links) are the constraint forces of motors, slots and loops. Where joints are
     redundant their forces are the least of those that are possible.
     """
     if isinstance(model.coordinates, ClosedCoordinates):
-        return _of_closures(model, model.coordinates, x, places, forces)
+        return _of_closures(model, x, places, forces, poses)
     found = Reactions()
     number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
     for guided in model.layout.slots:
@@ -102,21 +113,27 @@ def _moment(
 
 
 def _of_closures(
-    model: MinimalModel,
-    coordinates: ClosedCoordinates,
-    x: FloatArray,
-    places: FloatArray,
-    forces: FloatArray,
+    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray, poses: FloatArray
 ) -> Reactions:
+    coordinates = model.coordinates
+    assert isinstance(coordinates, ClosedCoordinates)
     closures, motors = coordinates.closures, model.layout.motors
     at = closures.where_on(x, _track(coordinates, places))
     multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
     found = Reactions()
+    found.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
+    teeth = [
+        push
+        for _, gear in closures.gears
+        for push in tooth_pushes(gear, found.gears[gear.name], poses)
+    ]
+    found.on_parts += [(push.part, push.force) for push in teeth]
     in_joints = closures.forces(at, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.
     rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
     for joint, (first, second), own in rows:
-        force = found.forces[joint.name] = np.stack([own.real, own.imag], axis=-1)
+        force = np.stack([own.real, own.imag], axis=-1)
+        force = found.forces[joint.name] = without_teeth(joint.name, force, teeth)
         found.on_parts += [(second, force), (first, -force)]
     for row, motor in closures.motors:
         found.torques[motor.name] = multipliers[:, row]
@@ -199,7 +216,7 @@ class RunReader:
         self.force_parts = {
             force.name: (force.point.part, GROUND) for force in self.mechanism.forces
         }
-        self.reactions = reactions_of(model, own.x, self.kept.places, own.forces)
+        self.reactions = reactions_of(model, own.x, self.kept.places, own.forces, self.moved.poses)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
                 line = line_of(motor.slide, self.moved.poses)
@@ -255,6 +272,8 @@ class RunReader:
             warnings=warnings,
             outcome=outcome,
             frictions=self._frictions(),
+            gear_forces=gear_forces(self.mechanism, self.reactions.gears, in_newtons=True),
+            gear_torques=gear_forces(self.mechanism, self.reactions.gears, in_newtons=False),
         )
 
     def _deepest(self) -> float:

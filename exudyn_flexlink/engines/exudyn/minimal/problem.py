@@ -15,11 +15,11 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     PenaltyContact,
     RigidContact,
-    TableFollower,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
@@ -35,12 +35,14 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Overlooked
+from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
+from exudyn_flexlink.mechanism import pressed_among
 
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 
@@ -78,6 +80,9 @@ class MinimalProblem:
         x, v = self.model.start
         gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
         springs = [contact.lets_go for contact in self.model.contacts]
+        assembly = self.model.assembly
+        pressed = pressed_among(assembly.mechanism.touching, assembly.state.q)
+        springs = [own or k in pressed for k, own in enumerate(springs)]
         self.model.touches.start(np.where(springs, 0.0, gaps))
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
@@ -87,24 +92,20 @@ class MinimalProblem:
         self._walls = len(self.model.contacts)  # number of the first pair of link and guide
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
-        self._begin_pressed()
+        self.bounds = DepthBounds(self.recorder.contacts)
+        self._begin_pressed(pressed)
         self._finder.frictions.settle(0.0, *self.model.coordinates.independent())
         self.impacts = Impacts(self.model, self._finder, self.recorder)
 
-    def _begin_pressed(self) -> None:
-        """Let ropes and buffers press that are stretched or compressed at time 0."""
+    def _begin_pressed(self, pressed: list[int]) -> None:
+        """Let contacts press that do at time 0: `pressed` at a rest; ropes that are stretched."""
         for k, contact in enumerate(self.model.contacts):
             touch = self._finder.touches[k]
-            if (
-                isinstance(contact, PenaltyContact)
-                and contact.lets_go
-                and contact.pressed_by(touch) > 0
-            ):
+            if not isinstance(contact, PenaltyContact):
+                continue
+            if contact.pressed_by(touch) > 0 if contact.lets_go else k in pressed:
                 self._change(0.0, k, Change.CLOSES, touch)
                 contact.follow(self.model.start[0], presses=True)
-                stored = float(contact.law.stored_energy(-touch.gap))
-                # What it stores counts as lost until it ends.
-                self.recorder.leap(k, 0.0, stored, 0.0)
 
     @property
     def over(self) -> bool:
@@ -174,6 +175,11 @@ class MinimalProblem:
         self.recorder.take(step, found)
         if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
+        elif self.bounds.any:
+            gaps = [touch.gap for touch in self._finder.touches]
+            depths = -np.concatenate([gaps, self._finder.walls.seen.gap])
+            self.stop_reason = self.bounds.passed(depths * self.model.touches.pressed)
+            self.stop_advice = TOO_DEEP_ADVICE
 
     def _look(self, step: Step) -> _Looked:
         """All coordinates at the end of a step, and within it."""
@@ -310,7 +316,8 @@ class MinimalProblem:
             touch, number = walls.touch(k), self._walls + k
             what = self.model.touches.crossing(number, touch.gap, touch.inside)
             self._change(time, number, what, touch)
-        self.model.walls.choose(self.model.touches.pressed[self._walls :])
+        touches, pairs = self.model.touches, slice(self._walls, None)
+        self.model.walls.choose(touches.pressed[pairs], touches.approach[pairs])
         self._flight = self._longest_flight(time)
         self._free_since = None if self.model.walls.touching.any() else time
 

@@ -28,7 +28,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
 from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm, changed, first_of, late_by
-from exudyn_flexlink.engines.pressing import law_numbers, pressing
+from exudyn_flexlink.engines.pressing import Laws, rubbing
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Channel, FaceContact, deepest_allowed, pairs
 from exudyn_flexlink.mechanism.tree import TreeLayout
@@ -153,18 +153,19 @@ class Walls:
         self._channels, self.contacts = [one for one, _ in both], [pair for _, pair in both]
         self.faces = WallFaces(layout, kinematics, self.contacts)
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
-        self._laws = law_numbers(self._channels)
-        self._any_friction = bool(self._laws[-2].any())
+        self._laws = Laws([channel.law for channel in self._channels])
+        self._rubbing = rubbing(self._channels)
+        self._any_friction = bool(self._rubbing[0].any())
         self.touched = np.zeros(len(self.contacts), dtype=bool)  # at any time so far
-        self.choose(self.touched)
+        self.choose(self.touched, np.zeros(len(self.contacts)))
 
-    def choose(self, touching: BoolArray) -> None:
-        """Let these of the pairs (pairs,) press."""
-        self.touching = touching
+    def choose(self, touching: BoolArray, approach: FloatArray) -> None:
+        """Let these of the pairs (pairs,) press, whose touches began so fast (pairs,), m/s."""
+        self.touching, self._approach = touching, approach
         self.touched = self.touched | touching
         self.which = np.flatnonzero(self.touching)
         self._acting = self.faces.some(self.which)
-        self._of_acting = self._laws[:, self.which]
+        self._rub_of_acting = self._rubbing[:, self.which]
 
     def broken(self, seen: Seen) -> Channel | None:
         """Channel whose wall the link has broken through, of pairs (pairs,) seen now."""
@@ -176,8 +177,8 @@ class Walls:
         if not len(self.which):
             return None
         (gap, _, gap_rate, slide), (normal, along) = self._acting.look_and_gradients(x, v)
-        *law, coefficient, slip = self._of_acting
-        press = pressing(law, gap, gap_rate).force
+        coefficient, slip = self._rub_of_acting
+        press = self._laws.pressing(self.which, gap, gap_rate, self._approach).force
         force = (press[:, None, :] @ normal)[:, 0]
         power = -press * gap_rate
         if self._any_friction:
@@ -191,13 +192,14 @@ class Walls:
 
         `reach` (links, n) are the derivatives of the coordinates by the independent ones.
         """
-        *law, coefficient, slip = self._of_acting
-        _, spring, damper = pressing(law, at.gap, at.gap_rate)
+        coefficient, slip = self._rub_of_acting
+        _, spring, damper = self._laws.pressing(self.which, at.gap, at.gap_rate, self._approach)
         normal = at.normal @ reach
         if not self._any_friction:
             return (normal.T * spring) @ normal, (normal.T * damper) @ normal
         along, rubbed = at.along @ reach, np.tanh(at.slip / slip)
-        drag = coefficient * np.maximum(-at.gap, 0.0) * spring * (1 - rubbed * rubbed) / slip
+        secant = spring / self._laws.exponents[self.which]
+        drag = coefficient * np.maximum(-at.gap, 0.0) * secant * (1 - rubbed * rubbed) / slip
         pushed = (normal - (coefficient * rubbed)[:, None] * along).T
         damping = (pushed * damper) @ normal + (along.T * drag) @ along
         return (pushed * spring) @ normal, damping

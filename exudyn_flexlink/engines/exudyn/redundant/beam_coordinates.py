@@ -16,7 +16,7 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import cross
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates, OfBeams
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
@@ -158,7 +158,7 @@ class BeamCoordinates(Coordinates):
 
     def half_period(self, contact: Contact | Channel) -> float:
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
-        assert isinstance(contact.law, RestitutionPenalty)  # others are refused
+        assert not isinstance(contact.law, Impulse)  # refused
         poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
         moving, _ = self._moving(self._q, self.assembly.state.places)
         first, second = (

@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Resolution,
     deepest_allowed,
+    pressed_among,
 )
 
 EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
@@ -64,6 +65,7 @@ class ContactItem:
         state = system.assembly.state
         start = self.items.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
         behind = not self.walled and start.gap < -TOUCHING
+        behind = behind and not pressed_among([contact], state.q)
         self.side = Side.BEHIND if behind else Side.APART
         self.changed: Changed | None = None  # what happened to it as the last step ended
 
@@ -80,6 +82,8 @@ class ContactItem:
         self.changed = self._change(touch, now, before)
         if self.changed is not None:
             self.side = BECOMES[self.side, self.changed.what]
+            if self.side is Side.PRESSED:
+                self.items.begin(-self.changed.now.gap_rate)
         if before is not None and now.step > 0:
             touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
             touch.slip_bend = (touch.slip - before.slip) / now.step
@@ -120,7 +124,7 @@ class ContactItem:
             leaps = -touch.gap > abs(rate) * now.step + OPEN
             law = self.contact.law
             assert not isinstance(law, Impulse)  # refused: it has no force
-            press = float(law.force(-touch.gap, -rate))
+            press = float(law.force(-touch.gap, -rate, -rate))
             if before is not None:
                 # The step that found the contact ended in it, already slowed down a little.
                 rate = min(rate, before.gap_rate)
@@ -159,6 +163,7 @@ class ContactItem:
         if not self._can_meet(touch, at):
             self.items.wake(False)
             return step
+        self.items.begin(-touch.gap_rate)
         # Items that act press everywhere behind the face's line, also beyond the face's ends.
         self.items.wake(until < AHEAD * step and self._on_face(at))
         # The integrator spreads the force at a step's end over the whole step: the step that

@@ -21,8 +21,6 @@ from exudyn_flexlink.source import Mistake
 
 Numbers = Mapping[str, tuple[int, ...]]
 
-MOST_SHOWN = 6  # items of one name, and names of one kind, in a line of `repr`
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ExudynSystem:
@@ -61,7 +59,10 @@ class ExudynSystem:
         ]
         kinds = [each.name for each in fields(self) if each.type == "Numbers"]
         named = {kind: getattr(self, kind) for kind in kinds}
-        lines += [f"  {kind:9} {_shown(found)}" for kind, found in named.items() if found]
+        for kind, found in named.items():
+            own = {name: each for name, each in found.items() if " " not in name}  # no hinges
+            told = [f"{name} {', '.join(map(str, each))}" for name, each in own.items()]
+            lines += [f"  {kind:9} {'; '.join(told)}"] if told else []
         if self.not_followed:
             lines.append("  does not happen by itself when Exudyn solves alone:")
             lines += [f"    - {each}" for each in self.not_followed]
@@ -133,13 +134,8 @@ def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int
 def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:
     welds = {weld.name for weld in system.mechanism.welds}
     # What holds the angle of a weld is the object behind its pin.
-    found: dict[str, tuple[int, ...]] = {
-        name: (number, number + 1) if name in welds else (number,)
-        for name, number in system.joints.items()
-    }
-    for slot in slots:
-        found[slot.slot.name] = tuple(dict.fromkeys(slot.item_of_piece))
-    return found
+    own = {n: (i, i + 1) if n in welds else (i,) for n, i in system.joints.items()}
+    return own | {each.slot.name: tuple(dict.fromkeys(each.item_of_piece)) for each in slots}
 
 
 def _contacts(contacts: Contacts) -> dict[str, tuple[int, ...]]:
@@ -162,8 +158,9 @@ def _not_followed(
         )
     knots = mechanism.knots(end_of_run(scene, mechanism))
     if knots:
+        shown = ", ".join([f"{knot:g}" for knot in knots[:6]] + ["..."] * (len(knots) > 6))
         found.append(
-            f"drives jump or bend at {_first([f'{knot:g}' for knot in knots], ', ')} s: no step "
+            f"drives jump or bend at {shown} s: no step "
             "ends there, and accelerations that the solver carries on are not renewed"
         )
     values = [(name, size.value) for name, size in mechanism.sizes]
@@ -184,19 +181,3 @@ def _of_slot(slot: SlotItems) -> list[str]:
     if not slot.curve.closed:
         found.append("nothing stops it at the ends of its curve")
     return found
-
-
-def _shown(found: Numbers) -> str:
-    names = sorted(found, key=lambda name: " " in name)  # the scene's own before 'link hinge 1'
-    return _first([f"{name} {_range(found[name])}" for name in names], "; ")
-
-
-def _range(numbers: tuple[int, ...]) -> str:
-    if len(numbers) > 2 and numbers == tuple(range(numbers[0], numbers[-1] + 1)):
-        return f"{numbers[0]}..{numbers[-1]}"
-    return _first([str(number) for number in numbers], ", ")
-
-
-def _first(words: Sequence[str], between: str) -> str:
-    more = len(words) - MOST_SHOWN
-    return between.join([*words[:MOST_SHOWN], *([f"and {more} more"] if more > 0 else [])])

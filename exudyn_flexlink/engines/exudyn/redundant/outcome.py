@@ -20,7 +20,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     no_solution_advice,
     versions,
 )
-from exudyn_flexlink.engines.histories import Histories, friction_histories
+from exudyn_flexlink.engines.histories import Histories, friction_histories, gear_forces
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -34,6 +34,8 @@ from exudyn_flexlink.mechanism import (
     line_of,
     sizes_at,
     spring_force,
+    tooth_pushes,
+    without_teeth,
 )
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -123,7 +125,17 @@ class _RunReader:
             warnings=(*_warnings(prepared), *self._creeping()),
             outcome=_outcome(prepared, complaint),
             frictions=self._frictions(),
+            gear_forces=gear_forces(self.mechanism, self._of_gears(), in_newtons=True),
+            gear_torques=gear_forces(self.mechanism, self._of_gears(), in_newtons=False),
         )
+
+    def _of_gears(self) -> dict[str, FloatArray]:
+        """Multiplier (samples,) of each gear."""
+        numbers = zip(self.mechanism.gears, self.system.gears, strict=True)
+        return {
+            gear.name: -self.multipliers[:, self.system.multipliers(number)[0]]
+            for gear, number in numbers
+        }
 
     def _frictions(self) -> dict[str, FrictionHistory]:
         own = self.mechanism.frictions
@@ -175,7 +187,12 @@ class _RunReader:
     def _joint_forces(self) -> dict[str, FloatArray]:
         """Force of each joint of two points of the scene on its second one, N, global axes."""
         system, joints, found = self.system, self.prepared.scene.joints, {}
-        mechanism = self.mechanism
+        mechanism, of_gears = self.mechanism, self._of_gears()
+        teeth = [
+            push
+            for gear in mechanism.gears
+            for push in tooth_pushes(gear, of_gears[gear.name], self.poses)
+        ]
         held: list[Pin | Weld | Slide] = [*mechanism.pins, *mechanism.welds, *mechanism.slides]
         for joint in held:
             if not isinstance(joints.get(joint.name), PointsJoint):
@@ -185,7 +202,8 @@ class _RunReader:
                 normal = left_of(line_of(joint, self.poses))
                 found[joint.name] = -self.multipliers[:, rows[:1]] * normal
             else:
-                found[joint.name] = -self.multipliers[:, rows]
+                force = np.asarray(-self.multipliers[:, rows])
+                found[joint.name] = without_teeth(joint.name, force, teeth)
         return found
 
     def _checks(self) -> Checks:

@@ -21,7 +21,13 @@ from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
 from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.laws import Friction, PressingLaw, RestitutionPenalty
+from exudyn_flexlink.laws import (
+    Friction,
+    Impulse,
+    PowerPenalty,
+    PressingLaw,
+    RestitutionPenalty,
+)
 from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
 
 Law = Callable[..., Any]
@@ -48,9 +54,10 @@ class Pressing(ABC):
     numbers: list[int]  # of its connectors
 
     def __init__(self, system: System, contact: Contact, normal: int) -> None:
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        assert not isinstance(contact.law, Impulse)  # `run` refuses it
         self._mbs, self._law = system.mbs, contact.law
         self.numbers = [normal]
+        self._approach = 0.0  # m/s: with which the touch began, or would begin now
         self._friction = contact.friction
         if contact.friction is not None:
             law = _law(system, contact.friction, 0.0, COORDINATE_SPRING)
@@ -71,6 +78,14 @@ class Pressing(ABC):
     def _aim(self, touch: Touch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
 
+    def begin(self, approach: float) -> None:
+        """Begin a touch, or expect one, with this approach speed (m/s)."""
+        self._approach = approach
+        law = self._law
+        if isinstance(law, PowerPenalty) and law.factor > 0:
+            damping = law.factor / max(approach, law.transition_speed)
+            self._mbs.SetObjectParameter(self.numbers[0], "damping", damping)
+
     def wake(self, awake: bool) -> None:
         """Let the contact act in the next step, or cost nothing."""
         if awake == self.awake:
@@ -88,7 +103,8 @@ class Pressing(ABC):
         for name, (x, y) in (*places, ("axis0", aim.along)):
             self._mbs.SetMarkerParameter(self._slip_marker, name, [x, y, 0.0])
         gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
-        pressing = float(self._law.force(-gap, -touch.gap_rate - step * touch.gap_bend))
+        rate = -touch.gap_rate - step * touch.gap_bend
+        pressing = float(self._law.force(-gap, rate, self._approach))
         self._mbs.SetObjectParameter(self._slip, "stiffness", aim.grip * pressing)
         self._mbs.SetObjectParameter(self._slip, "damping", aim.grip)
 
@@ -226,10 +242,13 @@ class _Place:
 
 def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) -> Any:
     """Return a symbolic function for items of a kind, one for all contacts of the same law."""
-    assert isinstance(law, (RestitutionPenalty, Friction))  # `run` refuses others
+    assert isinstance(law, RestitutionPenalty | PowerPenalty | Friction)  # `run` refuses others
     key = law, free, kind
     if key not in system.laws:
-        force = _sliding(law) if isinstance(law, Friction) else _pressing(law, free)
+        if isinstance(law, PowerPenalty):
+            force = _pressing_by_power(law, free)
+        else:
+            force = _sliding(law) if isinstance(law, Friction) else _pressing(law, free)
         system.laws[key] = utilities.CreateSymbolicUserFunction(
             system.mbs, force, "springForceUserFunction", itemTypeName=kind
         )
@@ -279,6 +298,18 @@ def _pressing(law: RestitutionPenalty, free: float) -> Law:
         return u * (elastic + lossy * symbolic.tanh(deeper))
 
     return one_side if free else both_sides
+
+
+def _pressing_by_power(law: PowerPenalty, free: float) -> Law:
+    """Likewise of `laws.PowerPenalty`; the damping is the factor over the approach speed, s/m."""
+    symbolic = Engine.symbolic
+
+    def one_side(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, by: Any, _o: Any) -> Any:
+        damped = symbolic.max(0.0, 1.0 - free * by * v)
+        pressed = -free * law.stiffness * symbolic.pow(symbolic.abs(u), law.exponent) * damped
+        return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u)
+
+    return one_side
 
 
 def _sliding(friction: Friction) -> Law:

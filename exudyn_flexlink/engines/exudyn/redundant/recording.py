@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.recording import BLOCK, BlockRecorder, Kept, Steps, together
 from exudyn_flexlink.engines.touching import Change, Moment, Touches
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     anchor_velocity,
     approach,
@@ -116,10 +116,13 @@ class Recorder(BlockRecorder):
         ends = _States(*(np.array(column) for column in zip(*self._rows, strict=True)))
         balanced, pressing = self._balance(ends.t, ends.multipliers), self._pressing(count)
         if first:
-            self._start(self._known(ends.pick(slice(1)), balanced, pressing[0][:1])[0])
+            begun, _, speeds = pressing
+            self._start(self._known(ends.pick(slice(1)), balanced, begun[:1], speeds[:1])[0])
         reached = self._reached[None]
         if count > 1:
             reached = self._take_steps(ends, balanced, pressing)
+        if first:
+            reached = np.vstack([0 * reached[:1], reached[1:]])  # what begins has taken nothing
         totals = np.array([2, 2 + len(self.contacts)])  # columns: of impulses, and of losses
         for row, changed in self._changes:
             impulse, lost = reached[row, changed.contact + totals].tolist()
@@ -129,34 +132,46 @@ class Recorder(BlockRecorder):
         self._rows = self._rows[-1:]
 
     def _take_steps(
-        self, ends: _States, balanced: _Balanced, pressing: tuple[BoolArray, BoolArray]
+        self,
+        ends: _States,
+        balanced: _Balanced,
+        pressing: tuple[BoolArray, BoolArray, FloatArray],
     ) -> FloatArray:
         """Take the steps between `ends`; return the totals there."""
-        count, (begun, ended) = len(ends.t) - 1, pressing
+        count, (begun, ended, speeds) = len(ends.t) - 1, pressing
         samples = np.union1d(self._due(ends.t[-1]), self._events)
         self._pass(ends.t[-1])
         self._events.clear()
         # What is known where a step begins comes after what leaps there.
         of = np.clip(np.searchsorted(ends.t, samples, side="right") - 1, 0, count - 1)
         nodes = _States(*(np.concatenate([column[:-1], column[1:]]) for column in ends))
-        at_nodes, power = self._known(nodes, balanced, np.concatenate([begun[:-1], ended[1:]]))
+        pressed, of_touches = (
+            np.concatenate([own[:-1], then[1:]]) for own, then in ((begun, ended), (speeds, speeds))
+        )
+        at_nodes, power = self._known(nodes, balanced, pressed, of_touches)
         known = together([at_nodes, _within(at_nodes, of, samples, balanced)])
         numbers = np.arange(2 * count).reshape(2, count).T
         inner = np.arange(2 * count, len(known.t))
         steps = Steps(ends.t[:-1], np.diff(ends.t), numbers, inner, of)
         rates = self._rates(at_nodes, power, balanced)
-        return self._book(steps, known, rates, known.pick(numbers[:, 1]))
+        return self._book(steps, known, rates, known.pick(numbers[:, 1]), speeds[:-1])
 
-    def _pressing(self, count: int) -> tuple[BoolArray, BoolArray]:
-        """Which contacts press (rows, c) as steps begin, and as they end there."""
+    def _pressing(self, count: int) -> tuple[BoolArray, BoolArray, FloatArray]:
+        """Which contacts press (rows, c) as steps begin, and as they end there.
+
+        And the speeds (m/s) with which their last touches began.
+        """
         begun = np.tile(self.touches.pressed, (count, 1))
+        speeds = np.tile(self.touches.approach, (count, 1))
         for row, changed in self._changes:
             begun[row:, changed.contact] = changed.what is Change.CLOSES
+            if changed.what is Change.CLOSES:
+                speeds[row:, changed.contact] = -changed.now.gap_rate
         ended = begun.copy()
         for row, changed in self._changes:
             if changed.leaps:
                 ended[row, changed.contact] ^= True
-        return begun, ended
+        return begun, ended, speeds
 
     def _balance(self, t: FloatArray, raw: FloatArray) -> _Balanced:
         """Average the multipliers over steps, and date them."""
@@ -173,18 +188,21 @@ class Recorder(BlockRecorder):
     # --- what is known ------------------------------------------------------------------------
 
     def _known(
-        self, at: _States, balanced: _Balanced, pressed: BoolArray
+        self, at: _States, balanced: _Balanced, pressed: BoolArray, approach_speed: FloatArray
     ) -> tuple[Kept, FloatArray]:
-        """What is known at instants, but for the totals, and powers taken by contacts (m, c), W."""
+        """What is known at instants, but for the totals, and powers taken by contacts (m, c), W.
+
+        Contacts press as `pressed` tells, in touches that began so fast: both (m, c).
+        """
         press, power = np.zeros(pressed.shape), np.zeros(pressed.shape)
         elastic = np.zeros(len(at.t))
         poses, rates = self.coordinates.at_joints(at.q, at.v)
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = self.contacts[k], pressed[:, k]
             seen = approach(contact, poses[rows], rates[rows])
-            assert isinstance(contact.law, RestitutionPenalty)  # `prepare` refuses others
+            assert not isinstance(contact.law, Impulse)  # `prepare` refuses it
             deep = np.maximum(-seen.gap, 0.0)
-            force = contact.law.force(deep, -seen.gap_rate)
+            force = contact.law.force(deep, -seen.gap_rate, approach_speed[rows, k])
             elastic[rows] += contact.law.stored_energy(deep)
             press[rows, k], power[rows, k] = force, -force * seen.gap_rate
             if contact.friction is not None:

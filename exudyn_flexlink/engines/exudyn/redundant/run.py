@@ -15,6 +15,7 @@ from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import Kinks
+from exudyn_flexlink.engines.exudyn.redundant.gears import add_gear
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
@@ -94,6 +95,7 @@ def built(
     as_beam = scene.solver.formulation == "beam"
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
+    system.gears = [add_gear(system, gear) for gear in system.mechanism.gears]
     add_loads(system)
     count = len(assembly.mechanism.slots)
     slots = [SlotItems(system, i, events, limits) for i in range(count)]

@@ -52,6 +52,7 @@ class System:
     joints: dict[str, int] = field(default_factory=dict)  # pins, welds' points, and slides
     springs: dict[str, int] = field(default_factory=dict)
     motors: list[int] = field(default_factory=list)  # speed motors, in their order
+    gears: list[int] = field(default_factory=list)  # in their order
     loads: dict[str, list[int]] = field(default_factory=dict)  # of torques and forces
     window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
@@ -135,7 +136,7 @@ class System:
 
 
 def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
-    """Create bodies, pins, welds, slides, springs, motors and weight; slots and contacts follow.
+    """Create bodies, pins, welds, slides, springs, motors, weight; gears, slots, contacts follow.
 
     Raises:
         NotRepresentableError: a flexible body that shall be a beam does not start straight.

@@ -1,0 +1,326 @@
+"""Where all forces balance while drives stand still, searched downhill from an assembled start.
+
+With f the applied forces, J the slopes of the joints and l their multipliers, a rest has
+``f + J^T l = 0``. Motions that joints allow are ``N z``, with ``N^T M N = 1``, so that
+``K = -N^T d(f + J^T l)/dq N`` has the squares of the angular frequencies as its eigenvalues. Each
+step is Newton's with the absolute values of these: where K is negative it leads away from what
+balances there (Y. Dauphin et al., Adv. Neural Inf. Process. Syst. 27 (2014)). Where it still ends
+on an unstable balance, it is pushed off that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism.assembly import Assembly, standing_at
+from exudyn_flexlink.mechanism.closing import CLOSED, kept_in
+from exudyn_flexlink.mechanism.constraints import Constraints
+from exudyn_flexlink.mechanism.contact_pairs import Contact, pairs
+from exudyn_flexlink.mechanism.contacts import approach, pressed_among
+from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
+from exudyn_flexlink.mechanism.kinematics import (
+    anchor_position,
+    length_along,
+    line_of,
+    motor_place,
+    places_near,
+    slot_point,
+    speed_along,
+)
+from exudyn_flexlink.mechanism.least_motion import (
+    NOTHING,
+    LeastMotion,
+    scale_roots,
+    spanning_tree,
+)
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.parts import GROUND
+from exudyn_flexlink.mechanism.resting import NoRestError, Rest
+
+STEPS, HALVINGS, CLOSING = 400, 40, 12
+LONGEST = 0.5  # rad, or of the largest part's reach: of one step
+KICK = 0.05  # likewise: off an unstable balance
+KICKS = 8
+DT = 1e-5  # likewise: of central differences
+SETTLED = 1e-7  # likewise: the forces after a step so short are rounding
+ROUNDED = 1e-8  # of the largest stiffness: less is rounding of differences
+BALANCED = 1e-9  # of all forces: so little is left of them where they balance
+ROUNDING = 1e-15  # of the reach: joints are as closed as they can be
+DEPENDENT = 1e-9  # of a row of a joint: others leave less of it, so that it follows from them
+SLOWEST = 1e-6  # 1/s^2: what resists less is as good as free
+OF_ENERGY = 1e-5  # of the largest stiffness: K is symmetric, as forces with an energy have it
+
+
+def rest_of(assembly: Assembly) -> Rest:
+    """Find the rest that lies downhill from an assembled mechanism, drives held at time 0.
+
+    Dry friction and dampers do nothing; springs at rest as assembled stay as they are. Contacts
+    whose law has a stiffness press by their depth.
+
+    Raises:
+        ArithmeticError: a drive or a spring has no value where the search begins.
+        NoRestError: none is found, or a contact by impulse would have to hold it.
+
+    """
+    search, unstable, before = _Search(assembly), list[_Look](), np.inf
+    q, places = assembly.state.q, assembly.state.places
+    for _ in range(STEPS):
+        at = search.look(q, places)
+        step = at.newton
+        size = search.size(step)
+        if not at.balanced or size < before / 2:
+            before = size if at.balanced else np.inf
+            moved = search.downhill(at, step)
+        elif at.lowest >= 0 or len(unstable) == KICKS:
+            return _resting(assembly, at, unstable)
+        else:
+            unstable.append(at)
+            step, before = at.upset, np.inf
+            moved = search.moved(q, places, step * (KICK / search.size(step)))
+        if moved is None:
+            break
+        q, places = moved
+    if unstable:  # nothing is below it
+        return _resting(assembly, unstable[0], [])
+    raise _not_found(assembly.mechanism, at)
+
+
+@dataclass(frozen=True)
+class _Look:
+    """The forces at coordinates `q`, and how they change with the motions N that joints allow."""
+
+    q: FloatArray
+    places: FloatArray
+    joints: Constraints
+    multipliers: FloatArray
+    presses: dict[str, float]
+    motions: FloatArray  # N: (parts, 3, n)
+    slope: FloatArray  # (n,): minus the forces along them
+    stiffness: FloatArray  # K: (n, n)
+    rounding: float  # of the slope: of forces that joints hold, and of places by the stiffness
+
+    @property
+    def balanced(self) -> bool:
+        """Whether nothing is left of the forces but rounding."""
+        return bool(np.abs(self.slope).max(initial=0.0) <= self.rounding)
+
+    @property
+    def accelerations(self) -> FloatArray:
+        """Those (parts, 3) that the forces cause."""
+        return np.asarray(-self.motions @ self.slope)
+
+    @property
+    def squares(self) -> FloatArray:
+        """Squares (n,) of angular frequencies, 1/s^2; complex where forces have no energy."""
+        largest = float(np.abs(self.stiffness).max(initial=0.0))
+        if np.abs(self.stiffness - self.stiffness.T).max(initial=0.0) > OF_ENERGY * largest:
+            found = np.sort_complex(np.linalg.eigvals(self.stiffness))
+        else:
+            found = self._modes[0].astype(complex)
+        return np.where(np.abs(found) > ROUNDED * largest, found, 0.0)
+
+    @property
+    def lowest(self) -> float:
+        """The least of them by energy: negative where forces drive off."""
+        return float(min(self.squares.real.min(initial=0.0), 0.0))
+
+    @property
+    def upset(self) -> FloatArray:
+        """Motion (parts, 3) that the forces drive off most; largest to the positive side."""
+        found = self.motions @ self._modes[1][:, 0]
+        return np.asarray(found * np.sign(found.ravel()[np.argmax(np.abs(found))]))
+
+    @property
+    def newton(self) -> FloatArray:
+        """The next step (parts, 3): Newton's, downhill where K is negative, far where it is 0."""
+        values, ways = self._modes
+        least = ROUNDED * float(np.abs(values).max(initial=0.0))
+        along = ways.T @ self.slope
+        if self.balanced:  # what resists nothing stays
+            along = np.where(np.abs(values) > least, along, 0.0)
+        sizes = np.maximum(np.abs(values), max(least, SLOWEST))
+        if values.min(initial=0.0) >= -least and self.balanced and len(values):
+            kept = ways[:, values > least]
+            own = kept.T @ self.stiffness @ kept
+            return np.asarray(-self.motions @ (kept @ np.linalg.solve(own, kept.T @ self.slope)))
+        return np.asarray(-self.motions @ (ways @ (along / sizes)))
+
+    @cached_property
+    def _modes(self) -> tuple[FloatArray, FloatArray]:
+        values, ways = np.linalg.eigh((self.stiffness + self.stiffness.T) / 2)
+        return values, ways
+
+
+class _Search:
+    """A mechanism whose drives hold what they have at first, and the scale of its motions."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        mechanism, q = assembly.mechanism, assembly.state.q
+        motors = mechanism.speed_motors
+        held = tuple(replace(motor, start=float(motor_place(motor, q))) for motor in motors)
+        self._mechanism = replace(mechanism, speed_motors=held)
+        self._tree, self._contacts = spanning_tree(mechanism), list(_pressing(mechanism))
+        self._reach = max(part.reach for part in mechanism.parts)
+
+    def size(self, step: FloatArray) -> float:
+        """How large a step (parts, 3) is: rad, and of the largest part's reach."""
+        return float((np.abs(step) / (self._reach, self._reach, 1.0)).max(initial=0.0))
+
+    # --- forces -------------------------------------------------------------------------------
+
+    def look(self, q: FloatArray, places: FloatArray) -> _Look:
+        """Find the forces, and how they change with motions."""
+        forces, presses = self._forces(q)
+        joints = constraints_at(self._mechanism, q, places)
+        back = np.linalg.inv(np.linalg.cholesky(mass_blocks(self._mechanism, q)))
+        rows = joints.jacobian().reshape(-1, *q.shape)
+        rows = np.einsum("rnj,nkj->rnk", rows, back).reshape(-1, q.size)
+        lengths = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
+        left, sizes, ways = np.linalg.svd(rows / lengths[:, None])
+        rank = int((sizes > DEPENDENT * sizes.max(initial=0.0)).sum())
+        pulled = np.einsum("nij,nj->ni", back, forces.reshape(q.shape)).ravel()
+        multipliers = -(left[:, :rank] / sizes[:rank]) @ (ways[:rank] @ pulled) / lengths
+        motions = np.einsum("nji,njk->nik", back, ways[rank:].T.reshape(*q.shape, -1))
+        stiffness = self._stiffness(q, places, multipliers, motions)
+        slope, stiffest = -ways[rank:] @ pulled, float(np.abs(stiffness).max(initial=0.0))
+        longest = max((1 / self.size(own) for own in np.moveaxis(motions, -1, 0)), default=0.0)
+        rounding = BALANCED * float(np.linalg.norm(pulled)) + ROUNDING * stiffest * longest
+        return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
+
+    def _forces(self, q: FloatArray) -> tuple[FloatArray, dict[str, float]]:
+        """Generalised forces (3 parts,) at rest with those of contacts, and these (N) by name."""
+        still = np.zeros_like(q)
+        forces, presses = applied_forces(self._mechanism, q, still, 0.0), {}
+        for contact in (self._contacts[k] for k in pressed_among(self._contacts, q)):
+            if not isinstance(contact.law, Impulse):
+                depth = -float(approach(contact, q, still).gap)
+                press = float(contact.law.force(depth, 0.0, 0.0))
+                forces += press * _gradient(contact, q)
+                presses[contact.name] = press
+        return forces, presses
+
+    def _stiffness(
+        self, q: FloatArray, places: FloatArray, multipliers: FloatArray, motions: FloatArray
+    ) -> FloatArray:
+        """K, by central differences; what joints hold with turns as their parts do."""
+        columns = []
+        for motion in np.moveaxis(motions, -1, 0):
+            dt = DT / self.size(motion)
+            before, after = (
+                self._forces(at)[0]
+                + constraints_at(self._mechanism, at, places).holding(multipliers).ravel()
+                for at in (q - dt * motion, q + dt * motion)
+            )
+            columns.append((before - after) / (2 * dt))
+        changes = np.array(columns).reshape(-1, q.size)
+        return np.asarray(motions.reshape(q.size, -1).T @ changes.T)
+
+    # --- steps --------------------------------------------------------------------------------
+
+    def downhill(self, at: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Go along a step so far that the forces do not yet drive back by half of what they did."""
+        size = self.size(step)
+        mass = mass_blocks(self._mechanism, at.q)
+        first = float(np.einsum("ni,nij,nj", at.accelerations, mass, step))
+        step = step * min(1.0, LONGEST / max(size, 1e-300))
+        for _ in range(HALVINGS):
+            moved = self.moved(at.q, at.places, step)
+            if moved is not None and (size < SETTLED or self._power(moved, step) >= -first / 2):
+                return moved
+            step = step / 2
+        return None
+
+    def _power(self, at: tuple[FloatArray, FloatArray], step: FloatArray) -> float:
+        """Work of the forces along a motion at coordinates and places."""
+        forces, mechanism = self._forces(at[0])[0], self._mechanism
+        moving = pushed(mechanism, *at, forces)
+        return float(np.einsum("ni,nij,nj", moving, mass_blocks(mechanism, at[0]), step))
+
+    def moved(
+        self, q: FloatArray, places: FloatArray, step: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """Go along a step and close the joints; None where they don't, or a curve ends."""
+        try:
+            q = self._on_arcs(q, step)
+            for _ in range(CLOSING):
+                places = places_near(self._mechanism, q, places)
+                joints = constraints_at(self._mechanism, q, places)
+                if np.abs(joints.residual).max(initial=0.0) <= ROUNDING * self._reach:
+                    break
+                roots = scale_roots(self._mechanism)
+                q = q + LeastMotion(self._mechanism, joints, roots, -joints.residual).nearest()
+            self._forces(q)
+        except (ArithmeticError, np.linalg.LinAlgError):  # a table or a formula ends before
+            return None
+        slots = zip(self._mechanism.slots, places.tolist(), strict=True)
+        off = [np.abs(slot_point(slot, q) - slot.curve.point(u)).max() for slot, u in slots]
+        worst = max([*off, np.abs(joints.residual).max(initial=0.0)])
+        return (q, places) if worst <= CLOSED else None
+
+    def _on_arcs(self, q: FloatArray, step: FloatArray) -> FloatArray:
+        """Turn and slide joints of the spanning tree: straight moves would stretch what turns."""
+        mechanism, tree, found = self._mechanism, self._tree, q + step
+        pins = mechanism.attachments
+        for part in tree.order:
+            if tree.joints[part] == NOTHING:
+                continue
+            slide = None
+            if tree.joints[part] >= len(pins):
+                slide = mechanism.slides[tree.joints[part] - len(pins)]
+            joint = slide or pins[tree.joints[part]]
+            own, other, way = joint.second, joint.first, 1.0
+            if own.part != part:
+                own, other, way = joint.first, joint.second, -1.0
+            found[part, :2] += anchor_position(other, found) - anchor_position(own, found)
+            if slide is not None:
+                length = length_along(slide, q) + speed_along(slide, q, step)
+                found[part, :2] += way * length * line_of(slide, found)
+        return found
+
+
+def _pressing(mechanism: Mechanism) -> Iterator[Contact]:
+    """All contacts, also those of bearings and sleeves."""
+    yield from mechanism.touching
+    for channel in mechanism.channels:
+        yield from pairs(channel)
+
+
+def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
+    """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
+    moving = [(part, axis) for part in contact.parts if part != GROUND for axis in range(3)]
+    speeds = np.zeros((len(moving), *q.shape))
+    for number, (part, axis) in enumerate(moving):
+        speeds[number, part, axis] = 1.0
+    rates, found = approach(contact, q, speeds).gap_rate, np.zeros_like(q)
+    for rate, at in zip(np.broadcast_to(rates, len(moving)).tolist(), moving, strict=True):
+        found[at] += rate
+    return found.ravel()
+
+
+def _resting(assembly: Assembly, at: _Look, unstable: list[_Look]) -> Rest:
+    """Put together what is known of a rest, and of those that were left for it."""
+    mechanism, laps = assembly.mechanism, assembly.state.laps
+    contacts = list(_pressing(mechanism))
+    for k in pressed_among(contacts, at.q):
+        if isinstance(contacts[k].law, Impulse):
+            raise NoRestError("contact", contacts[k].name)
+    slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
+    places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
+    whole = standing_at(mechanism, at.q, places, laps)
+    exponents = np.sqrt(-at.squares.astype(complex))
+    growing = (float(np.sqrt(-left.lowest)) for left in unstable)
+    return Rest(whole, at.joints, at.multipliers, at.presses, exponents, tuple(growing))
+
+
+def _not_found(mechanism: Mechanism, at: _Look) -> NoRestError:
+    """Name the body that forces drive on most."""
+    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), at.accelerations)
+    part = int(np.argmax(np.linalg.norm(driven[:, :2], axis=1)))
+    far = float(np.linalg.norm(driven[part, :2]))
+    return NoRestError("body", mechanism.parts[part].body, far)
