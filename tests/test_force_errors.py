@@ -214,12 +214,12 @@ def panel(figure, quantity):
 
 def test_the_figure_tells_the_error_and_draws_it_as_a_band():
     axes = panel(forces(known(largest=0.234)), "joint force")
-    assert labels(axes) == ["crank \N{PLUS-MINUS SIGN} 0.3"]
+    assert labels(axes) == ["crank at guide.start \N{PLUS-MINUS SIGN} 0.3"]
     (band,) = axes.collections
     (path,) = band.get_paths()
     assert path.vertices[:, 1].min() == pytest.approx(3 - 0.234)
     assert path.vertices[:, 1].max() == pytest.approx(3 + 0.234)
-    assert labels(panel(forces(linked()), "joint force")) == ["crank"]
+    assert labels(panel(forces(linked()), "joint force")) == ["crank at guide.start"]
     assert not panel(forces(linked()), "joint force").collections
 
 
