@@ -18,6 +18,7 @@ from exudyn_flexlink.mechanism import (
     CircleContact,
     Contact,
     FaceContact,
+    FlatContact,
     NoRestError,
     Slide,
     always_redundant,
@@ -235,7 +236,7 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
 
 def _apart(contact: Contact, depth: float) -> str:
     """What to do about a contact that starts pressed."""
-    what = "line" if isinstance(contact, FaceContact) else "curve"
+    what = "line" if isinstance(contact, (FaceContact, FlatContact)) else "curve"
     other, away = f"choose the other 'side' of the {what}", "out"
     if isinstance(contact, CircleContact):
         other, away = "make a radius smaller", "apart"

@@ -21,6 +21,7 @@ from exudyn_flexlink.scene import (
     PrismaticJoint,
     RevoluteJoint,
     RodBody,
+    RubbingImpulse,
     Scene,
     SleeveJoint,
     SlotJoint,
@@ -111,9 +112,12 @@ def _without_friction(scene: Scene) -> dict[str, Any]:
 
 
 def _smooth(part: Any) -> Any:
-    if not isinstance(part.law, PenaltyLaw):
+    if not isinstance(part.law, (PenaltyLaw, RubbingImpulse)):
         return part
-    return part.model_copy(update={"law": part.law.model_copy(update={"friction": 0.0})})
+    smooth = {"friction": 0.0}
+    if isinstance(part.law, RubbingImpulse):
+        smooth["tangential_restitution"] = 0.0
+    return part.model_copy(update={"law": part.law.model_copy(update=smooth)})
 
 
 def _without_damping(scene: Scene) -> dict[str, Any]:
@@ -245,9 +249,10 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     touching = {**scene.contacts, **scene.stops}
     lossy = [name for name, own in touching.items() if own.law.restitution is None]
     _refuse(scene, lossy, *NO_RESTITUTION)
-    rigid = {n: ImpulseLaw(restitution=_returned(own.law)) for n, own in touching.items()}
-    contacts = {n: c.model_copy(update={"law": rigid[n]}) for n, c in scene.contacts.items()}
-    stopped = {stop.joint: rigid[n] for n, stop in scene.stops.items()}
+    contacts = {n: c.model_copy(update={"law": _jumping(c.law)}) for n, c in scene.contacts.items()}
+    stopped = {
+        stop.joint: ImpulseLaw(restitution=_returned(stop.law)) for stop in scene.stops.values()
+    }
     joints = {n: _limited(j, stopped[n]) if n in stopped else j for n, j in scene.joints.items()}
     return scene.changed(contacts=contacts, joints=joints)
 
@@ -269,6 +274,11 @@ def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
         return joint
     changed = None if law is None else limits.model_copy(update={"law": law})
     return joint.model_copy(update={"limits": changed})
+
+
+def _jumping(law: Law) -> RubbingImpulse:
+    """Return a smooth impulse with the restitution of a law; what is an impulse stays as it is."""
+    return law if isinstance(law, RubbingImpulse) else RubbingImpulse(restitution=_returned(law))
 
 
 def _returned(law: Law | StopLaw) -> float | None:

@@ -205,20 +205,18 @@ class LineContact(GivingWay):
         depth = np.maximum(penetration, 0.0)
         logarithm = self._logarithm(depth)
         load = math.pi * self.modulus * depth / logarithm
-        with np.errstate(invalid="ignore"):  # 0 times the infinite logarithm of no load
-            found = self.length * load**2 / (2 * math.pi * self.modulus) * (logarithm - 0.5)
-        return np.where(depth > 0, found, 0.0)
+        return np.asarray(self.length * load**2 / (2 * math.pi * self.modulus) * (logarithm - 0.5))
 
     def half_period(self, mass: float) -> float:
         """How long (s) a contact of `mass` (kg) lasts at least, however deep it is."""
         return math.pi * math.sqrt(mass / (math.pi * self.modulus * self.length))
 
     def _logarithm(self, depth: FloatArray) -> FloatArray:
-        """ln(c/q), from 1 up, at a depth (m) that is `deepest` at most."""
+        """ln(c/q), from 1 up, at a depth (m) that is `deepest` at most; finite at 0, too."""
         from scipy.special import lambertw  # noqa: PLC0415 - see `restitution`
 
         part = np.minimum(depth, self.deepest) * math.pi * self.modulus / self.bound
-        return np.asarray(-lambertw(-part, -1).real)
+        return np.asarray(-lambertw(-np.maximum(part, np.finfo(float).tiny), -1).real)
 
 
 @dataclass(frozen=True)
@@ -333,9 +331,13 @@ class Friction:
 
 @dataclass(frozen=True)
 class Impulse:
-    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap."""
+    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap.
+
+    `tangential` is the part of the slip's speed that comes back, if friction is enough for that.
+    """
 
     restitution: float
+    tangential: float = 0.0
 
 
 PressingLaw = Penalty | Impulse

@@ -19,14 +19,14 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_680,
-    "engines": 2_495,
-    "engines/exudyn/minimal": 5_760,
+    "engines": 2_515,
+    "engines/exudyn/minimal": 6_070,
     "engines/exudyn/redundant": 3_530,
-    "engines/lagrangian": 2_085,
-    "mechanism": 6_040,
-    "scene": 4_160,
+    "engines/lagrangian": 2_090,
+    "mechanism": 6_160,
+    "scene": 4_230,
     "expressions": 1_250,
-    "curves": 1_435,
+    "curves": 1_505,
     "observables": 1_940,
     "accuracy": 950,
     "stability": 880,
@@ -34,14 +34,14 @@ CEILINGS = {
     "storage": 2_045,
     "sweeps": 1_515,
     "plots": 3_345,
-    "report": 2_125,
+    "report": 2_130,
     "page": 340,
-    "animation": 1_685,
+    "animation": 1_690,
     "cli": 2_710,
     "api": 1_785,
-    "": 5_275,
+    "": 5_290,
 }
-WHOLE = {PACKAGE: 53_440, "tests": 27_450, "scripts": 8_560}
+WHOLE = {PACKAGE: 54_060, "tests": 27_760, "scripts": 8_580}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

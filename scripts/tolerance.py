@@ -78,6 +78,8 @@ MECHANISMS = (
     "textbook/cam_follower",
     "textbook/pendulum_on_stop",
     "textbook/rope_catch",
+    "textbook/super_disc",
+    "textbook/flat_faced_cam",
     "benchmarks/andrews_squeezer",
     "benchmarks/spin_up_beam",
     "benchmarks/bouncing_ball_impulse",

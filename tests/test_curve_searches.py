@@ -97,6 +97,7 @@ SHAPES = {
     "spline": "type: spline, points: [[0.5, 0], [0, 0.4], [-0.4, 0.2], [-0.2, -0.4], [0.3, -0.3]]",
     "open": "type: ellipse, centre: [0, 0], semi_axes: [0.5, 0.3], from: 10 deg, to: 350 deg",
 }
+FACES = {"face on ellipse": "ellipse", "face on spline": "spline"}
 MOVING = """
 curves: {{way: {{{shape}, on: plate}}}}
 bodies:
@@ -116,11 +117,21 @@ accuracy: {{tolerance: 1.0e-6}}
 """
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+def moving(shape):
+    """A bead inside a curve that moves, or a face to the right of which that is."""
+    if shape not in FACES:
+        return assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
+    text = MOVING.format(shape=SHAPES[FACES[shape]], side="right")
+    text = text.replace("point_on_curve", "line_on_curve").replace("    radius: 0.02\n", "")
+    text = text.replace("point: bead.c", "line: [bead.c, bead.d]").replace("[0.05, 0.1]", "[0, 1]")
+    return assemble_scene(scene(text.replace("02]}", "02], d: [0.3, 0.1]}")))
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, *FACES])
 @pytest.mark.parametrize("held", [False, True])
 def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
     """Both ways that know them agree, rates are derivatives, also the curve's second one."""
-    assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
+    assembly = moving(shape)
     (own,) = assembly.mechanism.contacts
     layout = tree_layout(assembly.mechanism)
     contact = PenaltyContact(layout, own, own.law)
@@ -143,10 +154,10 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
     assert contact.gradient(x, v) @ v == pytest.approx(seen[1].gap_rate, abs=1e-12)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", [*SHAPES, *FACES])
 def test_a_gap_bends_with_the_motion_of_point_and_curve(shape):
     """Where no coordinate of the tree accelerates: the derivative of its rate."""
-    assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
+    assembly = moving(shape)
     own = replace(assembly.mechanism.contacts[0], law=Impulse(0.5))
     contact = RigidContact(tree_layout(assembly.mechanism), own, own.law)
     rng = np.random.default_rng(3)

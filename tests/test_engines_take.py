@@ -180,6 +180,13 @@ CHANGES = {
         "curves.floor={type: line, from: [-1, -1], to: [1, -1]}",
         f"contacts.hit={{type: point_on_curve, point: link.end, curve: floor, {LAW}}}",
     ],
+    "`line_on_curve`": [
+        ARM,
+        HUB,
+        "curves.floor={type: circle, centre: [1, -1], radius: 0.5}",
+        "contacts.hit={type: line_on_curve, line: [arm.o, arm.e], side: right, curve: floor, "
+        f"{LAW}}}",
+    ],
     "law `penalty`, `friction`": ["contacts.strike.law.friction=0.1"],
     "law `hertz`": ["contacts.strike.law={type: hertz, stiffness: 1.0e7}"],
     "law `hertz`, `johnson` or `radzimovsky`": [
@@ -191,6 +198,9 @@ CHANGES = {
         "contacts.strike.law={type: flores, stiffness: 1.0e7, restitution: 0.5}"
     ],
     "law `impulse`": ["contacts.strike.law={type: impulse, restitution: 0.5}"],
+    "law `impulse`, `friction`": [
+        "contacts.strike.law={type: impulse, restitution: 0.5, friction: 0.1}"
+    ],
     "`gravity`": ["gravity=[1, -9.81]"],
 }
 

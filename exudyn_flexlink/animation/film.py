@@ -15,6 +15,7 @@ from exudyn_flexlink.mechanism import (
     Anchor,
     CircleContact,
     Contact,
+    FlatContact,
     Mechanism,
     anchor_position,
     approach,
@@ -205,6 +206,10 @@ def strength(touches: Intervals) -> FloatArray:
 def spot_of(contact: Contact, poses: FloatArray) -> FloatArray:
     """Where a contact touches, or is nearest to it, (..., 2) m: the edge of its first part."""
     round_parts = circles_of(contact)
+    if isinstance(contact, FlatContact):
+        at = approach(contact, poses, np.zeros_like(poses))
+        beside = at.place[..., None] * at.along - at.gap[..., None] * at.normal
+        return np.asarray(anchor_position(contact.start, poses) + beside)
     if not isinstance(contact, CircleContact) and not round_parts:
         return anchor_position(contact.point, poses)
     point, radius = round_parts[0]

@@ -64,7 +64,7 @@ class Closest:
         if found == piece and self._bounds[piece][0] < u < self._bounds[piece][1]:
             return u
         sampled, start, _ = self._spans[i % count if self._closed else min(i, count - 1)]
-        return foot(self.at[piece], x, y, start if sampled == piece else near)
+        return self._foot(piece, x, y, start if sampled == piece else near)
 
     def length_to(self, piece: int, u: float) -> float:
         """Length (m) along the curve to a place of a piece, which goes on beyond its ends."""
@@ -102,14 +102,21 @@ class Closest:
         px, py, dx, dy, _, _ = self.at[piece](u)
         return (px - x) * dx + (py - y) * dy
 
+    def _fall(self, piece: int, u: float, x: float, y: float) -> tuple[float, float]:
+        """Slope, and its derivative."""
+        px, py, dx, dy, ddx, ddy = self.at[piece](u)
+        growth = dx * dx + dy * dy + (px - x) * ddx + (py - y) * ddy
+        return (px - x) * dx + (py - y) * dy, growth
+
+    def _foot(self, piece: int, x: float, y: float, near: float) -> float:
+        return foot(self.at[piece], x, y, near)
+
     def _settle(self, span: tuple[int, float, float], x: float, y: float) -> float:
         """Zero of the slope within a span: by Newton, by halves where that goes astray."""
         piece, low, high = span
         u, near = 0.5 * (low + high), ROUNDING * (1 + abs(low) + abs(high))
         for _ in range(ROUNDS):
-            px, py, dx, dy, ddx, ddy = self.at[piece](u)
-            slope = (px - x) * dx + (py - y) * dy
-            growth = dx * dx + dy * dy + (px - x) * ddx + (py - y) * ddy
+            slope, growth = self._fall(piece, u, x, y)
             low, high = (u, high) if slope < 0 else (low, u)
             following = u - slope / growth if growth > 0 else low - 1.0
             if not low <= following <= high:

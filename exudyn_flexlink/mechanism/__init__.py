@@ -17,6 +17,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    FlatContact,
     TurnStop,
     deepest_allowed,
     pair_sides,

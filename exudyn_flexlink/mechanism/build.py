@@ -17,6 +17,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    FlatContact,
 )
 from exudyn_flexlink.mechanism.gears import build_gears
 from exudyn_flexlink.mechanism.model import (
@@ -40,11 +41,19 @@ from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.penalties import penalty_of
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
+from exudyn_flexlink.mechanism.straight_faces import ends_of, hollow_mistakes, line_mistakes
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.scene import ImpulseLaw, PenaltyLaw, RevoluteJoint, SleeveJoint, Table, Value
-from exudyn_flexlink.source import Mistake, SceneError
+from exudyn_flexlink.scene import (
+    PenaltyLaw,
+    RevoluteJoint,
+    RubbingImpulse,
+    SleeveJoint,
+    Table,
+    Value,
+)
+from exudyn_flexlink.source import SceneError
 
 Spec = TypeVar("Spec")
 
@@ -61,7 +70,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
     """
     bodies = Bodies(scene)
     curves, mistakes = build_curves(scene.curves)
-    mistakes += [*bodies.mistakes, *_line_mistakes(bodies)]
+    mistakes += [*bodies.mistakes, *line_mistakes(bodies), *hollow_mistakes(scene, curves)]
     if mistakes:
         raise SceneError(scene.document, mistakes)
     joints, springs, drives = scene.joints, scene.springs, scene.drives
@@ -204,8 +213,8 @@ def _contact(
     law = contact.law
     radii = contact.radii if isinstance(contact, specs.CircleOnCircle) else None
     laws = (
-        Impulse(law.restitution)
-        if isinstance(law, ImpulseLaw)
+        Impulse(law.restitution, law.tangential_restitution)
+        if isinstance(law, RubbingImpulse)
         else penalty_of(bodies.scene, law, radii),
         _friction(law),
     )
@@ -219,39 +228,22 @@ def _contact(
             second.inside,
             *laws,
         )
-    point, side = bodies.anchor(contact.point), 1.0 if contact.side == "left" else -1.0
+    side = 1.0 if contact.side == "left" else -1.0
+    if isinstance(contact, specs.LineOnCurve):
+        curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
+        return FlatContact(name, *ends_of(bodies, contact), side, curve, carrier, *laws)
+    point = bodies.anchor(contact.point)
     if isinstance(contact, specs.PointOnCurve):
         curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
         return CurveContact(name, point, curve, carrier, side, contact.radius, *laws)
-    return FaceContact(name, point, *_ends(bodies, contact), side, *laws)
+    return FaceContact(name, point, *ends_of(bodies, contact), side, *laws)
 
 
-def _friction(law: PenaltyLaw | ImpulseLaw) -> Friction | None:
+def _friction(law: PenaltyLaw | RubbingImpulse) -> Friction | None:
     """Return the friction of a law, None where it is smooth."""
-    if isinstance(law, ImpulseLaw) or law.friction == 0:
+    if law.friction == 0:
         return None
     return Friction(law.friction, law.slip_speed)
-
-
-def _line_mistakes(bodies: Bodies) -> Iterator[Mistake]:
-    """Refuse lines of contacts that are no straight faces: that bend, or have no length."""
-    for name, contact in bodies.scene.contacts.items():
-        if not isinstance(contact, specs.PointOnLine):
-            continue
-        path = ("contacts", name, "line")
-        start, end = _ends(bodies, contact)
-        if start.part != end.part:
-            own = range(bodies.first_part(contact.struck), min(start.part, end.part) + 1)
-            place = sum(bodies.parts[part].reach for part in own)
-            message = f"'{contact.struck}' gives way at {place:g} m, between the two points"
-            yield Mistake(path, message, "a face is straight: take both on one side of that place")
-        elif (start.x, start.y) == (end.x, end.y):
-            yield Mistake(path, "both points are at one place: a line needs a length")
-
-
-def _ends(bodies: Bodies, contact: specs.PointOnLine) -> tuple[Anchor, Anchor]:
-    start, end = (bodies.anchor(point) for point in contact.line)
-    return bodies.on_one_rod(start, end)
 
 
 def _moving_end(bodies: Bodies, joint: str) -> Anchor:

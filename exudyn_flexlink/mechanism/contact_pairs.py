@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, inf
 
-from exudyn_flexlink.curves import Curve
+from exudyn_flexlink.curves import Curve, Farthest
 from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.parts import Anchor
 
@@ -87,6 +87,12 @@ class CircleContact:
         return (self.first,), (self.second,)
 
 
+def _along(curve: Curve, carrier: int) -> tuple[Anchor, ...]:
+    points = curve.samples[1]
+    some = points[:: max(1, len(points) // MOST_ANCHORS)].tolist()
+    return tuple(Anchor(carrier, x, y) for x, y in some)
+
+
 @dataclass(frozen=True)
 class CurveContact:
     """An anchor that cannot cross a curve in the axes of the part `carrier`, GROUND: fixed.
@@ -117,9 +123,56 @@ class CurveContact:
     @property
     def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
         """Anchors of both parts between which the contact may push: some along the curve."""
-        points = self.curve.samples[1]
-        along = points[:: max(1, len(points) // MOST_ANCHORS)].tolist()
-        return (self.point,), tuple(Anchor(self.carrier, x, y) for x, y in along)
+        return (self.point,), _along(self.curve, self.carrier)
+
+
+@dataclass(frozen=True)
+class FlatContact:
+    """A straight face through two anchors that can't cross a convex curve of the part `carrier`.
+
+    `side` is +1 if the curve is left of the direction from start to end, -1 if right. The face goes
+    on straight beyond both.
+    """
+
+    name: str
+    start: Anchor
+    end: Anchor
+    side: float
+    curve: Curve
+    carrier: int
+    law: PressingLaw
+    friction: Friction | None = None
+    radius = 0.0
+
+    @cached_property
+    def search(self) -> Farthest:
+        """Finds the place of the curve that is nearest to the face."""
+        return Farthest(self.curve)
+
+    @property
+    def point(self) -> Anchor:
+        """Where places on the face are counted from."""
+        return self.start
+
+    @property
+    def width(self) -> float:
+        """Length between both anchors, m."""
+        return hypot(self.end.x - self.start.x, self.end.y - self.start.y)
+
+    @property
+    def length(self) -> float:
+        """Length of what is struck: infinite, as the face goes on."""
+        return inf
+
+    @property
+    def parts(self) -> tuple[int, int]:
+        """Part that the contact pushes, and the one that it pushes back."""
+        return self.start.part, self.carrier
+
+    @property
+    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+        """Anchors of both parts between which the contact may push: some along the curve."""
+        return (self.start, self.end), _along(self.curve, self.carrier)
 
 
 @dataclass(frozen=True)
@@ -159,7 +212,7 @@ class TurnStop:
         return (self.second,), (self.first,)
 
 
-Contact = FaceContact | CircleContact | CurveContact | TurnStop
+Contact = FaceContact | CircleContact | CurveContact | FlatContact | TurnStop
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     Contact,
     CurveContact,
     FaceContact,
+    FlatContact,
     TurnStop,
 )
 from exudyn_flexlink.mechanism.kinematics import (
@@ -174,6 +175,8 @@ def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
         return _of_circles(contact, q, v)
     if isinstance(contact, CurveContact):
         return _of_curve(contact, q, v)
+    if isinstance(contact, FlatContact):
+        return _of_flat(contact, q, v)
     if isinstance(contact, TurnStop):
         return _of_stop(contact, q, v)
     return _of_face(contact, q, v)
@@ -264,6 +267,28 @@ def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
     grip, arm = _grips(side * contact.radius, touching, pressed)
     slip = grip * np.sum(along * relative, axis=-1) + arm * (first - second)
     return Approach(gap, place, np.sum(normal * relative, axis=-1), slip, normal, along, grip)
+
+
+def _of_flat(contact: FlatContact, q: FloatArray, v: FloatArray) -> Approach:
+    """The face touches, or would first, where the curve reaches farthest towards it."""
+    start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
+    along = (end - start) / contact.width
+    normal = -contact.side * left_of(along)
+    carrier, angle = contact.carrier, angle_of(contact.carrier, q)
+    u = contact.search.parameters(turned(normal, -angle))
+    position = turned(contact.curve.point(u), angle)
+    if carrier != GROUND:
+        position = position + q[..., carrier, :2]
+    beside = position - start
+    mine, other = (_carried(part, position, q, v) for part in contact.parts)
+    return Approach(
+        -np.sum(normal * beside, axis=-1),
+        np.sum(along * beside, axis=-1),
+        np.sum(normal * (mine - other), axis=-1),
+        np.sum(along * (mine - other), axis=-1),
+        normal,
+        along,
+    )
 
 
 def _carried(part: int, position: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:

@@ -22,6 +22,7 @@ from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.scene import (
     HertzLaw,
     ImpulseLaw,
+    LineOnCurve,
     PinFriction,
     PointOnCurve,
     PrismaticJoint,
@@ -180,8 +181,8 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
     bent = scene.initial.at_rest and scene.solver.formulation == "beam"
     found += [Mistake(("initial", "at_rest"), message)] * bent
     for name, contact in scene.contacts.items():
-        if isinstance(contact, PointOnCurve):
-            message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
+        if isinstance(contact, (PointOnCurve, LineOnCurve)):
+            message = "Exudyn's own solver has no contacts on curves: take 'formulation: minimal'"
             found.append(Mistake(("contacts", name), message))
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"

@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism import (
     Contact,
     CurveContact,
     FaceContact,
+    FlatContact,
     Gear,
     Mechanism,
     Slot,
@@ -126,8 +127,8 @@ def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
 
 def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     """Everything that is drawn as a line; bodies last, in their order."""
-    on_curves = [own for own in model.contacts if isinstance(own, CurveContact)]
-    tracks: list[Slot | CurveContact] = [*model.slots, *on_curves]
+    on_curves = [own for own in model.contacts if isinstance(own, (CurveContact, FlatContact))]
+    tracks: list[Slot | CurveContact | FlatContact] = [*model.slots, *on_curves]
     for track in tracks:
         yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
     yield from _drawn_faces(scene, model)
@@ -155,7 +156,7 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
 def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     """Faces, stops and ropes."""
     for own in model.contacts:
-        if isinstance(own, FaceContact):
+        if isinstance(own, (FaceContact, FlatContact)):
             kind = "face" if own.name in scene.contacts else "stop"
             yield Drawn(kind, RED, through(own.name, own.start, own.end))
         elif isinstance(own, TurnStop):

@@ -283,9 +283,10 @@ def _law(law: Law | StopLaw, force: PressingLaw) -> list[str]:
         lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
         return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
     restitution = f"restitution {restitution_told(law)}"
+    rub = getattr(law, "friction", 0.0)
+    friction = f"friction {number(rub)}" if rub > 0 else ""
     if isinstance(law, ImpulseLaw):
-        return ["rigid, by impulse", restitution, ""]
-    friction = f"friction {number(law.friction)}" if law.friction > 0 else ""
+        return ["rigid, by impulse", restitution, friction]
     name = getattr(law, "formula", None) or law.type
     if isinstance(force, LineContact):
         told = f"{name}, no force beyond {number(force.deepest)} m"

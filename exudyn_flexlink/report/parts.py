@@ -36,7 +36,6 @@ from exudyn_flexlink.scene import (
     DampedLaw,
     FlexibleBody,
     Law,
-    PenaltyLaw,
     RevoluteJoint,
     Scene,
     SleeveJoint,
@@ -183,7 +182,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
     lossy = [n for n, law in laws.items() if law.restitution is not None and law.restitution < 1]
-    rough = [n for n, law in laws.items() if isinstance(law, PenaltyLaw) and law.friction > 0]
+    rough = [n for n, law in laws.items() if getattr(law, "friction", 0.0) > 0]
     rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]

@@ -20,11 +20,13 @@ from exudyn_flexlink.scene.contact_laws import (
     ImpulseLaw,
     Law,
     PenaltyLaw,
+    RubbingImpulse,
 )
 from exudyn_flexlink.scene.contacts import (
     Circle,
     CircleOnCircle,
     Contact,
+    LineOnCurve,
     PointOnCurve,
     PointOnLine,
 )

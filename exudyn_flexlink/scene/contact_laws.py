@@ -143,10 +143,35 @@ class ImpulseLaw(Part):
     restitution: Restitution
 
 
+class RubbingImpulse(ImpulseLaw):
+    """Rigid contact with restitution and friction: speeds jump. Not for redundant coordinates."""
+
+    friction: Coefficient = 0.0
+    tangential_restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+        0.0,
+        description="slip after an impact over slip before, the other way, 0 to 1, as far as "
+        "friction is enough; of what is round",
+    )
+    slip_speed: PositiveSpeed = Field(
+        1e-3,
+        description="of what lasts: above it the friction acts in full; below, the contact creeps",
+    )
+
+    @model_validator(mode="after")
+    def _turns_back_by_friction(self) -> RubbingImpulse:
+        if self.tangential_restitution > 0 and self.friction == 0:
+            refuse(
+                "needs 'friction', which turns the slip back",
+                "e.g. friction: 0.5",
+                at="tangential_restitution",
+            )
+        return self
+
+
 PenaltyLaw = ContactLaw | DampedLaw | HertzLaw
 """Laws that give way."""
 GivingLaw = Annotated[PenaltyLaw, ByType(default="penalty")]
-Law = Annotated[ContactLaw | DampedLaw | HertzLaw | ImpulseLaw, ByType(default="penalty")]
+Law = Annotated[ContactLaw | DampedLaw | HertzLaw | RubbingImpulse, ByType(default="penalty")]
 
 
 def refuse_misfit(law: PenaltyLaw | ImpulseLaw, radii: tuple[float, float] | None = None) -> None:

@@ -23,6 +23,16 @@ from exudyn_flexlink.scene.base import (
 from exudyn_flexlink.scene.contact_laws import Law, refuse_misfit
 
 
+def _require_line(line: tuple[str, str]) -> str:
+    """Return the body of a line, which has two points of it."""
+    first, second = (split_point(point)[0] for point in line)
+    if first != second:
+        refuse("the two points must be of one body", at="line")
+    if line[0] == line[1]:
+        refuse("a line needs two different points", at="line")
+    return first
+
+
 class PointOnLine(Part):
     """A point of a body can't cross the segment between two points of another body."""
 
@@ -52,12 +62,7 @@ class PointOnLine(Part):
 
     @model_validator(mode="after")
     def _two_bodies(self) -> PointOnLine:
-        first, second = (split_point(point)[0] for point in self.line)
-        if first != second:
-            refuse("the two points must be of one body", at="line")
-        if self.line[0] == self.line[1]:
-            refuse("a line needs two different points", at="line")
-        if split_point(self.point)[0] == first:
+        if split_point(self.point)[0] == _require_line(self.line):
             refuse("the point is on the same body as the line", at="point")
         refuse_misfit(self.law)
         return self
@@ -172,4 +177,38 @@ class PointOnCurve(Part):
         return self
 
 
-Contact = Annotated[PointOnLine | CircleOnCircle | PointOnCurve, ByType()]
+class LineOnCurve(Part):
+    """A straight face of a body can't cross a closed convex curve, such as a cam."""
+
+    type: Literal["line_on_curve"] = "line_on_curve"
+    line: Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")] = (
+        Field(description="two points of the face, which goes on straight beyond them")
+    )
+    side: Literal["left", "right"] = Field(
+        "left", description="which side of the line, seen along it, the curve is on"
+    )
+    curve: CurveName = Field(description="name of the curve; 'on' a body it moves with that")
+    law: Law = Field(description="force of the contact, or its impulse")
+
+    @property
+    def striking(self) -> str:
+        """First point of the face, 'body.point'."""
+        return self.line[0]
+
+    @property
+    def struck(self) -> str | None:
+        """None: what carries a curve is no lever that is there to be struck."""
+        return None
+
+    def __str__(self) -> str:
+        """Say what meets what, in the words of a report."""
+        return f"face from {self.line[0]} to {self.line[1]} on the curve {self.curve}"
+
+    @model_validator(mode="after")
+    def _one_body(self) -> LineOnCurve:
+        _require_line(self.line)
+        refuse_misfit(self.law)
+        return self
+
+
+Contact = Annotated[PointOnLine | CircleOnCircle | PointOnCurve | LineOnCurve, ByType()]

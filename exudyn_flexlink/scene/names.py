@@ -9,7 +9,7 @@ from exudyn_flexlink.expressions import Expression, in_words
 from exudyn_flexlink.scene.base import GROUND, split_point
 from exudyn_flexlink.scene.bodies import FlexibleBody, RigidBody
 from exudyn_flexlink.scene.contact_laws import HertzLaw
-from exudyn_flexlink.scene.contacts import PointOnCurve
+from exudyn_flexlink.scene.contacts import LineOnCurve, PointOnCurve
 from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
 from exudyn_flexlink.scene.forces import ForceDrive, LinearSpring, SpeedDrive, TorqueDrive
 from exudyn_flexlink.scene.gear_checks import gear_mistakes
@@ -123,11 +123,14 @@ def _joints(parts: Parts) -> Iterator[Mistake]:
 
 
 def _carried_along(
-    parts: Parts, path: KeyPath, joint: SlotJoint | PointOnCurve
+    parts: Parts, path: KeyPath, joint: SlotJoint | PointOnCurve | LineOnCurve
 ) -> Iterator[Mistake]:
     curve = parts.get("curves", joint.curve)
-    if curve is not None and curve.on == split_point(joint.point)[0]:
-        yield Mistake((*path, "point"), f"is on '{curve.on}', which carries the curve")
+    point, key = (
+        (joint.line[0], "line") if isinstance(joint, LineOnCurve) else (joint.point, "point")
+    )
+    if curve is not None and curve.on == split_point(point)[0]:
+        yield Mistake((*path, key), f"is on '{curve.on}', which carries the curve")
 
 
 def _sleeve(parts: Parts, path: KeyPath, joint: SleeveJoint) -> Iterator[Mistake]:
@@ -227,7 +230,7 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
         if getattr(parts.get("springs", name), "acts", "both") != "both":
             message = f"'{name}' is a spring that acts on one side, a contact of its own"
             yield Mistake(path, message, "give it another name", on_key=True)
-        if isinstance(contact, PointOnCurve):
+        if isinstance(contact, (PointOnCurve, LineOnCurve)):
             if isinstance(parts.get("curves", contact.curve), LapsSpec):
                 message = f"'{contact.curve}' is another curve in each lap"
                 yield Mistake((*path, "curve"), message, "name one of them")

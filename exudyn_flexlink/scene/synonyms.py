@@ -47,6 +47,7 @@ OTHER_WORDS: dict[str, str] = {
     "torque": "moment couple motor_torque",
     "motion": "position displacement angle prescribed",
     "point_on_line": "impact stop collision point_line point_segment contact",
+    "line_on_curve": "flat flat_faced flat_faced_follower cam tappet flat_follower",
     "point_on_curve": "cam cam_follower point_curve roller_on_curve wall floor ground",
     "penalty": "compliant spring_damper kelvin_voigt elastic soft",
     "hertz": "hertzian johnson radzimovsky cylinder sphere nonlinear_spring",
@@ -54,7 +55,7 @@ OTHER_WORDS: dict[str, str] = {
     "lankarani_nikravesh": "l_n ln lankarani nikravesh",
     "flores": "flores_et_al",
     "gonthier": "gonthier_et_al",
-    "impulse": "rigid hard impulsive newton nonsmooth",
+    "impulse": "rigid hard impulsive newton nonsmooth superball poisson_restitution",
     # types of curves
     "circle": "arc circular",
     "line": "segment straight edge face",
@@ -96,6 +97,7 @@ OTHER_WORDS: dict[str, str] = {
     "rest_angle": "free_angle natural_angle zero_angle phi0",
     "value": "speed torque omega moment magnitude amplitude velocity angular_velocity",
     "ramp": "ramp_time rise_time run_up",
+    "tangential_restitution": "et e_t tangential_cor beta superball",
     "restitution": "e cor epsilon coefficient_of_restitution restitution_coefficient",
     "friction": "mu friction_coefficient coulomb dry_friction stiction friction_torque "
     "friction_force",

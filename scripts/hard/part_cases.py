@@ -53,6 +53,7 @@ PART_CASES = (
     ),
     Case("slower_bounces", "one equation", PLAIN, (MINIMAL,), part_truths.slower_bounces),
     Case("dome", "one equation, then free fall", PLAIN, (MINIMAL,), part_truths.dome),
+    Case("skimming_face", "closed form", PLAIN, (MINIMAL,), part_truths.skimming_face),
     Case("kinked_drive", "closed form", TOLD, EXUDYN, part_truths.kinked_drive),
     # Redundant coordinates cross the pulse in steps as long as its rows: right within 1e-8 m, but
     # their energy balance, of order 2, misses a quarter of the energy there, and the run says so.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from math import acos, cos, pi, sin, sqrt
+from math import acos, asin, cos, pi, sin, sqrt
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -195,6 +195,22 @@ def dome(result: Result) -> float:
     start = radius * np.array([sin(angle), cos(angle)])
     found[~on] = start + radius * turning * along * since + [0, -G / 2] * since**2
     return _off(result, found)
+
+
+def skimming_face(result: Result) -> float:
+    """A face on an eccentric disc; between leaving it and meeting it again, it swings freely."""
+    scene, t = result.scene, result.time
+    mass, spring, rim = scene.bodies["follower"].mass, scene.springs["spring"], scene.curves["rim"]
+    stiffness, beside, speed = spring.stiffness, rim.centre[0], scene.drives["motor"].value
+    middle, own = spring.length - mass * G / stiffness, sqrt(stiffness / mass)
+    # Where the disc brakes the face as much as weight and spring do.
+    leaves = asin((rim.radius - middle) * stiffness / (mass * beside * (speed**2 - own**2)))
+    since = t - (leaves + pi / 2) / speed
+    on = rim.radius + beside * np.sin(speed * t - pi / 2)
+    high, rising = rim.radius + beside * sin(leaves) - middle, beside * speed * cos(leaves)
+    free = middle + high * np.cos(own * since) + rising / own * np.sin(own * since)
+    flies = (since > 0) & np.logical_and.accumulate((free >= on) | (since <= 0))
+    return _off(result, np.stack([0 * t, np.where(flies, free, on)], axis=-1))
 
 
 def kinked_drive(result: Result) -> float:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from exudyn_flexlink.engines.diagnostics.consistency import doubts, refusal
 from exudyn_flexlink.engines.diagnostics.contacts import (
+    beside_faces,
     deep_strikes,
     few_steps,
     idle_contacts,
@@ -46,6 +47,7 @@ def diagnosed(result: Result) -> Result:
         *few_samples(result),
         *thin_overlaps(result),
         *deep_strikes(result),
+        *beside_faces(result),
         *idle_contacts(result),
         *wound_springs(result),
     )

@@ -10,10 +10,12 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
+    TOUCHING,
     CircleContact,
     Contact,
     CurveContact,
     FaceContact,
+    FlatContact,
     approach,
     build_mechanism,
     idle_at_start,
@@ -87,6 +89,20 @@ def deep_strikes(result: Result) -> Iterator[str]:
             f"{share[k]:.2g} of the radius of {radius[k]:.2g} m there: what follows depends on the "
             "contact's stiffness; raise it and compare"
         )
+
+
+def beside_faces(result: Result) -> Iterator[str]:
+    """Say which faces on curves were touched beside the two points that they are given by."""
+    for contact in build_mechanism(result.scene).contacts:
+        if isinstance(contact, FlatContact):
+            history, width = result.contacts[contact.name], contact.width
+            beside = np.maximum(-history.place, history.place - width) * (history.force > 0)
+            if beside.max(initial=0.0) > TOUCHING:
+                yield (
+                    f"at t = {result.time[np.argmax(beside)]:.6g} s contact '{contact.name}' "
+                    f"touches {beside.max():.3g} m beside the points of its line: the face counts "
+                    "as going on there; take points farther apart if it does"
+                )
 
 
 def _round(contact: Contact, places: FloatArray) -> FloatArray:

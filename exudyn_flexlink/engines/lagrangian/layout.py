@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from types import UnionType
 
 from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -245,4 +246,7 @@ def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) ->
         raise NotRepresentableError((*own, "point"), "must be a point of the link")
     if contact.start.part not in [lever.part for lever in levers]:
         raise NotRepresentableError((*own, "line"), "must be on a body pinned to the ground")
+    if isinstance(contact.law, Impulse) and contact.friction is not None:
+        message = "the Lagrangian engine has no friction in impacts"
+        raise NotRepresentableError((*own, "law", "friction"), message)
     return contact

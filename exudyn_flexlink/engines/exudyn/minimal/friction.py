@@ -25,7 +25,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contacts import BAUMGARTE, Projector
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.friction_sharing import (
     LEAST_BOUND,
@@ -34,6 +33,7 @@ from exudyn_flexlink.engines.exudyn.minimal.friction_sharing import (
     scaled_inverse,
     within_bounds,
 )
+from exudyn_flexlink.engines.exudyn.minimal.rigid import BAUMGARTE, Projector
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout

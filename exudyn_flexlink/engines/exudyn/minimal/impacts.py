@@ -25,11 +25,13 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import Gaps, RigidContact, mobility
+from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, mobility
+from exudyn_flexlink.engines.exudyn.minimal.rubbing import Meeting, impulses, turned_back
 from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.complementarity import complementary
@@ -46,6 +48,8 @@ INVISIBLE_SPEED = 1e-4
 NO_ACCELERATION = 1e-9
 # Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
 NOTHING_PASSED_ON = 1e-6
+SEVERAL = "friction in impacts is known of one contact alone"
+UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 NOTHING_KNOWN: Mapping[int, float] = {}
 
 
@@ -69,11 +73,14 @@ class Jump(NamedTuple):
     motor_work: FloatArray
 
 
-def jump_of(at: Evaluation, gaps: Gaps, restitution: FloatArray) -> Jump:
+def jump_of(
+    at: Evaluation, gaps: Gaps, restitution: FloatArray, laws: Sequence[RigidContact]
+) -> Jump:
     """Jump at one state, by contacts (c,) that are closed.
 
     Raises:
-        ArithmeticError: drives press contacts together that nothing lets give way.
+        ArithmeticError: drives press contacts together that nothing lets give way, or more than one
+            takes part where one rubs.
 
     """
     before = gaps.touching[:, 1]
@@ -83,16 +90,72 @@ def jump_of(at: Evaluation, gaps: Gaps, restitution: FloatArray) -> Jump:
     # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
     after = np.where(push > 0, -restitution * before, after)
     state: TreeState = at.kept.state
+    across = np.linalg.solve(at.mass, (gaps.slides @ state.transform.matrix).T)
+    rub, slips = np.zeros(len(push)), np.zeros(len(push))
+    masses = inverse_masses(at, gaps)
+    for c in rubbing(masses, laws):
+        meeting, law = _meeting(masses, gaps, c, laws[c].name), laws[c]
+        push[c], rub[c] = _rubbed(meeting, law, float(restitution[c]))
+        if not meeting.is_round:
+            after[c] = before[c] + moved[c, c] * push[c] + meeting.both * rub[c]
+        slips[c] = 2 * meeting.slip + meeting.along * rub[c] + meeting.both * push[c]
     # Impulses of drives, by contact.
-    drives = at.kept.mass @ state.transform.matrix @ (arms * push) - gaps.rows.T * push
+    jumps = arms * push + across * rub
+    drives = (
+        at.kept.mass @ state.transform.matrix @ jumps - gaps.rows.T * push - gaps.slides.T * rub
+    )
     return Jump(
-        arms @ push,
+        arms @ push + across @ rub,
         push,
         before,
         after,
-        -0.5 * push * (before + after),
+        -0.5 * (push * (before + after) + rub * slips),
         drives.T @ state.v,
     )
+
+
+def inverse_masses(at: Evaluation, gaps: Gaps) -> FloatArray:
+    """Speeds (2, c, 2, c) across and along contacts by 1 N s across and along each, 1/kg."""
+    rows = np.concatenate([gaps.free, gaps.slides @ at.kept.state.transform.matrix])
+    shape = 2, len(gaps.free), 2, len(gaps.free)
+    return np.asarray(rows @ np.linalg.solve(at.mass, rows.T)).reshape(shape)
+
+
+def rubbing(moved: FloatArray, laws: Sequence[RigidContact]) -> list[int]:
+    """Numbers of those of some closed contacts that rub, by their `inverse_masses`.
+
+    Raises:
+        ArithmeticError: one of them moves others that are closed, or is moved by them.
+
+    """
+    rough = [c for c, law in enumerate(laws) if law.friction is not None]
+    own = np.sqrt(np.einsum("icic->ic", moved))
+    felt = (np.abs(moved) > NOTHING_PASSED_ON * own[..., None, None] * own).any((0, 2))
+    for c in rough:
+        if np.count_nonzero(felt[c]) > 1:
+            names = ", ".join(f"'{laws[k].name}'" for k in np.flatnonzero(felt[c]).tolist())
+            raise ArithmeticError(f"contacts {names} are closed at once: {SEVERAL}")
+    return rough
+
+
+def _meeting(moved: FloatArray, gaps: Gaps, c: int, name: str) -> Meeting:
+    """What an impact of contact c moves, by `inverse_masses`."""
+    found = moved[1, c, 1, c], moved[0, c, 0, c], moved[0, c, 1, c]
+    along, own, both = map(float, found)
+    return Meeting(along, own, both, float(gaps.slip[c]), float(gaps.touching[c, 1]), name)
+
+
+def _rubbed(meeting: Meeting, law: RigidContact, restitution: float) -> tuple[float, float]:
+    """Impulses (N s) of an impact across and along a contact that rubs."""
+    assert law.friction is not None  # only those are asked for
+    if meeting.rate >= 0:
+        return 0.0, 0.0
+    pressed, rub = impulses(meeting, law.friction.coefficient, restitution)
+    if law.tangential == 0:
+        return pressed, rub
+    if not meeting.is_round:
+        raise ArithmeticError(f"contact '{law.name}' {UNEVEN}")
+    return pressed, turned_back(meeting, law.friction.coefficient, pressed, law.tangential)
 
 
 @dataclass
@@ -143,7 +206,7 @@ class Impacts:
         )
         restitution = np.where(over, 0.0, restitution)
         if gaps.touching[:, 1].min() < 0:
-            jump = jump_of(at, gaps, restitution)
+            jump = jump_of(at, gaps, restitution, [self._contacts[k] for k in which])
             self._jump(time, jump, which, over)
             hit = np.flatnonzero(jump.impulse > NOTHING_PASSED_ON * jump.impulse.max())
             moved = np.abs(mobility(gaps, at.mass)[1][np.ix_(hit, hit)])
@@ -205,7 +268,9 @@ class Impacts:
             soon = None if struck is None else self._free_soon(time, resting)
         now = at.accelerations
         free = gaps.free @ now + gaps.bend
-        moved = mobility(gaps, at.mass)[1]
+        rubbing(inverse_masses(at, gaps), [self._contacts[k] for k in resting])
+        pushed = self.model.rigid.pushing(resting, gaps, at.kept.state)[1]
+        moved = self.model.rigid.opened(resting, gaps, mobility(gaps, at.mass)[0], pushed)
         press = complementary(moved, free)
         # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
         # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.

@@ -19,8 +19,6 @@ from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     PenaltyContact,
-    Projector,
-    RigidContacts,
     contact_of,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
@@ -38,6 +36,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
+from exudyn_flexlink.engines.exudyn.minimal.rigid import Projector, RigidContacts
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
@@ -268,7 +267,7 @@ class MinimalModel:
         if whole.wall is not None:
             of_walls = self.walls.slopes(whole.wall, transform.matrix)
             stiffness, damping = stiffness + of_walls[0], damping + of_walls[1]
-        return stiffness, damping
+        return stiffness, damping + self.rigid.slopes(at)
 
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""

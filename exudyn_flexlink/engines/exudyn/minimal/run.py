@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.rigid import JAMMED_ADVICE
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -113,6 +114,8 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
     locked = run.model.coordinates.locked(run.stepper.at.kept.state)
     if locked:
         return locked, LOCKED_ADVICE
+    if run.model.rigid.jammed:
+        return run.model.rigid.jammed, JAMMED_ADVICE
     if run.model.frictions.trouble is not None:
         return str(run.model.frictions.trouble), LOCKS_ADVICE
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time

@@ -1,7 +1,7 @@
 """Where a contact of the tree is, in which directions it acts, and on which links.
 
-A shape is a point against a face or a curve, or two circles. It tells gap, place and slip; laws,
-states and events are the same for all shapes (see `contacts`).
+A shape is a point against a face or a curve, a face on a curve, or two circles. It tells gap, place
+and slip; laws, states and events are the same for all shapes (see `contacts`).
 """
 
 from __future__ import annotations
@@ -9,23 +9,21 @@ from __future__ import annotations
 from math import cos, hypot, inf, pi, sin
 from typing import NamedTuple, Protocol
 
-from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
 from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector, distance_from_ends
+from exudyn_flexlink.engines.exudyn.minimal.carriers import Carrier, Row
 from exudyn_flexlink.mechanism import (
     Anchor,
     CircleContact,
     Contact,
     CurveContact,
     FaceContact,
+    FlatContact,
     TurnStop,
     grip_of,
 )
-from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
-
-Row = list[tuple[int, float, float]]
-"""Links that move a point: hinges at (a, b), slides, by the complement of their number, along."""
+from exudyn_flexlink.mechanism.tree import TreeLayout
 
 
 class Look(NamedTuple):
@@ -72,6 +70,8 @@ def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
         return _Circles(layout, contact)
     if isinstance(contact, CurveContact):
         return OnCurve(layout, contact)
+    if isinstance(contact, FlatContact):
+        return _OnFlat(layout, contact)
     if isinstance(contact, TurnStop):
         return _Stop(layout, contact)
     return _Face(layout, contact)
@@ -84,8 +84,8 @@ class _Face:
         self.length, self._side = contact.length, contact.side
         # The face's part may be turned in the axes of the link that carries it.
         self._faces = Faces(contact, layout.frame(contact.start.part).angle)
-        self._point = _Carrier(layout, contact.point)
-        self._start = _Carrier(layout, contact.start)
+        self._point = Carrier(layout, contact.point)
+        self._start = Carrier(layout, contact.start)
 
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
@@ -138,8 +138,8 @@ class _Circles:
     def __init__(self, layout: TreeLayout, contact: CircleContact) -> None:
         self._circles = Circles(contact)
         self.length = 2 * pi * self._circles.edge
-        self._first = _Carrier(layout, contact.first)
-        self._second = _Carrier(layout, contact.second)
+        self._first = Carrier(layout, contact.first)
+        self._second = Carrier(layout, contact.second)
         self._turned = layout.frame(contact.second.part).angle
 
     def look(self, x: list[float], v: list[float]) -> Look:
@@ -171,12 +171,12 @@ class OnCurve:
     which goes on beyond its ends until a step has ended there: so the equations stay smooth.
     """
 
-    def __init__(self, layout: TreeLayout, contact: CurveContact) -> None:
+    def __init__(self, layout: TreeLayout, contact: CurveContact | FlatContact) -> None:
         self._curve, self._closest = contact.curve, Closest(contact.curve)
         self.length = contact.curve.arc_length.whole
         self._side, self._radius = contact.side, contact.radius
-        self._point = _Carrier(layout, contact.point)
-        self._origin = _Carrier(layout, Anchor(contact.carrier, 0.0, 0.0))
+        self._point = Carrier(layout, contact.point)
+        self._origin = Carrier(layout, Anchor(contact.carrier, 0.0, 0.0))
         self._turned = layout.frame(contact.carrier).angle
         self._held: tuple[int, float] | None = None  # piece and place where the last step ended
 
@@ -271,68 +271,64 @@ class OnCurve:
         return length % self.length if self._curve.closed else length
 
 
-def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector, moment: float = 0.0) -> None:
-    """Add a force at a place, and a moment, to those (links,) of the links that move it."""
-    for i, a, b in moves:
-        if i >= 0:
-            onto[i] += (at[0] - a) * force[1] - (at[1] - b) * force[0] + moment
-        else:
-            onto[~i] += a * force[0] + b * force[1]
+class _OnFlat(OnCurve):
+    """A straight face on a convex curve: it touches where that reaches farthest towards it."""
 
+    def __init__(self, layout: TreeLayout, contact: FlatContact) -> None:
+        super().__init__(layout, contact)
+        self.length, self._closest = inf, contact.search
+        turned = layout.frame(contact.start.part).angle
+        dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
+        dx, dy, c, s = dx / contact.width, dy / contact.width, cos(turned), sin(turned)
+        self._way = c * dx - s * dy, s * dx + c * dy
 
-class _Carrier:
-    """The links that carry an anchor, from the ground on, in plain floats."""
+    def look(self, x: list[float], v: list[float]) -> Look:
+        """Look at coordinates and speeds of the tree."""
+        (sx, sy), (su, sv), (angle, turning), first = self._point.state(x, v)
+        (ox, oy), (ou, ov), (_, spin), second = self._origin.state(x, v)
+        (nx, ny), (tx, ty), (rx, ry), _ = self._found(x, angle)
+        px, py = ox + rx, oy + ry
+        bx, by = px - sx, py - sy
+        ux, uy = su - turning * by - ou + spin * ry, sv + turning * bx - ov - spin * rx
+        touch = Touch(
+            -nx * bx - ny * by, tx * bx + ty * by, nx * ux + ny * uy, tx * ux + ty * uy, inf
+        )
+        return Look(touch, (nx, ny), (tx, ty), (px, py), first, second)
 
-    def __init__(self, layout: TreeLayout, anchor: Anchor) -> None:
-        self._links: list[tuple[int, int, float, float, float]] = []
-        last, *self._end = layout.place(anchor)
-        for i in layout.path(last):
-            link = layout.links[i]
-            kind = 0 if link.kind == HINGE else 1 if link.kind == ALONG_X else 2
-            self._links.append((i, kind, link.turn, *link.offset))
+    def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
+        """As if the curve were the circle that fits it there: to the second order it is."""
+        (sx, sy), (su, sv), (angle, turning), _ = self._point.state(x, v)
+        (ox, oy), (ou, ov), (_, spin), _ = self._origin.state(x, v)
+        (ax, ay), (bx, by) = self._point.steady_bend(x, v), self._origin.steady_bend(x, v)
+        (nx, ny), (px, py), radius = look.normal, look.at, self._found(x, angle)[-1]
+        cx, cy = px - radius * nx, py - radius * ny  # the centre of curvature
+        rx, ry = cx - ox, cy - oy
+        bx, by, ou, ov = (
+            bx - spin * spin * rx,
+            by - spin * spin * ry,
+            ou - spin * ry,
+            ov + spin * rx,
+        )
+        past = nx * (sv - ov) - ny * (su - ou)
+        far = nx * (sx - cx) + ny * (sy - cy)
+        return nx * (ax - bx) + ny * (ay - by) + turning * (2 * past - turning * far)
 
-    def state(
-        self, x: list[float], v: list[float]
-    ) -> tuple[Vector, Vector, tuple[float, float], Row]:
-        """Place, velocity, angle with its rate, and the links with their hinges or axes."""
-        px = py = ux = uy = angle = turning = 0.0
-        c, s = 1.0, 0.0
-        row: Row = []
-        for i, kind, turn, ox, oy in self._links:
-            ax, ay = c * ox - s * oy, s * ox + c * oy
-            px, py, ux, uy = px + ax, py + ay, ux - turning * ay, uy + turning * ax
-            if turn != 0:
-                angle += turn
-                c, s = cos(angle), sin(angle)
-            if kind == 0:
-                angle, turning = angle + x[i], turning + v[i]
-                c, s = cos(angle), sin(angle)
-                row.append((i, px, py))
-                continue
-            ex, ey = (c, s) if kind == 1 else (-s, c)
-            ax, ay = x[i] * ex, x[i] * ey
-            px, py = px + ax, py + ay
-            ux, uy = ux + v[i] * ex - turning * ay, uy + v[i] * ey + turning * ax
-            row.append((~i, ex, ey))
-        ax, ay = c * self._end[0] - s * self._end[1], s * self._end[0] + c * self._end[1]
-        place, velocity = (px + ax, py + ay), (ux - turning * ay, uy + turning * ax)
-        return place, velocity, (angle, turning), row
+    def _found(self, x: list[float], angle: float) -> tuple[Vector, Vector, Vector, float]:
+        """Normal, direction of the face, place from the curve's origin, radius of curvature, m."""
+        c, s = cos(angle), sin(angle)
+        tx, ty = c * self._way[0] - s * self._way[1], s * self._way[0] + c * self._way[1]
+        nx, ny = self._side * ty, -self._side * tx
+        ex, ey = self._seen(x)
+        c, s = nx * ex + ny * ey, ny * ex - nx * ey  # of the angle of the curve's axes
+        piece, u = self._place(ex, ey)
+        fx, fy, dx, dy, ddx, ddy = self._closest.at[piece](u)
+        radius = hypot(dx, dy) ** 3 / abs(dx * ddy - dy * ddx)
+        return (nx, ny), (tx, ty), (c * fx - s * fy, s * fx + c * fy), radius
 
-    def steady_bend(self, x: list[float], v: list[float]) -> Vector:
-        """Acceleration (m/s^2) of the anchor where no coordinate of the tree accelerates."""
-        angle = turning = bx = by = 0.0
-        c, s = 1.0, 0.0
-        for i, kind, turn, ox, oy in self._links:
-            inward = -turning * turning
-            bx, by = bx + inward * (c * ox - s * oy), by + inward * (s * ox + c * oy)
-            angle += turn
-            c, s = cos(angle), sin(angle)
-            if kind == 0:
-                angle, turning = angle + x[i], turning + v[i]
-                c, s = cos(angle), sin(angle)
-                continue
-            ex, ey = (c, s) if kind == 1 else (-s, c)
-            inward, aside = inward * x[i], 2 * turning * v[i]  # centripetal, and Coriolis'
-            bx, by = bx + inward * ex - aside * ey, by + inward * ey + aside * ex
-        (ax, ay), inward = self._end, -turning * turning
-        return bx + inward * (c * ax - s * ay), by + inward * (s * ax + c * ay)
+    def _seen(self, x: list[float]) -> Vector:
+        """Direction towards the face, in the curve's axes."""
+        still = [0.0] * len(x)
+        angle, turned = (own.state(x, still)[2][0] for own in (self._point, self._origin))
+        c, s = cos(angle - turned - self._turned), sin(angle - turned - self._turned)
+        tx, ty = c * self._way[0] - s * self._way[1], s * self._way[0] + c * self._way[1]
+        return self._side * ty, -self._side * tx

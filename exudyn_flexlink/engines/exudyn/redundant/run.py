@@ -33,6 +33,7 @@ from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,
+    FlatContact,
     TurnStop,
     beyond_redundant,
     end_of_run,
@@ -107,7 +108,9 @@ def _contacts(scene: Scene, system: System) -> Contacts:
     found = iter(resolutions(scene, system.assembly, system.coordinates.half_period))
     contacts = []
     for i, contact in enumerate(mechanism.touching):
-        assert not isinstance(contact, (CurveContact, TurnStop))  # `prepare` refuses them
+        assert not isinstance(
+            contact, (CurveContact, FlatContact, TurnStop)
+        )  # `prepare` refuses them
         contacts.append(ContactItem(system, contact, i, next(found)))
     for channel in mechanism.channels:
         resolution = next(found)

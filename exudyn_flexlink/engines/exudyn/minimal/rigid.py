@@ -1,0 +1,181 @@
+"""Rigid contacts of a tree that last: their reactions, and the friction that goes with them.
+
+Pushing leaves no gap. With g the gaps and G their gradients by the independent coordinates, which
+accelerate by z'',
+
+    M z'' = f + (G - mu tanh(s/s_0) T)^T r,      G z'' + c = -2 BAUMGARTE g' - BAUMGARTE^2 g
+
+for the reactions r (N); c is what gaps bend without z''. The right side lets die out what gaps
+are off by (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1). Friction is that of
+`laws.Friction`, regularised, with s the slip and T its gradient.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.rubbing import jammed
+from exudyn_flexlink.engines.touching import Touches
+from exudyn_flexlink.integrate.complementarity import RANK, least_inverse
+from exudyn_flexlink.integrate.problem import Evaluation
+
+# 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared.
+BAUMGARTE = 1e2
+JAMMED_ADVICE = "a smaller 'friction', or a law with stiffness"
+
+
+class Gaps(NamedTuple):
+    """Gaps of some contacts at one instant, or at several: then with one axis more, the first.
+
+    `rows` (c, links) are gradients by all coordinates, `free` (c, independent) by the independent
+    ones; `bend` (c,), m/s^2, second derivatives where those do not accelerate. `touching` (c, 2)
+    are gaps and rates, `slides` (c, links) gradients of the ways slid, 0 of what is smooth, and
+    `slip` (c,) their rates (m/s).
+    """
+
+    rows: FloatArray
+    free: FloatArray
+    bend: FloatArray
+    touching: FloatArray
+    slides: FloatArray
+    slip: FloatArray
+
+    def pick(self, which: int) -> Gaps:
+        """Return those of one of several instants."""
+        return Gaps(*(column[which] for column in self))
+
+
+def mobility(gaps: Gaps, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Accelerations (..., independent, c) by 1 N in each contact, and those (..., c, c) of gaps."""
+    arms = np.asarray(np.linalg.solve(mass, np.swapaxes(gaps.free, -1, -2)), dtype=np.float64)
+    return arms, gaps.free @ arms
+
+
+class Projector(NamedTuple):
+    """``1 - G^T W G M^-1`` of forces past closed gaps, and ``G^T W G``, ``W = (G M^-1 G^T)^-1``."""
+
+    free: FloatArray  # (independent, independent)
+    closed: FloatArray
+
+    def slopes(self, stiffness: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix with the reactions in them."""
+        of_gaps, of_rates = BAUMGARTE * BAUMGARTE * self.closed, 2 * BAUMGARTE * self.closed
+        return self.free @ stiffness + of_gaps, self.free @ damping + of_rates
+
+
+class RigidContacts:
+    """Those of a model's contacts that are rigid, by their numbers."""
+
+    def __init__(self, contacts: Sequence[MinimalContact], touches: Touches) -> None:
+        self._touches = touches
+        self.jammed = ""  # what the last evaluation failed by
+        self.all = {k: c for k, c in enumerate(contacts) if isinstance(c, RigidContact)}
+
+    def closed(self) -> list[int]:
+        """Numbers of those that press."""
+        return [k for k in self.all if self._touches.pressed[k]]
+
+    def gaps(self, which: Sequence[int], state: TreeState) -> Gaps:
+        """Gaps at instants (n,)."""
+        shape = len(state.x), len(which)
+        rows, touching = np.empty((*shape, state.x.shape[1])), np.empty((*shape, 2))
+        bend, slip, slides = np.empty(shape), np.empty(shape), np.empty(rows.shape)
+        for i, (x, v) in enumerate(zip(state.x, state.v, strict=True)):
+            for c, contact in enumerate(self.all[k] for k in which):
+                touch, rows[i, c], bend[i, c], slides[i, c] = contact.moving_gap(x, v)
+                touching[i, c], slip[i, c] = (touch.gap, touch.gap_rate), touch.slip
+        bend += (rows @ state.b[:, :, None])[:, :, 0]
+        return Gaps(rows, rows @ state.transform.matrix, bend, touching, slides, slip)
+
+    def rubbed(self, which: Sequence[int], slip: FloatArray) -> FloatArray:
+        """Friction (..., c) of some contacts that press by 1 N, by their slip (..., c), m/s."""
+        found = np.zeros(slip.shape)
+        for c, k in enumerate(which):
+            rub = self.all[k].friction
+            if rub is not None:
+                found[..., c] = rub.force(1.0, slip[..., c])
+        return found
+
+    def pushing(
+        self, which: Sequence[int], gaps: Gaps, state: TreeState
+    ) -> tuple[FloatArray, FloatArray]:
+        """What each pushes that presses by 1 N: on all coordinates, on the independent ones."""
+        if all(self.all[k].friction is None for k in which):
+            return gaps.rows, gaps.free
+        rows = gaps.rows + self.rubbed(which, gaps.slip)[..., None] * gaps.slides
+        return rows, rows @ state.transform.matrix
+
+    def with_reactions(self, at: Evaluation) -> Evaluation:
+        """Return evaluations at instants (n,) with the reactions of those that last."""
+        which, kept = self.closed(), at.kept
+        gaps = self.gaps(which, kept.state)
+        arms = mobility(gaps, at.mass)[0]
+        pushed, pushed_free = self.pushing(which, gaps, kept.state)
+        gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
+        wanted = -gaps.bend - 2 * BAUMGARTE * rate - BAUMGARTE * BAUMGARTE * gap
+        wanted -= (np.swapaxes(arms, -1, -2) @ at.force[..., None])[..., 0]
+        inverse = self._inverse(which, gaps, arms, pushed_free)
+        press = (inverse @ wanted[..., None])[..., 0]
+        power = -press * rate - press * self.rubbed(which, gaps.slip) * gaps.slip
+        kept.pushes[:, which] = np.stack([press, power], axis=-1)
+        force = kept.force + (press[:, None] @ pushed)[:, 0]
+        free = at.force + (press[:, None] @ pushed_free)[:, 0]
+        return at._replace(force=free, kept=kept._replace(force=force))
+
+    def opened(
+        self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
+    ) -> FloatArray:
+        """Accelerations (..., c, c) of gaps by 1 N in each contact: see `pushing`.
+
+        Raises:
+            ArithmeticError: friction presses a contact together by more than its force opens it.
+
+        """
+        if pushed is gaps.free:
+            return np.asarray(gaps.free @ arms)
+        self.jammed, moved = "", np.asarray(np.swapaxes(pushed @ arms, -1, -2))
+        for c, k in enumerate(which):
+            if moved[..., c, c].min() <= 0:
+                self.jammed = jammed(self.all[k].name)
+                raise ArithmeticError(self.jammed)
+        return moved
+
+    def _inverse(
+        self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
+    ) -> FloatArray:
+        moved = self.opened(which, gaps, arms, pushed)
+        if pushed is gaps.free:
+            return least_inverse(moved)
+        return np.asarray(np.linalg.pinv(moved, rcond=RANK))
+
+    def slopes(self, at: Evaluation) -> FloatArray | float:
+        """Damping (independent, independent) by friction of those that last, at one state."""
+        found: FloatArray | float = 0.0
+        for k in self.closed():
+            rub, contact = self.all[k].friction, self.all[k]
+            if rub is not None:
+                state: TreeState = at.kept.state
+                touch, _, _, row = contact.moving_gap(state.x, state.v)
+                slid = state.transform.reduced_rows(np.atleast_2d(row))[0]
+                steep = rub.coefficient**2 - float(rub.force(1.0, touch.slip)) ** 2
+                steep *= at.kept.pushes[k, 0] / (rub.coefficient * rub.slip_speed)
+                found = found + steep * np.outer(slid, slid)
+        return found
+
+    def projector(self, at: Evaluation) -> Projector | None:
+        """What those that last let through at one state; None if none does."""
+        which = self.closed()
+        if not which:
+            return None
+        state: TreeState = at.kept.state
+        gaps = self.gaps(which, state.pick(None)).pick(0)
+        arms = mobility(gaps, at.mass)[0]
+        pushed = self.pushing(which, gaps, state)[1]
+        back = pushed.T @ self._inverse(which, gaps, arms, pushed)
+        return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)
