@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
-from exudyn_flexlink.laws import Impulse, SpringTable
+from exudyn_flexlink.laws import SpringTable
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Assembly,
@@ -20,17 +20,12 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     FlatContact,
     NoRestError,
-    Slide,
-    always_redundant,
     anchor_position,
     approach,
-    formulation,
     in_guides,
     pairs,
     pressed_at,
-    shared_forces,
 )
-from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.scene import GROUND, LinearSpring, Scene
 from exudyn_flexlink.source import Mistake
 
@@ -85,7 +80,7 @@ _ELSEWHERE: dict[str, tuple[str, ...]] = {
 """Where in the file those stand that are no joints."""
 
 
-def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
+def path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
     """Place in the file of a joint, or of the flexible body within which it is."""
     if joint in scene.joints:
         return ("joints", joint)
@@ -126,7 +121,7 @@ def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     if held and joint is not None and joint.type in ("revolute", "prismatic", "slot"):
         names = ", ".join(f"'{body}'" for body in held)
         hint += f"; or 'initial: angles' holds one too many ({names}): 'guesses' leaves it free"
-    path = _path_of(scene, error.joint)
+    path = path_of(scene, error.joint)
     if error.kind in _ELSEWHERE:
         path = (*_ELSEWHERE[error.kind], error.joint)
     return Mistake(path, f"{message}: {' and '.join(missing)} missing", hint)
@@ -294,74 +289,4 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             found.append(Mistake(("springs", spring.name), message, hint))
-    return found
-
-
-def rubbing_badly(assembly: Assembly) -> list[Mistake]:
-    """Friction in joints that has no answer, or that goes with nothing else in the scene."""
-    mechanism, found = assembly.mechanism, []
-    shared = shared_forces(assembly) if mechanism.frictions else set()
-    for friction in mechanism.frictions:
-        path = ("joints", friction.name, "friction")
-        if any(isinstance(contact.law, Impulse) for contact in mechanism.contacts):
-            message = "friction in joints does not go with contacts by impulse"
-            found.append(Mistake(path, message, "give the contacts a law with stiffness"))
-        if friction.share > 0 and friction.name in shared:
-            message = "the force in this joint is not known: other joints hold the same"
-            hint = "take one of them away; or give a torque, along a slide a force"
-            found.append(Mistake((*path, "coefficient"), message, hint))
-        if isinstance(friction.joint, Slide) and friction.name not in tree_layout(mechanism).joints:
-            message = "friction of a slide that closes a loop of slides is not known"
-            found.append(Mistake(path, message, "give it to another slide of the loop"))
-    return found
-
-
-def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """Racks whose slide minimal coordinates do not have."""
-    mechanism = assembly.mechanism
-    slides = {
-        tie.slide.name: gear.name for gear in mechanism.gears for tie in gear.ties if tie.slide
-    }
-    if not slides or formulation(scene) != "minimal":
-        return []
-    layout, hint = tree_layout(mechanism), "mesh with another slide of the loop"
-    return [
-        Mistake(
-            ("joints", gear), f"'{slide}' closes a loop of slides: no gear is known there", hint
-        )
-        for slide, gear in slides.items()
-        if slide not in layout.joints
-    ]
-
-
-def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:
-    """Tell whether joints that others imply always can be left out: in minimal coordinates.
-
-    Not those of a structure that nothing can move, nor drives.
-    """
-    moves = assembly.degrees_of_freedom > 0 or assembly.mechanism.speed_motors
-    drives = set(scene.drives) & set(assembly.surplus)
-    if not (assembly.surplus and moves) or drives:
-        return False
-    if formulation(scene) != "minimal":
-        return False
-    return always_redundant(assembly)
-
-
-def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """Joints and drives that hold what others hold already: forces in them have no one answer."""
-    if _may_be_redundant(scene, assembly):
-        return []
-    found = []
-    hint = (
-        "two joints do the same, two drives move one freedom, or the mechanism starts at a dead "
-        "centre: take one away, or start at another angle; of a body pinned at both ends between "
-        "parts that move alike, let one pin slide along it, in a slot"
-    )
-    for name, count in assembly.surplus.items():
-        drive = name in scene.drives and name not in scene.joints
-        what = "drive" if drive else "joint" if name in scene.joints else "body's hinge"
-        times = "" if count == 1 else f" {count} times"
-        path = ("drives", name) if drive else _path_of(scene, name)
-        found.append(Mistake(path, f"this {what} holds{times} what others hold already", hint))
     return found

@@ -14,20 +14,18 @@ import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
-    geared_badly,
     moving_drives,
     open_mistake,
     outside_guides,
     penetrations,
     pressed_walls,
-    redundancies,
     rest_mistake,
-    rubbing_badly,
     speed_mistake,
     value_mistake,
     without_direction,
 )
 from exudyn_flexlink.expressions import NoValueError
+from exudyn_flexlink.joint_mistakes import geared_badly, redundancies, rubbing_badly
 from exudyn_flexlink.mechanism import (
     Assembly,
     CannotAssembleError,

@@ -189,10 +189,7 @@ class EnergyHistory:
 
 @dataclass(frozen=True)
 class Checks:
-    """What a run says about its own errors, at the ends of all its steps.
-
-    Samples within a step are as exact as its polynomial: their energies may be off by more.
-    """
+    """What a run says of its own errors, at the ends of all steps; samples within may err more."""
 
     energy_residual: float  # J, largest absolute value of the energy balance
     largest_kinetic_energy: float  # J

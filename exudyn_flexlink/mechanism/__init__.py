@@ -99,7 +99,6 @@ from exudyn_flexlink.mechanism.resting import NoRestError, Rest
 from exudyn_flexlink.mechanism.schedule import (
     Resolution,
     TurnGoal,
-    beyond_redundant,
     coarse_tolerance,
     cut_off,
     end_of_run,
@@ -117,4 +116,5 @@ from exudyn_flexlink.mechanism.schedule import (
     wanted_interval,
 )
 from exudyn_flexlink.mechanism.tracks import build_curves
+from exudyn_flexlink.mechanism.unknown_to_exudyn import beyond_redundant
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to

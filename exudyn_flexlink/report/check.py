@@ -10,8 +10,6 @@ from exudyn_flexlink.laws import (
     Impulse,
     LineContact,
     PowerPenalty,
-    PressingLaw,
-    RestitutionPenalty,
 )
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -32,12 +30,12 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
+from exudyn_flexlink.report.laws import law_told
 from exudyn_flexlink.report.parts import (
     curve_lines,
     effects_table,
     freedom_lines,
     link_frequencies,
-    restitution_told,
     sprung_frequencies,
     start_lines,
 )
@@ -48,22 +46,17 @@ from exudyn_flexlink.scene import (
     FlexibleBody,
     ForceDrive,
     GearJoint,
-    ImpulseLaw,
     Joint,
-    Law,
     PinFriction,
     PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
     SleeveJoint,
-    SlidePenalty,
     SlotJoint,
     Spring,
-    StopLaw,
     Table,
     TorsionalSpring,
-    TurnPenalty,
     Value,
     meshes_of,
 )
@@ -257,12 +250,12 @@ def _value(value: Value, unit: str) -> str:
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     forces = {own.name: own.law for own in (*mechanism.touching, *mechanism.channels)}
     touching = {**scene.contacts, **scene.stops}
-    rows = [[name, str(own), *_law(own.law, forces[name])] for name, own in touching.items()]
+    rows = [[name, str(own), *law_told(own.law, forces[name])] for name, own in touching.items()]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
             what = f"journal at {journal} in the bearing at {bearing}"
-            rows.append([name, what, *_law(joint.acting, forces[name])])
+            rows.append([name, what, *law_told(joint.acting, forces[name])])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
@@ -272,29 +265,8 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
             what = f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
         else:
             what = f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
-        rows.append([channel.name, what, *_law(sleeve.acting, channel.law)])
+        rows.append([channel.name, what, *law_told(sleeve.acting, channel.law)])
     return section("Contacts", rows)
-
-
-def _law(law: Law | StopLaw, force: PressingLaw) -> list[str]:
-    if isinstance(law, SlidePenalty | TurnPenalty):
-        unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
-        damped = f"c {number(law.damping or 0.0)} {unit[1]}"
-        lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
-        return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
-    restitution = f"restitution {restitution_told(law)}"
-    rub = getattr(law, "friction", 0.0)
-    friction = f"friction {number(rub)}" if rub > 0 else ""
-    if isinstance(law, ImpulseLaw):
-        return ["rigid, by impulse", restitution, friction]
-    name = getattr(law, "formula", None) or law.type
-    if isinstance(force, LineContact):
-        told = f"{name}, no force beyond {number(force.deepest)} m"
-    elif isinstance(force, PowerPenalty):
-        told = f"{name}, K {number(force.stiffness)} N/m^{number(force.exponent)}"
-    else:
-        told = f"k {number(force.stiffness)} N/m" if isinstance(force, RestitutionPenalty) else ""
-    return [told, restitution, friction]
 
 
 def _run(scene: Scene, assembly: Assembly) -> list[str]:

@@ -31,11 +31,11 @@ from exudyn_flexlink.mechanism import (
     wound_at_start,
 )
 from exudyn_flexlink.report.equilibrium import rest_told
+from exudyn_flexlink.report.laws import restitution_told
 from exudyn_flexlink.report.text import Table, listed, number, section, table
 from exudyn_flexlink.scene import (
     DampedLaw,
     FlexibleBody,
-    Law,
     RevoluteJoint,
     Scene,
     SleeveJoint,
@@ -210,13 +210,6 @@ def restitution_table(scene: Scene) -> Table:
         if isinstance(law, DampedLaw)
     ]
     return Table("Restitution of contact laws", rows)
-
-
-def restitution_told(law: Law) -> str:
-    """Return the restitution of a law, and which one it really gives if that is another."""
-    asked = number(law.restitution)
-    given = asked if not isinstance(law, DampedLaw) else number(law.returned)
-    return asked if given == asked else f"{asked} asked, gives {given}"
 
 
 def _effect(name: str, causes: Sequence[str]) -> list[str]:
