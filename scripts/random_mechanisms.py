@@ -4,16 +4,18 @@ Usage:
   .venv/bin/python scripts/random_mechanisms.py             150 mechanisms, on all cores
   .venv/bin/python scripts/random_mechanisms.py --count 20 --seed 7
   .venv/bin/python scripts/random_mechanisms.py --only 13   one of them, with its model file
+  .venv/bin/python scripts/random_mechanisms.py --parts --count 300   with more parts drawn in
 
 Draws linkages, chains, points in slots, falling bodies, cams, journals with play and flexible
-links, with drives, springs, walls and friction (see `drawing`). Each is run in minimal coordinates
-at 1e-6 m and held, in all named points and at all common instants, against a run at a thousandth of
-that. This one has other steps and events, and errors of its own: where it differs from a third, at
-a hundredth, by more than half the tolerance, or ends sooner than the first, there is nothing to
-judge by. The equations are the same: those are what the second engine and closed forms of `verify`
-are for. Off by more than the tolerance is told if a warning speaks of errors, of the tolerance or
-of energy; else it is silent. Mechanisms that take more processor time than `--patience` are left
-out. The exit code is 1 if one is silently wrong, or a run crashes.
+links, with drives, springs, walls and friction (see `drawing`). With `--parts` joints rub and have
+stops, contacts have other laws, and ropes, tables of forces and gears are added. Each is run in
+minimal coordinates at 1e-6 m and held, in all named points and at all common instants, against a
+run at a thousandth of that. This one has other steps and events, and errors of its own: where it
+differs from a third, at a hundredth, by more than half the tolerance, or ends sooner than the
+first, there is nothing to judge by. The equations are the same: those are what the second engine
+and closed forms of `verify` are for. Off by more than the tolerance is told if a warning speaks of
+errors, of the tolerance or of energy; else it is silent. Mechanisms that take more processor time
+than `--patience` are left out. The exit code is 1 if one is silently wrong, or a run crashes.
 """
 
 from __future__ import annotations
@@ -84,15 +86,15 @@ def _apart(one: Result, other: Result) -> float:
     return float(separation(one, other, time).max(initial=0.0)) / TOLERANCE
 
 
-def verdict_of(number: int, seed: int, seconds: float, measure: bool) -> Verdict:
+def verdict_of(number: int, seed: int, seconds: float, measure: bool, added: bool) -> Verdict:
     """Draw a mechanism by its number, and judge it."""
-    family, text = drawn(number, seed)
+    family, text = drawn(number, seed, added)
     return judge(text, family, seconds, measure)
 
 
-def drawn(number: int, seed: int) -> tuple[str, str]:
+def drawn(number: int, seed: int, added: bool) -> tuple[str, str]:
     """Draw a mechanism by its number; return its family and its model file."""
-    family, model = draw(np.random.default_rng([seed, number]))
+    family, model = draw(np.random.default_rng([seed, number]), added)
     return family, yaml.safe_dump(model, sort_keys=False)
 
 
@@ -101,12 +103,17 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     add_numbers(parser, 150)
     parser.add_argument("--patience", type=float, default=60.0, help="s of processor time, each")
+    parser.add_argument("--parts", action="store_true", help="add friction, stops, gears ...")
     options = parser.parse_args()
     if options.only is not None:
-        print(drawn(options.only, options.seed)[1])
+        print(drawn(options.only, options.seed, options.parts)[1])
     found: list[Verdict] = []
     by_number = partial(
-        verdict_of, seed=options.seed, seconds=options.patience, measure=options.measure
+        verdict_of,
+        seed=options.seed,
+        seconds=options.patience,
+        measure=options.measure,
+        added=options.parts,
     )
     for number, one in judged(by_number, numbers_of(options), options.jobs):
         found.append(one)

@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_785,
     "": 5_290,
 }
-WHOLE = {PACKAGE: 54_060, "tests": 27_760, "scripts": 8_580}
+WHOLE = {PACKAGE: 54_060, "tests": 27_760, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from drawing.added import add_parts
 from drawing.linkages import bearing, four_bar, on_ground, slider_crank
 from drawing.parts import (
     Drawn,
@@ -25,8 +26,8 @@ from drawing.parts import (
 TOLERANCE = 1e-6  # m
 
 
-def draw(rng: np.random.Generator) -> tuple[str, Model]:
-    """Draw a family, and a model of it."""
+def draw(rng: np.random.Generator, added: bool = False) -> tuple[str, Model]:
+    """Draw a family, and a model of it; with parts `added` that any mechanism may have."""
     family = str(rng.choice(list(FAMILIES)))
     drawn = FAMILIES[family](rng)
     model = drawn.model
@@ -38,6 +39,8 @@ def draw(rng: np.random.Generator) -> tuple[str, Model]:
         add_springs(rng, drawn)
         if rng.random() < 0.6:
             add_walls(rng, drawn)
+    if added:
+        add_parts(rng, drawn)
     model["run"] = {"duration": within(rng, 0.3, 1.2), "sample": "2 ms"}
     model["accuracy"] = {"tolerance": TOLERANCE}
     return family, {"title": family, **model}

@@ -1,0 +1,109 @@
+"""What may be added to any random mechanism: friction, stops, laws, ropes, tables, gears."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drawing.parts import Drawn, Model, number, spread, within
+
+LAWS = ("hunt_crossley", "lankarani_nikravesh", "flores", "gonthier", "exact")
+DEPTH = 1e-4  # m: here a law by a power presses as the linear one that it stands for
+
+
+def add_parts(rng: np.random.Generator, drawn: Drawn) -> None:
+    """Add some of all parts to a model, at least one where there is a place for it."""
+    model = drawn.model
+    for contact in model.get("contacts", {}).values():
+        contact["law"] = _damped(rng, contact["law"])
+    joints = [
+        name
+        for name, joint in model["joints"].items()
+        if joint["type"] in {"revolute", "prismatic"} and "clearance" not in joint
+    ] if "joints" in model else []  # fmt: skip
+    rigid = any(own["law"].get("type") == "impulse" for own in model.get("contacts", {}).values())
+    for name in joints:
+        if rng.random() < 0.4 and not rigid:
+            _rub(rng, model["joints"][name])
+        elif rng.random() < 0.4 and name == drawn.crank:
+            _stop(rng, model["joints"][name])
+    if drawn.points and rng.random() < 0.5:
+        _hang(rng, drawn)
+    if drawn.crank and rng.random() < 0.4:
+        _gear(rng, drawn)
+    if drawn.crank and rng.random() < 0.3:
+        torque = f"{-spread(rng, 0.05, 2)} N m * sin(angle)"
+        kinked = {"points": [[-20, -1.0], [0, 0], [0.5, 0.3], [20, 2.0]], "rule": "linear"}
+        law = torque if rng.random() < 0.5 else kinked
+        spring = {"type": "torsional", "joint": drawn.crank, "torque": law}
+        model.setdefault("springs", {})["coil"] = spring
+
+
+def _damped(rng: np.random.Generator, law: Model) -> Model:
+    """Return another law in place of half the linear ones; impulses may rub."""
+    if law.get("type") == "impulse":
+        rubs = {"friction": within(rng, 0.05, 0.5)} if rng.random() < 0.4 else {}
+        return {**law, **rubs}
+    if rng.random() < 0.5:
+        return law
+    kind = str(rng.choice(LAWS))
+    stiffness = number(law["stiffness"] / np.sqrt(DEPTH))
+    returned = max(law["restitution"], 0.05)
+    if kind in {"flores", "gonthier", "exact"}:
+        returned = min(max(returned, 0.1), 1.0)
+    kept = {"friction": law["friction"]} if "friction" in law else {}
+    return {"type": kind, "stiffness": stiffness, "restitution": returned, **kept}
+
+
+def _rub(rng: np.random.Generator, joint: Model) -> None:
+    by_force = rng.random() < 0.3
+    if joint["type"] == "prismatic":
+        own = {"coefficient": 0.1} if by_force else {"force": spread(rng, 0.1, 10)}
+    elif by_force:
+        own = {"coefficient": within(rng, 0.05, 0.3), "radius": 0.005}
+    else:
+        own = {"torque": spread(rng, 1e-3, 0.5)}
+    joint["friction"] = own
+
+
+def _stop(rng: np.random.Generator, joint: Model) -> None:
+    """Let a crank turn by two turns at most, either way, from wherever it starts."""
+    if joint["type"] != "revolute":
+        return
+    law = {"stiffness": spread(rng, 100, 1e4)}
+    if rng.random() < 0.5:
+        law["damping"] = number(rng.choice([0, 1e-3 * law["stiffness"]]))
+    else:
+        law |= {"restitution": within(rng, 0, 1), "transition_speed": 0.01}
+    joint["limits"] = {"from": -6.5, "to": 6.5, "law": law}
+
+
+def _hang(rng: np.random.Generator, drawn: Drawn) -> None:
+    """Hold a point by a rope, or push it away by a buffer."""
+    spring = {
+        "type": "linear",
+        "points": ["ground", str(rng.choice(drawn.points))],
+        "at": [within(rng, -0.3, 0.3), within(rng, 0.3, 0.6)],
+        "acts": str(rng.choice(["tension", "compression"])),
+        "length": within(rng, 0.3, 0.5),
+        "stiffness": spread(rng, 50, 5e3),
+        "damping": number(rng.choice([0, rng.uniform(0.1, 10)])),
+    }
+    drawn.model.setdefault("springs", {})["rope"] = spring
+
+
+def _gear(rng: np.random.Generator, drawn: Drawn) -> None:
+    """Let a crank on the ground turn a wheel by gears or by a belt."""
+    model = drawn.model
+    if model["joints"][drawn.crank]["points"][0] != "ground":
+        return
+    wheel = {"type": "rigid", "mass": 0.3, "inertia": spread(rng, 1e-5, 1e-3)}
+    model["bodies"]["wheel"] = {**wheel, "points": {"hub": [0, 0]}}
+    model["joints"]["axle"] = {
+        "type": "revolute",
+        "points": ["ground", "wheel.hub"],
+        "at": [within(rng, 0.1, 0.3), within(rng, -0.3, -0.1)],
+    }
+    tie: Model = {"type": "belt", "radii": [0.03, within(rng, 0.02, 0.06)]}
+    if rng.random() < 0.6:
+        tie = {"type": "gear", "ratio": within(rng, 0.3, 3), "internal": bool(rng.random() < 0.3)}
+    model["joints"]["mesh"] = {**tie, "joints": [drawn.crank, "axle"]}
