@@ -107,7 +107,7 @@ def test_what_exudyn_does_not_do_by_itself_is_named():
             "cam_follower",
             {},
             "point_on_curve",
-            "contacts.cam_face: Exudyn's own solver has no points",
+            "contacts.cam_face: Exudyn's own solver has no contacts on curves",
         ),
         (
             "no_clearance",

@@ -192,7 +192,6 @@ COMMANDS = {
         "Check a model without simulating it: parts, effects, frequencies, steps, formulation.",
         ("no_clearance",
          "no_clearance --set bodies.link.hinges.stiffness=beam",
-         "smooth --set bodies.link.rods=20",
          "clearance --without impact",
          "whitworth --figure whitworth.png",
          "hanging_chain --equilibrium"),
