@@ -16,7 +16,8 @@ from exudyn_flexlink import NotRepresentableError, SceneError
 RIGHT, TOLD, SILENT = "right", "over and told", "over SILENTLY"
 REFUSED, LATE, CRASHED = "refused", "not waited for", "CRASHED"
 STOPPED, OPEN = "stopped and said why", "nothing to judge by"
-OF_ACCURACY = ("error", "tolerance", "energy")  # warnings that say that numbers may be off
+# Words of warnings that say that numbers may be off.
+OF_ACCURACY = ("error", "tolerance", "energy", "may be off")
 
 
 @dataclass(frozen=True)
