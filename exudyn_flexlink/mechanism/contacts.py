@@ -9,6 +9,7 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.laws import OneSided
 from exudyn_flexlink.mechanism.contact_pairs import (
     CircleContact,
     Contact,
@@ -97,7 +98,7 @@ def idle_at_start(
     """
     for contact in mechanism.contacts:
         at = approach(contact, q, v)
-        if far_behind(contact, at):
+        if far_behind(contact, at) and not isinstance(contact.law, OneSided):  # a taut rope is
             what = "line" if isinstance(contact, FaceContact) else "curve"
             yield (
                 contact,
