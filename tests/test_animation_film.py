@@ -1,16 +1,21 @@
 """What an animation shows: which instants, how fast, which runs, where things are and touch."""
 
+import json
 from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
 import results
+from pages_of_docs import DOCS
 
 from exudyn_flexlink.animation import FilmError, Slow, film_of, zooms
+from exudyn_flexlink.animation.html import film_data
 from exudyn_flexlink.animation.shots import GLOW_SECONDS, SLOW_SECONDS, Shots, frames_of
 from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import faces
 from exudyn_flexlink.plots.style import ENGINE_COLOURS
@@ -93,6 +98,18 @@ def test_an_impact_is_told_by_its_impulse(run):
     at = int(np.searchsorted(shots.frames.times, 0.3)) + 1
     [glow] = shots.glows(at)
     assert (glow.text, glow.strength) == ("0.0100 N s", 1.0)
+
+
+def test_stops_are_shown_larger_and_torques_are_told_as_such():
+    model = load_scene(DOCS / "reference/examples/stops.yaml", ["run.duration=0.35"])
+    run = simulate(model, measure=False)
+    film = film_of(run)
+    shots = Shots(film, film.takes[0], frames_of(film, 100, 0.05))
+    assert list(shots.zooms) == ["guide.from", "buffer"]
+    at = int(np.searchsorted(shots.frames.times, run.intervals["knuckle.from"].begin[0])) + 1
+    [told] = [glow.text for glow in shots.glows(at) if glow.name == "knuckle.from"]
+    assert told.endswith(" N m")
+    assert '"unit": "N m"' in json.dumps(film_data(film))
 
 
 # --- zooms ----------------------------------------------------------------------------------------

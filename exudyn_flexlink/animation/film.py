@@ -153,8 +153,8 @@ class Touching:
     """What touches in one contact of the scene, or in a joint with clearance.
 
     `touches` are those within the film. `contact` tells where, of two parts; of a guide it is None,
-    and `places` are those of its pairs. `force` (N, k) are the forces in N of its pairs at the
-    samples of the run: of a contact one column.
+    and `places` are those of its pairs. `force` (N, k) are the forces of its pairs at the samples
+    of the run, of a contact one column, in its `unit`: N m of a hinge's stop.
     """
 
     name: str
@@ -162,6 +162,7 @@ class Touching:
     contact: Contact | None
     places: Line | None
     force: FloatArray
+    unit: str = "N"
 
     def spots(self, take: Take, times: FloatArray) -> FloatArray:
         """Places (K, pairs, 2) m of its pairs at instants (K,) s."""
@@ -172,7 +173,7 @@ class Touching:
         return spot_of(self.contact, poses)[:, None]
 
     def forces(self, take: Take, times: FloatArray) -> FloatArray:
-        """Forces (K, pairs) N of its pairs at instants (K,) s."""
+        """Forces (K, pairs) of its pairs at instants (K,) s."""
         own = take.result.time
         return np.stack([np.interp(times, own, force) for force in self.force.T], axis=1)
 
@@ -185,7 +186,8 @@ def touching_of(film: Film, take: Take) -> list[Touching]:
         histories = result.contacts if contact.name in result.contacts else result.bearings
         own = histories[contact.name]
         inside = _within(own.touches, film)
-        found.append(Touching(contact.name, inside, contact, None, own.force[:, None]))
+        unit = result.scene.unit_of(contact.name, "N")
+        found.append(Touching(contact.name, inside, contact, None, own.force[:, None], unit))
     for channel in walled(model):
         sleeve = result.sleeves[channel.name]
         places = through(channel.name, *(pair.point for pair in pairs(channel)))

@@ -2,7 +2,7 @@
 
 The data are names and short lists as JSON, and long rows of numbers as base64, little-endian:
 ``f4`` and ``f8`` are 32 and 64 bits of a float, ``i4`` of an integer. `player/film.js` reads them.
-Lengths in m, times in s, forces in N.
+Lengths in m, times in s, forces in N, torques of stops in N m.
 """
 
 from __future__ import annotations
@@ -144,6 +144,7 @@ def _touching(take: Take, own: Touching, times: FloatArray) -> dict[str, Any]:
     instant, pair = np.nonzero(force > 0)
     return {
         "name": own.name,
+        "unit": own.unit,
         "begin": row(touches.begin, "f8"),
         "end": row(touches.until(float(take.result.time[-1])), "f8"),
         "strength": row(strength(touches)),

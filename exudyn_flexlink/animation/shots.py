@@ -207,7 +207,7 @@ class Shots:
         return {zoom.name: zoom for zoom in zooms_of(self.film, self.take)}
 
     def forces(self, own: Touching, frame: int) -> FloatArray:
-        """Forces (pairs,) N of what touches, at a frame."""
+        """Forces (pairs,) of what touches, at a frame."""
         return np.asarray(own.forces(self.take, self.frames.times[frame : frame + 1])[0])
 
     def glows(self, frame: int) -> list[Glow]:
@@ -222,7 +222,7 @@ class Shots:
                 pair = int(own.touches.pair[k]) if own.places is not None else 0
                 matters = k == told and (own.places is None or parts[k] > LABELLED)
                 pressing = float(self.forces(own, frame)[pair]) if fresh == 1 else None
-                text = _told(float(values[k]), pressing) if matters else ""
+                text = _told(float(values[k]), pressing, own.unit) if matters else ""
                 seen = self._seen_at(own, k, frame)
                 place = own.spots(self.take, self.frames.times[seen : seen + 1])[0, pair]
                 found.append(Glow(own.name, seen, place, parts[k], fresh, text))
@@ -244,15 +244,15 @@ class Shots:
         return min(max(last, 0), frame)
 
 
-def _told(value: float, pressing: float | None) -> str:
-    """The force now, in N, and once nothing presses the largest, too; of an impact N s."""
+def _told(value: float, pressing: float | None, unit: str) -> str:
+    """The force now, and once nothing presses the largest, too; of an impact the impulse."""
     if value == 0:
         return ""
     if value < 0:
-        return f"{_three_digits(-value)} N s"
+        return f"{_three_digits(-value)} {unit} s"
     if pressing is None:
-        return f"0 N, was {_three_digits(value)} N"
-    return f"{_three_digits(pressing)} N" if pressing > 0 else "0 N"
+        return f"0 {unit}, was {_three_digits(value)} {unit}"
+    return f"{_three_digits(pressing)} {unit}" if pressing > 0 else f"0 {unit}"
 
 
 def _three_digits(size: float) -> str:

@@ -14,7 +14,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Channel, FaceContact
 from exudyn_flexlink.plots.outline import Viewpoint, faces, walled
 from exudyn_flexlink.plots.sleeve import ROOM
-from exudyn_flexlink.scene import PointOnLine
 
 ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it
 STRIKE_PART = 0.06  # of the picture: the length of a face that is seen, or more
@@ -74,11 +73,8 @@ def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:
     length = max(STRIKE_PART * film.size, ROOM_ALONG * float(np.ptp(x)))
     below, above = (part * length for part in ROOM_AT_FACE)
     along = (middle - length / 2, middle + length / 2)
-    striking = take.result.scene.contacts[face.name]
-    assert isinstance(striking, PointOnLine)
-    return Zoom(
-        face.name, view, along, (-below, above), point=face.point, point_name=striking.point
-    )
+    striking = take.result.scene.all_contacts[face.name].striking
+    return Zoom(face.name, view, along, (-below, above), point=face.point, point_name=striking)
 
 
 def _while_touching(film: Film, take: Take, own: Touching) -> FloatArray:

@@ -237,8 +237,8 @@ function drawTouches(pen, view, take, player, rank, touching = take.touching) {
       drawGlow(pen, place, radius, one.fresh);
       const matters = own.places === null || one.strength > LOOK.labelled;
       if (!matters || one.force === 0 || one.strength * one.fresh < most) continue;
-      const now = one.touching ? `${round(forceNow(take, own, one.k))} N` : `0 N, was ${round(one.force)} N`;
-      const text = one.force < 0 ? `${round(-one.force)} N s` : now;
+      const now = one.touching ? `${round(forceNow(take, own, one.k))} ${own.unit}` : `0 ${own.unit}, was ${round(one.force)} ${own.unit}`;
+      const text = one.force < 0 ? `${round(-one.force)} ${own.unit} s` : now;
       const side = place[0] > pen.width - 80 ? -1 : 1;
       pen.words(text, place[0] + side * (radius + 4), place[1] + (rank === 0 && player.takes.length > 1 ? -1 : 1) * (10 + 14 * told), {
         colour: TOUCH, bold: true, size: 13, alpha: one.fresh, align: side < 0 ? "right" : "left",
