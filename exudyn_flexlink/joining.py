@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.continuing import continued
+from exudyn_flexlink.intervals import FrictionHistory
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import Checks, Result, later
@@ -46,6 +47,9 @@ def joined(first: Result, second: Result) -> Result:
         values = getattr(energy, name)
         both = np.concatenate([values, values[-1] + getattr(tail, name)[1:]])
         own["energy"] = replace(own["energy"], **{name: both})
+    own["frictions"] = {
+        name: _rubbed(one, second.frictions[name], end) for name, one in first.frictions.items()
+    }
     unknown = first.error.missing or first.error.stopped is not None
     whole = replace(
         first,
@@ -103,6 +107,19 @@ def _joined(first: Any, second: Any, own: Variable | None) -> Any:
     if not isinstance(first, np.ndarray):
         return first  # names
     return np.concatenate([first, second[1:] if own.dimensions.startswith("time") else second])
+
+
+def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> FrictionHistory:
+    """Dry friction of both, which meet at an instant (s): a rest that goes on there is one."""
+    begin = np.concatenate([first.begin, second.begin])
+    end = np.concatenate([np.minimum(first.end, at), second.end])
+    goes_on = np.flatnonzero((end[:-1] == at) & (begin[1:] == at))
+    return FrictionHistory(
+        np.concatenate([first.torque, second.torque[1:]]),
+        np.concatenate([first.lost, first.lost[-1] + second.lost[1:]]),
+        np.delete(begin, goes_on + 1),
+        np.delete(end, goes_on),
+    )
 
 
 def _checks(first: Result, second: Result) -> Checks:

@@ -10,6 +10,7 @@ from test_physics_tools import alone, run, scene
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.joining import joined
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.source import SceneError
@@ -109,6 +110,20 @@ def test_pendulum_swings_nine_times_then_rests_for_good():
     way = np.abs(np.diff([np.pi / 3, *(angle + np.pi / 2)])).sum()
     np.testing.assert_allclose(friction.lost[-1], 0.25 * way, rtol=1e-10)
     np.testing.assert_allclose(pendulum.energy.dissipated, friction.lost, atol=1e-12)
+
+
+@pytest.mark.parametrize("first", [0.3, 7.5])
+def test_friction_of_two_joined_runs_is_that_of_one(first, tmp_path):
+    """The rest from 6.75 s on is one, also where the second run begins in it."""
+    whole = alone(rubbing(ROD, "{torque: 0.25 N m}"), f"run.duration={first}")
+    rest = continued(whole).changed(run=whole.scene.run.model_copy(update={"duration": 8 - first}))
+    both = joined(whole, simulate(rest, measure=False))
+    save(both, tmp_path)
+    friction = load(tmp_path).frictions["pin"]
+    np.testing.assert_allclose(friction.begin, [6.751166343], atol=1e-7)
+    assert friction.end.tolist() == [np.inf]
+    np.testing.assert_allclose(both.energy.dissipated, friction.lost, atol=1e-12)
+    assert len(friction.torque) == len(both.time)
 
 
 def test_friction_of_a_pin_follows_the_whole_force_in_it():
