@@ -247,20 +247,30 @@ def texts_by_name(value: Any, _: Any = None) -> Mapping[str, str]:
 
 
 def measured(value: Any, _: Any = None) -> Any:
-    """Take the path of a CSV file, or columns (N,) by name, as of a dict or a data frame."""
+    """Take the path of a CSV file, or columns (N,) by name, as of a dict or a data frame.
+
+    The unit of Pint's quantities then stands behind the name.
+    """
     if isinstance(value, str | os.PathLike):
         return place(value)
     wrong = f"expected a CSV file, or columns by name, got {told(value)}"
     if isinstance(value, type) or not hasattr(value, "items") or not len(value):
         raise TypeError(wrong)
     columns = {}
-    for name, column in value.items():
+    for own, column in value.items():
+        name = own
         try:
-            columns[name] = np.asarray(column)
-        except (TypeError, ValueError):
+            if hasattr(first := next(iter(column), None), "to_base_units"):
+                unit = first.to_base_units().units
+                found = np.array([one.to(unit).magnitude for one in column])
+                name = f"{own} ({unit:~C})".replace("**", "^").removesuffix(" ()")
+            else:
+                found = np.asarray(column)
+        except (AttributeError, TypeError, ValueError):
             raise TypeError(wrong) from None
-        if not isinstance(name, str) or columns[name].ndim != 1:
+        if not isinstance(name, str) or name.count("(") > 1 or found.ndim != 1:
             raise TypeError(wrong)
+        columns[name] = found
     return columns
 
 

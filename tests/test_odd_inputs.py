@@ -69,6 +69,21 @@ def test_messages_name_the_argument(call, kind, told, scene, run):
     assert type(refused.value) is kind
 
 
+def test_units_of_measured_columns_count(run):
+    """A table in other units is the same table; a mass is no angle."""
+    body = run.body("lever")
+    time, angle = UNITS.Quantity(body.time * 1e3, "ms"), UNITS.Quantity(body.angle, "rad")
+    for theta in (angle.to("deg"), list(angle)):
+        found = fl.compare(run, {"t": time, "theta": theta}, columns={"theta": "lever.angle"})
+        assert found.distances[0].largest < 1e-12
+        assert len(found.time) == len(body.time)
+    with pytest.raises(fl.SceneError, match="'kg' is no unit of an angle"):
+        fl.compare(run, {"t": time, "lever.angle": body.angle * UNITS.kg})
+    for wrong in ([1 * UNITS.s, 2.0], [1 * UNITS.s, 2 * UNITS.kg]):
+        with pytest.raises(TypeError, match="second: expected"):
+            fl.compare(run, {"t": wrong, "lever.angle": [0.0, 0.0]})
+
+
 def test_all_mistakes_are_told_at_once(scene):
     with pytest.raises(TypeError, match=r"engine: .*\nmeasure: "):
         fl.simulate(scene, "nix", measure=None)
