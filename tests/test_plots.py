@@ -11,6 +11,7 @@ from results import texts, words
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import State, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
@@ -24,6 +25,7 @@ from exudyn_flexlink.plots import (
     save_figures,
 )
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
+from exudyn_flexlink.shipped import model_file
 
 CART = """
 title: A cart that hits a stop
@@ -120,6 +122,12 @@ def test_a_failed_run_says_so_in_red(rigid):
 
 
 # --- what stands in some
+
+
+@pytest.mark.parametrize("model", ["textbook/friction_wheels", "hard/start_in_contact"])
+def test_levers_that_turn_about_their_middle_or_are_struck_at_the_start(model):
+    run = simulate(load_scene(model_file(model), ["run.duration=0.06"]), measure=False)
+    assert "first touch of the strike" in words(lever(run))
 
 
 def test_lever_marks_strikes_and_peaks(rigid):

@@ -43,7 +43,7 @@ from exudyn_flexlink.result import Result
 Function = Callable[[Any], FloatArray]
 
 STRIKES_SHOWN = len(OTHERS)
-SHOWN_AFTER = 0.15  # s after the first touch
+SHOWN_BEFORE, SHOWN_AFTER = 0.005, 0.15  # s before and after the first touch
 ROUNDED = 12  # decimals of angles (rad) that tell one from another
 
 
@@ -169,13 +169,13 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
 def _tip_of_angle(response: LeverResponse) -> tuple[Function, Function] | None:
     """Tip displacement (m) as a function of the angle, and the other way round.
 
-    None where it does not follow an angle, or has one displacement at two angles.
+    None where it does not follow an angle, or has one displacement at two angles, as a wheel has.
     """
     if response.measure is not ANGLE:
         return None
     angle, first = np.unique(np.round(response.value, ROUNDED), return_index=True)
     tip = response.tip_displacement[first]
-    if len(tip) < 2 or len(set(np.sign(np.diff(tip)).tolist())) > 1:
+    if len(tip) < 2 or not (np.all(np.diff(tip) > 0) or np.all(np.diff(tip) < 0)):
         return None
     order = np.argsort(tip)
     return _interpolated(angle, tip), _interpolated(tip[order], angle[order])
@@ -211,7 +211,8 @@ def _strike_by_strike(
     for i, strike in enumerate(found[:STRIKES_SHOWN]):
         following = found[i + 1].begin if i + 1 < len(found) else np.inf
         until = min(strike.begin + SHOWN_AFTER, following)
-        time = np.linspace(strike.begin - 0.005, min(until, response.time[-1]), 1000)
+        shown = max(strike.begin - SHOWN_BEFORE, response.time[0]), min(until, response.time[-1])
+        time = np.linspace(*shown, 1000)
         since, colour = 1e3 * (time - strike.begin), OTHERS[i]
         label = f"strike {i + 1}" + ("" if strike.lap is None else f" (lap {strike.lap})")
         if is_beyond(result, strike.begin):
