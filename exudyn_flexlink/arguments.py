@@ -260,7 +260,8 @@ def measured(value: Any, _: Any = None) -> Any:
     for own, column in value.items():
         name = own
         try:
-            if hasattr(first := next(iter(column), None), "to_base_units"):
+            first: Any = next(iter(column), None)
+            if hasattr(first, "to_base_units"):
                 unit = first.to_base_units().units
                 found = np.array([one.to(unit).magnitude for one in column])
                 name = f"{own} ({unit:~C})".replace("**", "^").removesuffix(" ()")

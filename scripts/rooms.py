@@ -27,7 +27,7 @@ CEILINGS = {
     "scene": 4_230,
     "expressions": 1_250,
     "curves": 1_505,
-    "observables": 1_940,
+    "observables": 1_945,
     "accuracy": 950,
     "stability": 880,
     "verification": 440,
@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_690,
     "cli": 2_710,
     "api": 1_785,
-    "": 5_290,
+    "": 5_315,
 }
-WHOLE = {PACKAGE: 54_060, "tests": 27_760, "scripts": 8_700}
+WHOLE = {PACKAGE: 54_090, "tests": 27_820, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

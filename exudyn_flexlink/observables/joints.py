@@ -45,8 +45,9 @@ def joint_force(result: Result, joint: str) -> JointForce:
     forces = {**result.joint_forces, **result.slot_forces}
     known = [name for name in result.scene.joints if name in forces]
     if joint not in known:
-        walls = f"; on its walls there are sleeves['{joint}']" if joint in result.sleeves else ""
-        raise ValueError(f"no force of '{joint}' is kept{walls}; of: {', '.join(known) or 'none'}")
+        others = ("sleeves", "gear_forces", "gear_torques")
+        own = "".join(f", but {key}['{joint}']" for key in others if joint in getattr(result, key))
+        raise ValueError(f"no force of '{joint}' is kept{own}; of: {', '.join(known) or 'none'}")
     kind = "joint" if joint in result.joint_forces else "slot"
     scene, torque = result.scene, result.drive_torques
     drives = [name for name in torque if getattr(scene.drives[name], "joint", None) == joint]
