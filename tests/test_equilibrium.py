@@ -25,8 +25,9 @@ def pin(name, first, second, at=""):
     return f"  {name}: {{type: revolute, points: [{first}, {second}]{at and f', at: {at}'}}}\n"
 
 
-def rest(text, initial="at_rest: true", run=RUN):
-    return fl.equilibrium(scene(f"{text}initial: {{{initial}}}\n{run}"))
+def rest(text, initial="at_rest", run=RUN):
+    given = initial if initial == "at_rest" else f"{{{initial}}}"
+    return fl.equilibrium(scene(f"{text}initial: {given}\n{run}"))
 
 
 CHAIN = "bodies:\n" + "".join(rod(f"r{i}", 0.3, 0.2) for i in range(5))
@@ -185,7 +186,7 @@ def test_what_starts_at_rest_stays(name, form):
 )
 def test_no_rest_is_refused(text, path, told):
     with pytest.raises(SceneError) as caught:
-        scene(f"{text}initial: {{at_rest: true}}\n{RUN}")
+        scene(f"{text}initial: at_rest\n{RUN}")
     (mistake,) = caught.value.mistakes
     assert ".".join(map(str, mistake.path)) == path
     assert told in mistake.message
