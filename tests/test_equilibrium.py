@@ -4,10 +4,12 @@ from math import atan2, hypot, pi, sqrt
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from test_physics_tools import scene
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.source import SceneError
 
 G = 9.81
@@ -150,6 +152,13 @@ RESTING = {
     ),
     "floor": BALL + FLOOR.replace("LAW", "{stiffness: 1.0e5, restitution: 0.5}"),
 }
+
+
+def test_what_falls_into_a_rope_hangs_below_it():
+    """From the anchor, far above: the rounding of its place is all that is left of the forces."""
+    found = fl.equilibrium(load_scene(MODELS / "textbook" / "rope_catch.yaml"))
+    assert found.points["man.belt"] == pytest.approx([0, -12 - 70 * G / 1500], abs=1e-12)
+    assert found.stable
 
 
 @pytest.mark.parametrize(
