@@ -7,6 +7,7 @@ import pytest
 from test_physics_impulse import balanced, impacts
 from test_physics_tools import alone, scene
 
+import exudyn_flexlink as fl
 from exudyn_flexlink.accuracy.sources import with_stiffer_contacts
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.observables import force_peaks
@@ -203,9 +204,10 @@ def test_without_impact_joints_are_free_and_impulses_take_the_restitution():
         ("{type: hertz, stiffness: 1e6}", {"stiffness": 4**1.25 * 1e6}),
     ],
 )
-def test_stops_are_made_stiffer_where_compliance_is_measured(law, stiffer):
+def test_stops_are_read_as_written_and_made_stiffer_where_compliance_is_measured(law, stiffer):
     """All touches get half as long; the ratio of damping, so the restitution, stays."""
     own = scene(SLIDE.format(law=law, time=1))
+    assert fl.load_scene(own.to_data()) == own
     found = with_stiffer_contacts(own).stops["guide.from"].law
     assert found == own.stops["guide.from"].law.model_copy(update=stiffer)
 
