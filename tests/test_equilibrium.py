@@ -154,6 +154,15 @@ RESTING = {
 }
 
 
+def test_gears_at_rest_push_as_they_do_in_a_run():
+    """A rack's spring holds T/r of the motor, which the pinion's shaft bears."""
+    own = load_scene(MODELS / "textbook" / "rack_with_spring.yaml")
+    found = fl.equilibrium(own)
+    assert found.gears == {"teeth": pytest.approx(6 / 0.04, rel=1e-12)}
+    assert found.forces["shaft"] == pytest.approx([150, 0], abs=1e-9)
+    assert "teeth  150 N" in found.summary()
+
+
 def test_what_falls_into_a_rope_hangs_below_it():
     """From the anchor, far above: the rounding of its place is all that is left of the forces."""
     found = fl.equilibrium(load_scene(MODELS / "textbook" / "rope_catch.yaml"))
