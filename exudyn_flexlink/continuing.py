@@ -211,11 +211,14 @@ class _PointOnLaps:
 def _as_they_were(scene: Scene) -> dict[str, Spring]:
     """Springs with what was left to the assembly: the angle or length at which they rest."""
     mechanism = assemble_scene(scene).mechanism
-    angles = {own.name: ("rest_angle", own.rest_angle) for own in mechanism.springs}
-    lengths = {own.name: ("length", own.length) for own in mechanism.linear_springs}
+    # Ropes, tables and formulas say it themselves.
+    told = {own.name: ("rest_angle", own.rest_angle) for own in mechanism.springs if not own.law}
+    for own in mechanism.linear_springs:
+        if not own.law:
+            told[own.name] = "length", own.length
     springs = dict(scene.springs)
-    for name, spring in scene.springs.items():
-        key, value = (angles | lengths).get(name, ("length", None))  # of a rope it is given
-        if getattr(spring, key) is None:
-            springs[name] = spring.model_copy(update={key: value})
+    for name in springs.keys() & told.keys():
+        key, value = told[name]
+        if getattr(springs[name], key) is None:
+            springs[name] = springs[name].model_copy(update={key: value})
     return springs

@@ -232,7 +232,9 @@ EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
 
 
 def with_impact(scene: Scene, impact: str) -> Scene:
-    """Return the scene with every contact's law an ``impulse`` or a ``penalty``, same restitution.
+    """Return the scene with every contact's law an ``impulse`` or a ``penalty``.
+
+    Restitution and friction stay.
 
     Raises:
         SceneError: a contact has no stiffness, so that there is no penalty to go back to, or a
@@ -277,8 +279,12 @@ def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
 
 
 def _jumping(law: Law) -> RubbingImpulse:
-    """Return a smooth impulse with the restitution of a law; what is an impulse stays as it is."""
-    return law if isinstance(law, RubbingImpulse) else RubbingImpulse(restitution=_returned(law))
+    """Return an impulse with restitution and friction of a law; what is one stays as it is."""
+    if isinstance(law, RubbingImpulse):
+        return law
+    return RubbingImpulse(
+        restitution=_returned(law), friction=law.friction, slip_speed=law.slip_speed
+    )
 
 
 def _returned(law: Law | StopLaw) -> float | None:

@@ -109,15 +109,13 @@ class Intervals:
 
 @dataclass(frozen=True)
 class FrictionHistory:
-    """How dry friction braked a joint: on its second body, and the energy that it took (J).
+    """How dry friction braked a joint: on its second body (N m, along a slide N), and what it took.
 
     It rests from `begin` to `end` (s) each time; inf where it still does as the run ends. Redundant
     coordinates hold nothing: there it creeps, and never rests.
     """
 
-    torque: Annotated[
-        FloatArray, Variable("time", "N m", "friction in a joint; along a slide a force, N")
-    ]
+    torque: Annotated[FloatArray, Variable("time", "N m", "friction in a joint")]
     lost: Annotated[FloatArray, Variable("time", "J", "energy lost by friction in a joint")]
     begin: Annotated[FloatArray, Variable(".", "s", "begin of a rest")]
     end: Annotated[FloatArray, Variable(".", "s", "end of a rest")]

@@ -105,7 +105,7 @@ class ContactHistory:
     (N) at the samples.
     """
 
-    gap: Annotated[FloatArray, Variable("time", "m", "gap of what may touch; rad at a hinge")]
+    gap: Annotated[FloatArray, Variable("time", "m", "gap of what may touch")]
     place: Annotated[FloatArray, Variable("time", "m", "place along the face or the circle")]
     force: Annotated[FloatArray, Variable("time", "N", "normal force")]
     touches: Intervals

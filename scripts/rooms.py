@@ -23,25 +23,25 @@ CEILINGS = {
     "engines/exudyn/minimal": 6_070,
     "engines/exudyn/redundant": 3_530,
     "engines/lagrangian": 2_090,
-    "mechanism": 6_170,
-    "scene": 4_230,
+    "mechanism": 6_185,
+    "scene": 4_255,
     "expressions": 1_250,
     "curves": 1_505,
     "observables": 1_945,
-    "accuracy": 950,
+    "accuracy": 945,
     "stability": 880,
     "verification": 440,
-    "storage": 2_045,
+    "storage": 2_055,
     "sweeps": 1_515,
     "plots": 3_345,
-    "report": 2_130,
+    "report": 2_140,
     "page": 340,
     "animation": 1_690,
     "cli": 2_710,
     "api": 1_785,
-    "": 5_315,
+    "": 5_325,
 }
-WHOLE = {PACKAGE: 54_090, "tests": 27_820, "scripts": 8_700}
+WHOLE = {PACKAGE: 54_160, "tests": 27_870, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

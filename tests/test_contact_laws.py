@@ -278,10 +278,11 @@ def test_check_and_the_summary_tell_which_restitution_a_law_gives(tmp_path, caps
     assert "small_end flores 0.5 asked, gives 0.4704" in " ".join(capsys.readouterr().out.split())
 
 
-def test_what_turns_into_an_impulse_returns_what_the_law_gave(tmp_path):
-    law = "contacts.hit.law={type: flores, stiffness: 1, restitution: 0.7}"
+def test_what_turns_into_an_impulse_returns_and_rubs_as_the_law_did(tmp_path):
+    law = "contacts.hit.law={type: flores, stiffness: 1, restitution: 0.7, friction: 0.2}"
     changed = with_impact(load(tmp_path, TWO_SPHERES, law), "impulse")
     assert changed.contacts["hit"].law.restitution == pytest.approx(0.6831841997)
+    assert changed.contacts["hit"].law.friction == 0.2
 
 
 def test_cylinders_in_redundant_coordinates_and_laws_without_a_rest_are_refused(tmp_path):

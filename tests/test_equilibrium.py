@@ -4,10 +4,12 @@ from math import atan2, hypot, pi, sqrt
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from test_physics_tools import scene
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.source import SceneError
 
 G = 9.81
@@ -25,8 +27,9 @@ def pin(name, first, second, at=""):
     return f"  {name}: {{type: revolute, points: [{first}, {second}]{at and f', at: {at}'}}}\n"
 
 
-def rest(text, initial="at_rest: true", run=RUN):
-    return fl.equilibrium(scene(f"{text}initial: {{{initial}}}\n{run}"))
+def rest(text, initial="at_rest", run=RUN):
+    given = initial if initial == "at_rest" else f"{{{initial}}}"
+    return fl.equilibrium(scene(f"{text}initial: {given}\n{run}"))
 
 
 CHAIN = "bodies:\n" + "".join(rod(f"r{i}", 0.3, 0.2) for i in range(5))
@@ -151,6 +154,22 @@ RESTING = {
 }
 
 
+def test_gears_at_rest_push_as_they_do_in_a_run():
+    """A rack's spring holds T/r of the motor, which the pinion's shaft bears."""
+    own = load_scene(MODELS / "textbook" / "rack_with_spring.yaml")
+    found = fl.equilibrium(own)
+    assert found.gears == {"teeth": pytest.approx(6 / 0.04, rel=1e-12)}
+    assert found.forces["shaft"] == pytest.approx([150, 0], abs=1e-9)
+    assert "teeth  150 N" in found.summary()
+
+
+def test_what_falls_into_a_rope_hangs_below_it():
+    """From the anchor, far above: the rounding of its place is all that is left of the forces."""
+    found = fl.equilibrium(load_scene(MODELS / "textbook" / "rope_catch.yaml"))
+    assert found.points["man.belt"] == pytest.approx([0, -12 - 70 * G / 1500], abs=1e-12)
+    assert found.stable
+
+
 @pytest.mark.parametrize(
     ("name", "form"), [*((n, "minimal") for n in RESTING), ("journal", "redundant")]
 )
@@ -185,7 +204,7 @@ def test_what_starts_at_rest_stays(name, form):
 )
 def test_no_rest_is_refused(text, path, told):
     with pytest.raises(SceneError) as caught:
-        scene(f"{text}initial: {{at_rest: true}}\n{RUN}")
+        scene(f"{text}initial: at_rest\n{RUN}")
     (mistake,) = caught.value.mistakes
     assert ".".join(map(str, mistake.path)) == path
     assert told in mistake.message

@@ -14,7 +14,7 @@ from exudyn_flexlink.joining import joined
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.source import SceneError
-from exudyn_flexlink.storage import load, save
+from exudyn_flexlink.storage import arrays_of, load, save
 
 ROD = """
 bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
@@ -154,6 +154,7 @@ def test_block_on_a_slope_is_held(friction):
     still = block.time > time[0]
     assert np.ptp(block.poses[still, 0, 0]) < 1e-14
     np.testing.assert_allclose(block.frictions["way"].torque[-1], 6.710435212, rtol=1e-9)
+    assert arrays_of(block)["frictions.way.torque"].attributes["units"] == "N"
 
 
 def test_block_slides_back_where_friction_is_less_than_the_slope():

@@ -8,6 +8,7 @@ import pytest
 from test_physics_impulse import balanced
 from test_physics_tools import alone, scene
 
+from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import simulate
 
 G = 9.81
@@ -152,6 +153,9 @@ def test_a_spring_by_a_table_or_a_formula_keeps_energy(where, force, start, spee
     place, rate = result.poses[:, 0, 0], result.rates[:, 0, 0]
     whole = rate**2 + energy(place)
     assert np.ptp(whole) < 1e-9 * whole[0]
+    again = simulate(continued(result, 0.2), measure=False)
+    end = again.rates[-1, 0, 0] ** 2 + energy(again.poses[-1, 0, 0])
+    assert end == pytest.approx(whole[0], rel=1e-9)
     assert np.ptp(place) > 0.1
     assert result.energy.stored - result.energy.stored[0] == pytest.approx(
         energy(place) - energy(start), abs=1e-11

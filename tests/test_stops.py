@@ -7,11 +7,14 @@ import pytest
 from test_physics_impulse import balanced, impacts
 from test_physics_tools import alone, scene
 
+import exudyn_flexlink as fl
+from exudyn_flexlink.accuracy.sources import with_stiffer_contacts
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.observables import force_peaks
 from exudyn_flexlink.report.contacts import strike_table
 from exudyn_flexlink.scene import ImpulseLaw
 from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.storage import arrays_of
 from exudyn_flexlink.sweeps.rows import standard_row
 
 G = 9.81
@@ -193,6 +196,22 @@ def test_without_impact_joints_are_free_and_impulses_take_the_restitution():
         with_impact(damped, "impulse")
 
 
+@pytest.mark.parametrize(
+    ("law", "stiffer"),
+    [
+        ("{stiffness: 1e6, restitution: 0.7}", {"stiffness": 4e6}),
+        ("{stiffness: 1e6, damping: 7}", {"stiffness": 4e6, "damping": 14}),
+        ("{type: hertz, stiffness: 1e6}", {"stiffness": 4**1.25 * 1e6}),
+    ],
+)
+def test_stops_are_read_as_written_and_made_stiffer_where_compliance_is_measured(law, stiffer):
+    """All touches get half as long; the ratio of damping, so the restitution, stays."""
+    own = scene(SLIDE.format(law=law, time=1))
+    assert fl.load_scene(own.to_data()) == own
+    found = with_stiffer_contacts(own).stops["guide.from"].law
+    assert found == own.stops["guide.from"].law.model_copy(update=stiffer)
+
+
 def test_what_is_told_of_a_hinge_is_told_as_angles_and_torques():
     law = "{stiffness: 3000, restitution: 0.6}"
     result = rod(f"{{from: -90 deg, law: {law}}}", -50, 0.4)
@@ -202,3 +221,8 @@ def test_what_is_told_of_a_hinge_is_told_as_angles_and_torques():
     assert "hinge.from.penetration_rad" in result.extremes
     assert "hinge.from.greatest_approach_speed_rad_per_s" in standard_row(result)
     assert "rad/s" in strike_table(result, "hinge.from", 3).units
+    told = {"gap": "rad", "force": "N m", "touches.approach_speed": "rad/s", "touches.end": "s"}
+    told |= {"touches.penetration": "rad", "touches.impulse": "N m s", "touches.energy_lost": "J"}
+    arrays = arrays_of(result)
+    found = {name: arrays[f"contacts.hinge.from.{name}"].attributes["units"] for name in told}
+    assert found == told

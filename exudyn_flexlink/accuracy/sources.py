@@ -6,18 +6,9 @@ A scene is changed in one of them; what S makes of it, extrapolated, is the erro
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-from exudyn_flexlink.scene import (
-    Contact,
-    ContactLaw,
-    FlexibleBody,
-    PenaltyLaw,
-    RevoluteJoint,
-    Scene,
-    SleeveJoint,
-)
-
-WalledJoint = SleeveJoint | RevoluteJoint
+from exudyn_flexlink.scene import DampedLaw, FlexibleBody, HertzLaw, ImpulseLaw, Joint, Scene
 
 MORE_RODS = 2
 STIFFER = 4.0
@@ -87,37 +78,40 @@ def _finer(body: FlexibleBody) -> FlexibleBody:
 
 
 def stiffnesses(scene: Scene) -> dict[str, float]:
-    """Stiffness of every penalty contact, and of all that presses in joints, by name.
+    """Stiffness of all contacts that give way, in joints and at their stops, too, by name.
 
-    In N/m, or N/m^n. One that follows from materials is no stand-in for a rigid contact, and left
-    out.
+    In N/m, N/m^n, or N m/rad. One that follows from materials is no stand-in for a rigid contact,
+    and left out.
     """
-    found: dict[str, Contact | WalledJoint] = {**scene.contacts, **_walls(scene)}
-    laws = {n: p.law for n, p in found.items() if isinstance(p.law, PenaltyLaw)}
-    return {n: law.stiffness for n, law in laws.items() if law.stiffness is not None}
+    giving = {n: law for n, law in scene.laws.items() if not isinstance(law, ImpulseLaw)}
+    return {n: law.stiffness for n, law in giving.items() if law.stiffness is not None}
 
 
 def with_stiffer_contacts(scene: Scene) -> Scene | None:
-    """Return the scene with contacts and walls four times as stiff; None if there are none."""
+    """Return the scene with contacts, walls and stops four times as stiff; None without any."""
     if not stiffnesses(scene):
         return None
-    contacts, walls = (
-        {name: _stiffer(part) for name, part in parts.items()}
-        for parts in (scene.contacts, _walls(scene))
-    )
-    return scene.changed(contacts=contacts, joints={**scene.joints, **walls})
+    contacts = {name: _stiffer(part) for name, part in scene.contacts.items()}
+    joints = {name: _stiffer_joint(joint) for name, joint in scene.joints.items()}
+    return scene.changed(contacts=contacts, joints=joints)
 
 
-def _walls(scene: Scene) -> dict[str, WalledJoint]:
-    joints = scene.joints.items()
-    return {n: j for n, j in joints if isinstance(j, (SleeveJoint, RevoluteJoint)) and j.acting}
+def _stiffer_joint(joint: Joint) -> Joint:
+    """Return a joint with stiffer walls, if it has some that press, and stiffer stops."""
+    if getattr(joint, "acting", None):
+        joint = _stiffer(joint)
+    limits = getattr(joint, "limits", None)
+    return joint.model_copy(update={"limits": _stiffer(limits)}) if limits else joint
 
 
-def _stiffer(part: Contact | WalledJoint) -> Contact | WalledJoint:
-    if not isinstance(part.law, PenaltyLaw) or part.law.stiffness is None:
+def _stiffer(part: Any) -> Any:
+    """Return what has a law with a stiffer one, if it is one with a stiffness."""
+    law = part.law
+    if isinstance(law, ImpulseLaw) or law.stiffness is None:
         return part
     # A contact lasts as K^(-1/(n + 1)): whatever the exponent n, all get shorter by one ratio.
-    exponent = 1.0 if isinstance(part.law, ContactLaw) else part.law.exponent or 1.5
-    times = STIFFER ** ((exponent + 1) / 2)
-    law = part.law.model_copy(update={"stiffness": times * part.law.stiffness})
-    return part.model_copy(update={"law": law})
+    exponent = law.exponent or 1.5 if isinstance(law, DampedLaw | HertzLaw) else 1.0
+    update = {"stiffness": STIFFER ** ((exponent + 1) / 2) * law.stiffness}
+    if getattr(law, "damping", None):  # of a stop, which returns as much as before
+        update["damping"] = STIFFER**0.5 * law.damping
+    return part.model_copy(update={"law": law.model_copy(update=update)})

@@ -19,7 +19,8 @@ class Equilibrium(Rest):
     ``poses["arm"]`` is [x, y, angle] of a body (of a flexible one, of its rods) and
     ``points["arm.end"]`` the place of a point. ``forces["pin"]`` [x, y] N acts on the body of a
     joint's second point, as ``torques["weld"]`` N m does; ``drives["motor"]`` is what a drive holds
-    (N m, or N), and ``presses["floor"]`` N the force of a contact. Undamped small motions have the
+    (N m, or N), ``gears["mesh"]`` the tangential force of a gear or a belt (N; N m without pitch
+    circles), and ``presses["floor"]`` N the force of a contact. Undamped small motions have the
     `frequencies` (Hz; 0: nothing resists), and it is `stable` unless one grows, at the rate
     `growth` (1/s). `notes` tell what else is to be known, as of an unstable balance left.
     """

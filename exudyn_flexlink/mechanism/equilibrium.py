@@ -190,7 +190,8 @@ class _Search:
         stiffness = self._stiffness(q, places, multipliers, motions)
         slope, stiffest = -ways[rank:] @ pulled, float(np.abs(stiffness).max(initial=0.0))
         longest = max((1 / self.size(own) for own in np.moveaxis(motions, -1, 0)), default=0.0)
-        rounding = BALANCED * float(np.linalg.norm(pulled)) + ROUNDING * stiffest * longest
+        off = ROUNDING * max(1.0, self.size(q)) * longest  # places and angles are rounded, too
+        rounding = BALANCED * float(np.linalg.norm(pulled)) + stiffest * off
         return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
 
     def _forces(self, q: FloatArray) -> tuple[FloatArray, dict[str, float]]:

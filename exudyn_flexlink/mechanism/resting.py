@@ -11,6 +11,7 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.constraints import Constraints
+from exudyn_flexlink.mechanism.gears import tooth_pushes, without_teeth
 from exudyn_flexlink.mechanism.kinematics import anchor_position
 from exudyn_flexlink.mechanism.least_motion import within_body
 from exudyn_flexlink.mechanism.mobility import shared_forces
@@ -77,8 +78,22 @@ class Rest:
     def forces(self) -> dict[str, FloatArray]:
         """Force [x, y] (N) in every joint, on the body of its second point."""
         pushes = self.joints.slopes[:, 1, :2] * self.multipliers[:, None]
-        kinds = ("revolute", "weld", "slide", "slot")
-        return {name: pushes[rows].sum(axis=0) for name, rows in self._rows(*kinds)}
+        kinds, mechanism = ("revolute", "weld", "slide", "slot"), self.assembly.mechanism
+        carried, q = self.gears, self.assembly.state.q[None]
+        teeth = [
+            push
+            for gear in mechanism.gears
+            for push in tooth_pushes(gear, np.array([carried[gear.name]]), q)
+        ]
+        return {
+            name: without_teeth(name, pushes[rows].sum(axis=0)[None], teeth)[0]
+            for name, rows in self._rows(*kinds)
+        }
+
+    @property
+    def gears(self) -> dict[str, float]:
+        """Tangential force (N) of gears, racks and belts, without pitch circles a torque (N m)."""
+        return {name: self._last(rows) for name, rows in self._rows("gear")}
 
     @property
     def torques(self) -> dict[str, float]:
@@ -101,7 +116,7 @@ class Rest:
         return [
             (name, slice(first, last))
             for name, kind, first, last in named
-            if kind in kinds and not within_body(mechanism, *joints.parts[first].tolist())
+            if kind in kinds and not within_body(mechanism, *joints.parts[first, :2].tolist())
         ]
 
     @property

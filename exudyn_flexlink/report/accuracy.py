@@ -20,7 +20,7 @@ from exudyn_flexlink.accuracy import (
 from exudyn_flexlink.accuracy.sources import MOST_RODS
 from exudyn_flexlink.observables import measures, name_of
 from exudyn_flexlink.report.text import Table, in_blocks, lines_of, table
-from exudyn_flexlink.scene import FlexibleBody
+from exudyn_flexlink.scene import FlexibleBody, ImpulseLaw
 
 NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact compliance"}
 
@@ -141,7 +141,10 @@ def notes(study: Study) -> list[str]:
         )
     found += _of_rods(study, "rods" in kinds)
     if not stiffnesses(study.scene):
-        why = "strike by impulses" if study.scene.all_contacts else "there is no contact"
+        laws = study.scene.laws.values()
+        jumps = any(isinstance(law, ImpulseLaw) for law in laws)
+        why = "strike by impulses" if jumps else "give way as their materials do"
+        why = why if laws else "there is no contact"
         found.append(f"contact compliance: none, {why}")
     elif "contact" not in kinds:
         found.append("contact compliance: not told, there was no time to vary it")
@@ -243,11 +246,10 @@ def _limit(study: Study, advice: Advice) -> str:
     error = f"{source.errors.largest:.1e} m"
     if source.kind == "rods":
         return f"; but the rods, not the steps, limit you: {error}, {_more_rods(study, source)}"
-    least = min(stiffnesses(study.scene).values())
-    rigid = needed(least, source, study.target)
+    stiffer = needed(1.0, source, study.target)
     return (
         "; but the contact's compliance, not the steps, limits you if it stands for a rigid one: "
-        f"{error}, which would take some {rigid:.1e} N/m"
+        f"{error}, which would take some {stiffer:.3g} times the stiffness of a linear law"
     )
 
 

@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism import (
     LinearSpring,
     Mechanism,
     RotarySpring,
+    TurnStop,
     coarse_tolerance,
     contact_mass,
     end_of_run,
@@ -323,7 +324,8 @@ def _contact_duration(assembly: Assembly, contact: Contact) -> str:
         return f"a contact of {number(mass)} kg lasts about {half} at an approach of 1 m/s"
     if isinstance(contact.law, LineContact):
         return f"a contact of {number(mass)} kg lasts {half} or longer"
-    return f"a contact lasts about {half} or longer (pi sqrt(m/k), m {number(mass)} kg)"
+    unit = "kg m^2" if isinstance(contact, TurnStop) else "kg"
+    return f"a contact lasts about {half} or longer (pi sqrt(m/k), m {number(mass)} {unit})"
 
 
 def _wall_duration(assembly: Assembly, channel: Channel) -> str:

@@ -28,6 +28,11 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
         [name, f"{held:.5g} {'N' if name in slides else 'N m'}"]
         for name, held in rest.drives.items()
     ]
+    meshing = {own.name for own in rest.assembly.mechanism.gears if own.in_newtons}
+    gears = [
+        [name, f"{held:.5g} {'N' if name in meshing else 'N m'}"]
+        for name, held in rest.gears.items()
+    ]
     presses = [
         [name, f"{press:.5g} {scene.unit_of(name, 'N')}"] for name, press in rest.presses.items()
     ]
@@ -36,6 +41,7 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
         section("Places", places),
         section("Forces in joints, on the body of the second point", forces),
         section("What drives hold", drives),
+        section("What gears and belts hold", gears),
         section("Contacts that press", presses),
         section("Small motions about it, undamped", [["", _modes(rest)]]),
         section("To know", [["", note] for note in rest.notes]),

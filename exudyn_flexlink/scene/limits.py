@@ -87,9 +87,10 @@ class SlideLimits(_Limits):
     @model_validator(mode="after")
     def _law_fits(self) -> SlideLimits:
         if isinstance(self.law, DampedLaw | HertzLaw):
-            for key in sorted(self.law.model_fields_set & {"friction", "slip_speed"}):
-                hint = "the joint's own 'friction' brakes it"
-                refuse("nothing slips at a stop of a slide", hint, at=("law", key))
+            for key in ("friction", "slip_speed"):
+                if getattr(self.law, key) != type(self.law).model_fields[key].default:
+                    hint = "the joint's own 'friction' brakes it"
+                    refuse("nothing slips at a stop of a slide", hint, at=("law", key))
             refuse_misfit(self.law)
         return self
 

@@ -18,7 +18,7 @@ from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
 from exudyn_flexlink.scene.limits import TURNED, Rope, Stop, StopLaw, moving, stops_of
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
-from exudyn_flexlink.scene.run import Accuracy, Initial, Outputs, Run, Solver
+from exudyn_flexlink.scene.run import Accuracy, Initial, InitialOrRest, Outputs, Run, Solver
 from exudyn_flexlink.source import Document, KeyPath, SceneError, dotted
 
 
@@ -50,7 +50,9 @@ class Scene(Part):
     gravity: Gravity = Field(
         (0.0, 0.0), description="downwards, or [x, y], m/s^2; left out: a horizontal plane"
     )
-    initial: Initial = Field(default_factory=Initial, description="the state at time 0")
+    initial: InitialOrRest = Field(
+        default_factory=Initial, description="the state at time 0; at_rest: that key alone"
+    )
     run: Run = Field(description="how long to simulate")
     accuracy: Accuracy = Field(description="the error allowed, or the time step")
     solver: Solver = Field(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import PrismaticJoint, Scene
 from exudyn_flexlink.storage.errors import PROGRAM
 from exudyn_flexlink.sweeps import label_of
 from exudyn_flexlink.variables import Member, Variable, members
@@ -65,7 +66,7 @@ def taken_apart(result: Result) -> tuple[dict[str, Array], dict[str, Any]]:
         if isinstance(value, Mapping):
             return {key: rest(item, own, f"{name}.{key}") for key, item in value.items()}
         if own is not None:
-            arrays.update(_arrays(value, own, name))
+            arrays.update(_arrays(result.scene, value, own, name))
             return None
         return fields(value, type(value), name) if is_dataclass(value) else value
 
@@ -126,7 +127,7 @@ def _dimensions(own: Variable, name: str) -> tuple[str, ...]:
     return tuple(f"{path}{one}".rstrip(".") if one.startswith(".") else one for one in every)
 
 
-def _arrays(value: Any, own: Variable, name: str) -> Iterator[tuple[str, Array]]:
+def _arrays(scene: Scene, value: Any, own: Variable, name: str) -> Iterator[tuple[str, Array]]:
     """The array of a variable, or one for each of its components."""
     dimensions = _dimensions(own, name)
     for i, (component, units) in enumerate(own.components.items()):
@@ -134,7 +135,18 @@ def _arrays(value: Any, own: Variable, name: str) -> Iterator[tuple[str, Array]]
         yield f"{name}.{component}", Array(dimensions, value[..., i], told)
     if not own.components:
         units = label_of(name.rpartition(".")[0])[1] if own.units is None else own.units
-        yield name, Array(dimensions, np.asarray(value, own.kind), _told(units, own.long_name))
+        told = _told(_unit_of(scene, name, units), own.long_name)
+        yield name, Array(dimensions, np.asarray(value, own.kind), told)
+
+
+def _unit_of(scene: Scene, name: str, unit: str) -> str:
+    """Unit of an array, by that of its field: hinges stop by torques, slides rub by forces."""
+    section, _, rest = name.partition(".")
+    if section == "contacts":
+        contact = next((own for own in scene.stops if rest.startswith(f"{own}.")), "")
+        return scene.unit_of(contact, unit)
+    joint = scene.joints.get(rest.rpartition(".")[0]) if section == "frictions" else None
+    return "N" if unit == "N m" and isinstance(joint, PrismaticJoint) else unit
 
 
 def _told(units: str, long_name: str) -> dict[str, str]:
