@@ -22,6 +22,7 @@ class Laws:
         self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
         giving = dict.fromkeys(law for law in laws if not isinstance(law, Impulse))
         self._members = [(law, np.array([one == law for one in laws])) for law in giving]
+        self._only = next(iter(giving), None) if len(set(laws)) == 1 else None
 
     def pressing(
         self, which: IndexArray, gap: FloatArray, rate: FloatArray, approach: FloatArray
@@ -30,11 +31,11 @@ class Laws:
 
         `approach` (c,) are the speeds (m/s) with which the touches of all began.
         """
+        if self._only is not None:
+            return Pressing(*self._only.pressing(-gap, -rate, approach[which]))
         found = Pressing(*np.zeros((3, *gap.shape)))
         for law, members in self._members:
             own = members[which]
-            if own.all():
-                return Pressing(*law.pressing(-gap, -rate, approach[which]))
             if own.any():
                 parts = law.pressing(-gap[..., own], -rate[..., own], approach[which[own]])
                 for column, part in zip(found, parts, strict=True):

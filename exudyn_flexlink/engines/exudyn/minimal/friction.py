@@ -224,8 +224,9 @@ class JointFrictions:
             change = np.linalg.solve(np.eye(len(way)) + slope, off[..., None])[..., 0]
             braked = braked - change
             if np.abs(change).max() <= ROUNDING * np.abs(braked).max():
-                break
-        return braked
+                return braked
+        self.trouble = LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
+        raise self.trouble
 
     def _require_one(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
         """Require that bounds grow by less than T does, in whatever units."""

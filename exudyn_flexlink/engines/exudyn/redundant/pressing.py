@@ -28,7 +28,15 @@ from exudyn_flexlink.laws import (
     PressingLaw,
     RestitutionPenalty,
 )
-from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    CircleContact,
+    Contact,
+    FaceContact,
+    JointFriction,
+    Slide,
+)
 
 Law = Callable[..., Any]
 
@@ -253,6 +261,24 @@ def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) ->
             system.mbs, force, "springForceUserFunction", itemTypeName=kind
         )
     return system.laws[key]
+
+
+def add_joint_friction(system: System, friction: JointFriction) -> None:
+    """Brake a joint: by a torque, or along a slide by a force, that grows with slow speeds."""
+    joint = friction.joint
+    law = _law(system, Friction(1.0, friction.slip_speed), 0.0, COORDINATE_SPRING)
+    if isinstance(joint, Slide):
+        axis = cos(joint.direction), sin(joint.direction)
+        _, item = _across(system, (joint.first, joint.second), axis, law)
+    else:
+        markers = [system.angle_marker(joint.first.part), system.angle_marker(joint.second.part)]
+        brake = items.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=markers, springForceUserFunction=law
+        )
+        item = int(system.mbs.AddObject(brake))
+    for name, value in (("stiffness", friction.constant), ("damping", 1.0)):
+        system.mbs.SetObjectParameter(item, name, value)
+    system.mbs.SetObjectParameter(item, "activeConnector", True)
 
 
 def _across(

@@ -18,6 +18,7 @@ from exudyn_flexlink.engines.exudyn.redundant.events import Kinks
 from exudyn_flexlink.engines.exudyn.redundant.gears import add_gear
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
+from exudyn_flexlink.engines.exudyn.redundant.pressing import add_joint_friction
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import (
@@ -96,6 +97,8 @@ def built(
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
     system.gears = [add_gear(system, gear) for gear in system.mechanism.gears]
+    for friction in system.mechanism.frictions:
+        add_joint_friction(system, friction)
     add_loads(system)
     count = len(assembly.mechanism.slots)
     slots = [SlotItems(system, i, events, limits) for i in range(count)]

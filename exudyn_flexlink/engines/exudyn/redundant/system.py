@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import cos, sin, tanh
+from math import cos, sin
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
     Assembly,
-    JointFriction,
     LinearSpring,
     Mechanism,
     Motor,
@@ -160,8 +159,6 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
         system.springs[spring.name] = _add_spring(system, spring)
     for linear in mechanism.linear_springs:
         system.springs[linear.name] = _add_linear_spring(system, linear)
-    for friction in mechanism.frictions:
-        _add_friction(system, friction)
     for motor in mechanism.speed_motors:
         system.motors.append(_add_speed_motor(system, motor))
     if any(mechanism.gravity):
@@ -270,28 +267,6 @@ def _add_spring_along(system: System, spring: LinearSpring, slide: Slide) -> int
         offset=[spring.length or 0.0, 0, 0, 0, 0, 0],
     )
     return int(system.mbs.AddObject(item))
-
-
-def _add_friction(system: System, friction: JointFriction) -> None:
-    """Brake a joint: by a torque, or along a slide by a force, that grows with slow speeds."""
-    bound, slow, joint = friction.constant, friction.slip_speed, friction.joint
-
-    def brakes(*args: Any) -> float:
-        return bound * tanh(args[4] / slow)
-
-    def brakes_along(*args: Any) -> list[float]:
-        return [bound * tanh(args[5][0] / slow), 0.0, 0.0, 0.0, 0.0, 0.0]
-
-    if isinstance(joint, Slide):
-        item = items.ObjectConnectorRigidBodySpringDamper(
-            markerNumbers=system.slide_markers(joint), springForceTorqueUserFunction=brakes_along
-        )
-    else:
-        markers = [system.angle_marker(joint.first.part), system.angle_marker(joint.second.part)]
-        item = items.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=markers, springForceUserFunction=brakes
-        )
-    system.mbs.AddObject(item)
 
 
 def _add_speed_motor(system: System, motor: Motor) -> int:
