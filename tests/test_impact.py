@@ -117,7 +117,7 @@ def of_kind(result, kind):
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml"])
 def test_each_impact_balances_momentum_and_energy(model):
     """Before and after: M dv = G p, kinetic energy with the drive's work, and -e v_a = v_s."""
-    run = prepare(impulse_scene(0.5, model=MODELS / model))
+    run = prepare(impulse_scene(0.5, "bodies.link.rods=3", model=MODELS / model))
     problem, states = run.problem, []
     jump = problem.impacts._jump
 
