@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -40,7 +39,6 @@ from exudyn_flexlink.storage.manifest import (
 )
 
 PREFIX = ".flexlink-"  # of what is there only while something is written
-FILE_KINDS = ((stat.S_ISLNK, "link"), (stat.S_ISDIR, "folder"), (stat.S_ISFIFO, "pipe"))
 
 
 class KeptBesideError(StorageError):
@@ -156,10 +154,10 @@ def check_regular(folder: Path, name: str) -> None:
 
 def kind_of(place: Path) -> str:
     """Say what stands in a place."""
-    mode = os.lstat(place).st_mode
-    if stat.S_ISREG(mode):
-        return "a file"
-    return next((f"a {kind}" for test, kind in FILE_KINDS if test(mode)), "a device")
+    if place.is_symlink():
+        return "a link"
+    kinds = {"folder": place.is_dir, "file": place.is_file, "pipe": place.is_fifo}
+    return f"a {next((kind for kind, is_so in kinds.items() if is_so()), 'device')}"
 
 
 def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> None:

@@ -75,20 +75,23 @@ def _summary(result: Result) -> dict[str, Any]:
         "source": scene.source,
         **first,
         "strikes": {
-            name: [strike_data(strike, scene) for strike in strikes(result, name)]
+            name: [_strike(strike, scene) for strike in strikes(result, name)]
             for name in scene.all_contacts
         },
         "levers": {
-            body: peak_data(lever_response(result, name))
+            body: _peaks(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
         },
-        "extremes": {name: _extremes(own) for name, own in result.extremes.items()},
+        "extremes": {
+            # a contact that never was has none
+            name: _ends(own) if len(own.time) else None
+            for name, own in result.extremes.items()
+        },
         "clearances": {
-            name: contact_data(contact_totals(result, name)) for name in joints_with_play(result)
+            name: _totals(contact_totals(result, name)) for name in joints_with_play(result)
         },
         "frictions": {
-            name: friction_data(own, float(result.time[-1]))
-            for name, own in result.frictions.items()
+            name: _friction(own, float(result.time[-1])) for name, own in result.frictions.items()
         },
         **last,
         "events": result.events,
@@ -98,7 +101,7 @@ def _summary(result: Result) -> dict[str, Any]:
     }
 
 
-def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
+def _strike(strike: Strike, scene: Scene) -> dict[str, Any]:
     """Fields of a strike by name and unit; without laps and angle where nothing turns."""
     absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
     names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
@@ -109,7 +112,7 @@ def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
     }
 
 
-def contact_data(totals: ContactTotals) -> dict[str, float]:
+def _totals(totals: ContactTotals) -> dict[str, float]:
     """How much a link touched its guide, by name and unit."""
     return {
         **{f"part_of_time_{state.name.lower()}": totals.fractions[state] for state in State},
@@ -121,7 +124,7 @@ def contact_data(totals: ContactTotals) -> dict[str, float]:
     }
 
 
-def friction_data(own: FrictionHistory, end: float) -> dict[str, Any]:
+def _friction(own: FrictionHistory, end: float) -> dict[str, Any]:
     """What friction in a joint did up to the end (s) of a run, by name and unit."""
     return {
         "energy_lost_J": float(own.lost[-1]),
@@ -131,26 +134,14 @@ def friction_data(own: FrictionHistory, end: float) -> dict[str, Any]:
     }
 
 
-def peak_data(seen: LeverResponse) -> dict[str, float]:
+def _peaks(seen: LeverResponse) -> dict[str, float]:
     """How far a struck body went, and when, by name and unit."""
-    (least, least_at), (greatest, greatest_at) = seen.least, seen.greatest
-    word, name = seen.measure.word, seen.measure.name
-    return {
-        f"least_{name}": least,
-        f"least_{word}_at_s": least_at,
-        f"greatest_{name}": greatest,
-        f"greatest_{word}_at_s": greatest_at,
-    }
+    return _ends(seen, f"_{seen.measure.name}", f"_{seen.measure.word}")
 
 
-def _extremes(own: Extremes) -> dict[str, float] | None:
-    """The least and the greatest of a quantity; None of a contact that never was."""
-    if not len(own.time):
-        return None
-    (least, least_at), (greatest, greatest_at) = own.least, own.greatest
-    return {
-        "least": least,
-        "least_at_s": least_at,
-        "greatest": greatest,
-        "greatest_at_s": greatest_at,
-    }
+def _ends(seen: Extremes | LeverResponse, name: str = "", word: str = "") -> dict[str, float]:
+    """The least and the greatest of what has both, and when (s)."""
+    found: dict[str, float] = {}
+    for end, (value, at) in (("least", seen.least), ("greatest", seen.greatest)):
+        found |= {f"{end}{name}": value, f"{end}{word}_at_s": at}
+    return found
