@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from exudyn_flexlink import engines
-from exudyn_flexlink.cli.figures import draw_figure
-from exudyn_flexlink.cli.keeping import kept
+from exudyn_flexlink.cli.keeping import written
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import read_scene, refusals, refuse_idle_integrator, simulating
 from exudyn_flexlink.cli.terminal import FAILED, INTERRUPTED, complain, progress_bar
 from exudyn_flexlink.comparison import Comparison, compare
-from exudyn_flexlink.fitting import Against, Fit, NoFitError, against, fit, read_series
+from exudyn_flexlink.fitting import Against, NoFitError, against, fit, read_series
 from exudyn_flexlink.report import against_text, comparison_text, excess_text, fit_text
 from exudyn_flexlink.result import later
 from exudyn_flexlink.storage import load, save_against, save_comparison, save_fit
 
 OF_MODELS = {"settings": "set", "impact": "impact", "without": "without", "engine": "engine"}
 """Options of `compare` that change a model, which a saved run no longer is."""
-FIGURES = {Fit: ("fit", "fit"), Against: ("against", "comparison"), Comparison: ("comparison", "")}
-"""Figures by what they show, with the names of their files."""
 UNTOLD = "interrupted before the fit was found; nothing was written"
 
 
@@ -42,7 +37,7 @@ def compare_saved(options: argparse.Namespace) -> int:
         if is_so:
             raise argparse.ArgumentTypeError(why)
     place = Place(options, f"-compare-{second.stem if measured else second.name}", "comparison")
-    run, save = load(first), partial(save_comparison, tolerance=options.tolerance)
+    run = load(first)
     found: Against | Comparison
     try:
         if measured:
@@ -54,10 +49,19 @@ def compare_saved(options: argparse.Namespace) -> int:
             found = compare(run, other, (str(first), str(second)))
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-    if isinstance(found, Against):
-        return _written(place, options, found, save_against, against_text(found))
-    code = _written(place, options, found, save, comparison_text(found))
-    if options.tolerance is not None and found.exceeds(options.tolerance):
+    with place.written() as folder:
+        if isinstance(found, Against):
+            told, code = (
+                against_text(found),
+                written(found, folder, options, save_against, "against"),
+            )
+        else:
+            save = partial(save_comparison, tolerance=options.tolerance)
+            told, code = comparison_text(found), written(found, folder, options, save, "comparison")
+    place.tell(told)
+    code = place.ended(code, "the comparison is whole")
+    judged = isinstance(found, Comparison) and options.tolerance is not None
+    if judged and found.exceeds(options.tolerance):
         return complain(excess_text(found, options.tolerance), FAILED)
     return code
 
@@ -71,33 +75,23 @@ def fit_command(options: argparse.Namespace) -> int:
     vary = {path: bounds or None for path, bounds in _pairs("--vary", options.vary).items()}
     simulate = partial(engines.simulate, engine=options.engine, measure=False)
     try:
-        with refusals(scene, options.engine, options), progress_bar(options.quiet, "fit") as bar:
-            found = fit(scene, series, vary, simulate, bar)
+        # The folder is staged first: one that can't be written is no news for the end of a fit.
+        with place.written() as folder:
+            with (
+                refusals(scene, options.engine, options),
+                progress_bar(options.quiet, "fit") as bar,
+            ):
+                found = fit(scene, series, vary, simulate, bar)
+            code = written(found, folder, options, save_fit, "fit")
     except NoFitError as error:
         return complain(f"no fit: {error}", FAILED)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
     again = simulating(options, *(f"{path}={x:.10g}" for path, x in found.values.items()))
-    told = f"{fit_text(found)}\n\nThe model with these values:\n  {again}"
-    code = _written(place, options, found, save_fit, told)
+    place.tell(f"{fit_text(found)}\n\nThe model with these values:\n  {again}")
     for warning in found.warnings:
         complain(f"warning: {warning}")
-    return code
-
-
-def _written(
-    place: Place, options: argparse.Namespace, found: Any, save: Callable[..., None], told: str
-) -> int:
-    """Write numbers, then the figure, and tell of both; returns the exit code."""
-    figure, name = FIGURES[type(found)]
-    with place.written() as folder:
-        draw = partial(draw_figure, options, figure, found, folder, name)
-        code = kept(partial(save, found, folder=folder), None if options.no_plots else draw, folder)
-    place.tell(told)
-    code = place.code(code)
-    if code == INTERRUPTED:
-        complain("interrupted: the numbers are whole", INTERRUPTED)
-    return place.ended(code)
+    return place.ended(code, "the fit is whole")
 
 
 def _pairs(option: str, texts: list[str]) -> dict[str, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,8 +56,7 @@ def compare_command(options: argparse.Namespace) -> int:
             drew = _write(found, folder, options, whole=whole)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
-    drew = place.code(drew) if whole else INTERRUPTED
-    return place.ended(_tell(found, place, options, drew))
+    return _tell(found, place, options, drew if whole else INTERRUPTED)
 
 
 def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
@@ -148,7 +146,5 @@ def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: in
             code = complain(f"{seen.name}: {failure_text(seen.result)}", FAILED)
     if options.tolerance is not None and found.exceeds(options.tolerance):
         code = complain(excess_text(found, options.tolerance), FAILED)
-    if drew == INTERRUPTED:
-        code = complain(f"interrupted: what was compared until then is in {place.target}{os.sep}",
-                        INTERRUPTED)  # fmt: skip
-    return code
+    code = INTERRUPTED if drew == INTERRUPTED else code
+    return place.ended(code, "what was compared until then is kept")

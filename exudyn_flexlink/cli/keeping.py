@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentTypeError
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS, draw_figure
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.loading import ImpossibleLengthError
 from exudyn_flexlink.source import SceneError
@@ -35,6 +36,17 @@ def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) 
     if ctrl_c.pending or draw is None:
         return INTERRUPTED if ctrl_c.pending else DONE
     return drawn(folder, draw)
+
+
+def written(
+    found: Any, folder: Path, options: Namespace, save: Callable[..., Any], figure: str
+) -> int:
+    """Write what was found: `save` takes it and `folder`; then its figure, unless none is wanted.
+
+    Returns the exit code; see `drawn`.
+    """
+    draw = None if options.no_plots else partial(draw_figure, options, figure, found, folder)
+    return kept(partial(save, found, folder=folder), draw, folder)
 
 
 def drawn(folder: Path, draw: Callable[[], Any]) -> int:

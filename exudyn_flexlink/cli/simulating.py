@@ -30,7 +30,7 @@ def simulate_command(options: argparse.Namespace) -> int:
         complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
     with Beside(scene, options.engine) as beside:
         result, code = _both(scene, options, place, beside)
-    return place.ended(_tell(result, place, options.quiet, code))
+    return _tell(result, place, options.quiet, code)
 
 
 def _both(
@@ -92,16 +92,13 @@ def _tell(result: Result, place: Place, quiet: bool, code: int) -> int:
 
     `code` is the exit code of a run that is whole.
     """
-    target = place.target
     place.tell(run_text(result))
     for hint in () if quiet else idle_settings(result):
         complain(f"hint: {hint}")
     for warning in result.warnings:
         complain(f"warning: {warning}")
-    if result.outcome.completed and code != INTERRUPTED:
-        return code
     if result.outcome.completed:
-        return complain(f"interrupted: the run is whole, in {target}{os.sep}", INTERRUPTED)
-    code = INTERRUPTED if result.outcome.reason == STOPPED else FAILED
-    kept = f"what was computed until then is in {target}{os.sep}, marked as incomplete"
-    return complain(f"{failure_text(result)}\n{kept}", code)
+        return place.ended(code, "the run is whole")
+    kept = f"what was computed until then is in {place.target}{os.sep}, marked as incomplete"
+    complain(f"{failure_text(result)}\n{kept}")
+    return place.ended(INTERRUPTED if result.outcome.reason == STOPPED else FAILED)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
-from pathlib import Path
 
 from exudyn_flexlink import engines, stability
-from exudyn_flexlink.cli.figures import draw_figure
-from exudyn_flexlink.cli.keeping import kept
+from exudyn_flexlink.cli.keeping import written
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import read_scene, refusals, refuse_idle_integrator
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain, progress_bar
@@ -31,14 +29,18 @@ def stability_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written() as folder:
             found = _studied(scene, options)
-            code = _write(found, folder, options)
+            told = stability_text(found)
+            code = written(
+                found, folder, options, partial(save_stability, sentence=told), "stability"
+            )
     except IMPOSSIBLE as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
     except stability.StoppedError as error:
         return complain(str(error), FAILED)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
-    return place.ended(_tell(found, place, place.code(code)))
+    place.tell(told)
+    return place.ended(code, "the study is whole")
 
 
 def _advice(error: Exception, options: argparse.Namespace) -> str:
@@ -56,17 +58,3 @@ def _studied(scene: Scene, options: argparse.Namespace) -> stability.Stability:
     simulate = partial(engines.simulate, engine=options.engine, measure=False)
     with refusals(scene, options.engine, options), progress_bar(options.quiet, "stability") as bar:
         return stability.study(scene, simulate, asked, bar)
-
-
-def _write(found: stability.Stability, folder: Path, options: argparse.Namespace) -> int:
-    """Write numbers, then the figure; returns the exit code, see `kept`."""
-    draw = partial(draw_figure, options, "stability", found, folder)
-    save = partial(save_stability, found, stability_text(found), folder)
-    return kept(save, None if options.no_plots else draw, folder)
-
-
-def _tell(found: stability.Stability, place: Place, code: int) -> int:
-    place.tell(stability_text(found))
-    if code == INTERRUPTED:
-        return complain("interrupted: the study is whole", INTERRUPTED)
-    return code

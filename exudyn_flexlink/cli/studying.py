@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import time
 from collections.abc import Callable
@@ -49,7 +48,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
                 save_accuracy(found, recommendation(found), folder)
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
-                draw = partial(draw_figure, options, "work_precision", found, folder, "accuracy")
+                draw = partial(draw_figure, options, "work_precision", found, folder)
                 code = drawn(folder, draw)
     except accuracy.NothingRunError as error:
         if runs.interrupted:
@@ -58,7 +57,11 @@ def accuracy_command(options: argparse.Namespace) -> int:
         budget = f"raise '--budget' ({options.budget:g} s)"
         shorter = "shorten the run with '--set run.turns=...'"
         return complain(f"{error}\n{budget}, or {shorter}", FAILED)
-    return place.ended(_tell(found, place, place.code(code), simulating(options)))
+    place.tell(accuracy_text(found, simulating(options)))
+    if found.runs.interrupted:
+        settings = f"setting{'s' * (len(found.points) != 1)}"
+        return place.ended(INTERRUPTED, f"the {len(found.points)} {settings} judged until then")
+    return place.ended(code, "the study is whole")
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> accuracy.Runs:
@@ -118,16 +121,3 @@ class Watch:
         if done < 1 and time.monotonic() > self._ends and not self.given_up:
             self.given_up = True
             signal.raise_signal(signal.SIGINT)
-
-
-def _tell(found: accuracy.Study, place: Place, code: int, command: str) -> int:
-    """Print the report; that the study was interrupted also where it is not wanted."""
-    place.tell(accuracy_text(found, command))
-    if found.runs.interrupted:
-        count = len(found.points)
-        what = "setting that was" if count == 1 else "settings that were"
-        kept = f"the {count} {what} judged until then: see {place.target}{os.sep}"
-        return complain(f"interrupted: {kept}", INTERRUPTED)
-    if code == INTERRUPTED:
-        return complain(f"interrupted: the study is whole, in {place.target}{os.sep}", INTERRUPTED)
-    return code
