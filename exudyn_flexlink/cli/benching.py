@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 from functools import partial
 
-from exudyn_flexlink import engines
 from exudyn_flexlink.cli.keeping import written
 from exudyn_flexlink.cli.placing import Place
-from exudyn_flexlink.cli.running import read_scene, refusals, refuse_idle_integrator, simulating
-from exudyn_flexlink.cli.terminal import FAILED, INTERRUPTED, complain, progress_bar
+from exudyn_flexlink.cli.running import read_scene, refuse_idle_integrator, simulating, studying
+from exudyn_flexlink.cli.terminal import FAILED, INTERRUPTED, complain
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.fitting import Against, NoFitError, against, fit, read_series
 from exudyn_flexlink.report import against_text, comparison_text, excess_text, fit_text
@@ -73,14 +72,10 @@ def fit_command(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     series = read_series(scene, options.measured, _pairs("--column", options.column))
     vary = {path: bounds or None for path, bounds in _pairs("--vary", options.vary).items()}
-    simulate = partial(engines.simulate, engine=options.engine, measure=False)
     try:
         # The folder is staged first: one that can't be written is no news for the end of a fit.
         with place.written() as folder:
-            with (
-                refusals(scene, options.engine, options),
-                progress_bar(options.quiet, "fit") as bar,
-            ):
+            with studying(scene, options, "fit") as (simulate, bar):
                 found = fit(scene, series, vary, simulate, bar)
             code = written(found, folder, options, save_fit, "fit")
     except NoFitError as error:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from functools import partial
 
-from exudyn_flexlink import engines, stability
+from exudyn_flexlink import stability
 from exudyn_flexlink.cli.keeping import written
 from exudyn_flexlink.cli.placing import Place
-from exudyn_flexlink.cli.running import read_scene, refusals, refuse_idle_integrator
-from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain, progress_bar
+from exudyn_flexlink.cli.running import read_scene, refuse_idle_integrator, studying
+from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
 from exudyn_flexlink.scene import Scene
@@ -55,6 +55,5 @@ def _studied(scene: Scene, options: argparse.Namespace) -> stability.Stability:
     asked = stability.Asked(
         options.laps, options.after, options.lap, options.at, options.tolerance, options.twice
     )
-    simulate = partial(engines.simulate, engine=options.engine, measure=False)
-    with refusals(scene, options.engine, options), progress_bar(options.quiet, "stability") as bar:
+    with studying(scene, options, "stability") as (simulate, bar):
         return stability.study(scene, simulate, asked, bar)

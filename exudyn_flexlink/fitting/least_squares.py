@@ -25,7 +25,6 @@ from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
 from exudyn_flexlink.source import SceneError
 
-MOST_SAMPLES = 20  # times as many as the motion needs, so that measured instants are among them
 PART = 0.1  # of a standard error: what the integrator may add
 FINER = 0.1  # of the tolerance, or of a given step: that of the run that tells the integrator's
 MOST_ROUNDS = 4  # of a tolerance that is made smaller
