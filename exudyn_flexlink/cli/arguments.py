@@ -99,7 +99,7 @@ COMMANDS = {
          engine("the engine of '--without'; default: exudyn", None), MEASURE,
          *output("-compare"))),
     "fit": Command(
-        "benching", "Fit values of a model to measurements, by least squares, with their errors.",
+        "studying", "Fit values of a model to measurements, by least squares, with their errors.",
         ("rigid measured.csv --column theta=lever.angle --vary springs.lever_return.frequency "
          "--vary contacts.strike.law.restitution",
          "rigid measured.csv --column x=link.end.x --vary drives.motor.value=9:11"),
@@ -127,7 +127,7 @@ COMMANDS = {
                 default=60.0),
          IMPACT, without(), *output("-accuracy"))),
     "stability": Command(
-        "stability",
+        "studying",
         "Tell whether a motion repeats itself, and how fast neighbouring motions part.",
         ("no_clearance --engine lagrangian",
          "clearance --engine lagrangian --twice",

@@ -131,7 +131,9 @@ def simulating(options: argparse.Namespace, *values: str) -> str:
 
 
 @contextmanager
-def studying(scene: Scene, options: argparse.Namespace, what: str) -> Iterator[tuple[Any, Quiet]]:
+def single_runs(
+    scene: Scene, options: argparse.Namespace, what: str
+) -> Iterator[tuple[Any, Quiet]]:
     """Yield what runs a scene once, of which no error is known, and shows how far a study is."""
     simulate = partial(engines.simulate, engine=options.engine, measure=False)
     with _refusals(scene, options.engine, options), progress_bar(options.quiet, what) as bar:

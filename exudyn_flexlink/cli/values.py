@@ -172,3 +172,17 @@ def published_file(text: str) -> Path:
         told = f"no benchmark '{text}'{did_you_mean(text, files)}; there are: {', '.join(files)}"
         raise argparse.ArgumentTypeError(told)
     return files[text]
+
+
+def pairs(option: str, texts: list[str]) -> dict[str, str]:
+    """Read NAME=TEXT of an option that may be repeated; '--vary' may leave the text out."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, _, own = (part.strip() for part in text.partition("="))
+        if option == "--column" and not (name and own):
+            told = f"{option}: expected NAME=QUANTITY such as 'theta=lever.angle', got '{text}'"
+            raise argparse.ArgumentTypeError(told)
+        if name in found:
+            raise argparse.ArgumentTypeError(f"{option}: '{name}' is given twice")
+        found[name] = own
+    return found
