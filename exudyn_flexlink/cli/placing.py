@@ -92,7 +92,7 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     """
     model: Path = options.model
     # The stem of '..yaml' is '.', which would be the folder above.
-    stem = model.stem if model.stem.strip(".") and not model.is_dir() else model.name
+    stem = model.stem if model.stem.strip(".") and not model.is_dir() else model.resolve().name
     whole = f"{stem}{suffix}"
     engine = getattr(options, "engine", None) or "exudyn"
     parts = [engine] if engine != "exudyn" else []

@@ -15,7 +15,6 @@ from exudyn_flexlink.cli.terminal import complain, how_called
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 """Those of `effects`, which is too slow to import for a help text."""
 
-PAGE_ENDINGS = (".html", ".htm")
 MOST = 1_000_000  # of laps, retries, pixels or processes: more of them nobody means
 
 Number = TypeVar("Number", int, float)
@@ -81,29 +80,29 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
         found = names(text)
         for name in found:
             if name not in known:
-                from exudyn_flexlink.source import did_you_mean
+                from exudyn_flexlink.source import unknown
 
-                near = did_you_mean(name, known)
-                listed = f"{' There' if near else '; there'} is: {', '.join(known)}"
-                raise argparse.ArgumentTypeError(f"no {what} '{name}'{near}{listed}")
+                raise argparse.ArgumentTypeError(unknown(what, name, known))
         return found
 
     return read
 
 
-def figure_file(text: str) -> Path:
-    """Read the name of a figure's file; its ending says the format."""
-    if Path(text).suffix[1:].lower() not in FIGURE_FORMATS:
-        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
-        raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
-    return Path(text)
+def _file(*endings: str) -> Callable[[str], Path]:
+    """Return what reads the name of a file that ends so."""
+
+    def read(text: str) -> Path:
+        if Path(text).suffix[1:].lower() not in endings:
+            known = ", ".join(f".{ending}" for ending in endings)
+            raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {known}")
+        return Path(text)
+
+    return read
 
 
-def page_file(text: str) -> Path:
-    """Read the name of a page's file, by whose ending a browser knows it."""
-    if Path(text).suffix.lower() not in PAGE_ENDINGS:
-        raise argparse.ArgumentTypeError(f"'{text}' does not end in {' or '.join(PAGE_ENDINGS)}")
-    return Path(text)
+figure_file = _file(*FIGURE_FORMATS)
+page_file = _file("html", "htm")
+"""By its ending a browser knows it."""
 
 
 def slow(text: str) -> Any:
@@ -163,14 +162,13 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
 def published_file(text: str) -> Path:
     """Return a file of published numbers, or that of a benchmark by its name."""
     from exudyn_flexlink.shipped import PUBLISHED, benchmark_files
-    from exudyn_flexlink.source import did_you_mean
+    from exudyn_flexlink.source import unknown
 
     if text.endswith(PUBLISHED):
         return Path(text)
     files = benchmark_files()
     if text not in files:
-        told = f"no benchmark '{text}'{did_you_mean(text, files)}; there are: {', '.join(files)}"
-        raise argparse.ArgumentTypeError(told)
+        raise argparse.ArgumentTypeError(unknown("benchmark", text, files))
     return files[text]
 
 

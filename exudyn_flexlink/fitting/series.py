@@ -54,8 +54,9 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
     """
     if hasattr(given, "items"):
         document, table = Document("the table"), {str(name): own for name, own in given.items()}
-        if len({len(own) for own in table.values()}) != 1:
-            raise SceneError(document, [Mistake((), "columns need one length")])
+        lengths = {len(own) for own in table.values()}
+        if len(lengths) != 1 or 0 in lengths:
+            raise SceneError(document, [Mistake((), "columns need one length, and a row or more")])
         rows = [[str(cell) for cell in row] for row in zip(*table.values(), strict=True)]
         cells = Cells(list(table), list(range(1, len(rows) + 1)), rows, False, "")
     else:

@@ -211,7 +211,7 @@ def save_stability(found: Stability, sentence: str, folder: Path) -> None:
     `sentence` says in words what the motion does.
 
     Raises:
-        StorageError: the folder can't be written.
+        OSError: the folder can't be written.
 
     """
     tables = {

@@ -21,7 +21,7 @@ from exudyn_flexlink.storage.errors import FORMAT, MANIFEST, PROGRAM, SWEEP, Sto
 from exudyn_flexlink.storage.journal import JOURNAL, Journal, journal_in, locked, rows_of
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
 from exudyn_flexlink.storage.replacing import check_regular, staged_folder
-from exudyn_flexlink.storage.writing import save
+from exudyn_flexlink.storage.run import save
 from exudyn_flexlink.sweeps import FAILED, Row, Sweep, SweepTable, Varied, table_of, versions
 
 SERIES = "series"
