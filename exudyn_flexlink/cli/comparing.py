@@ -192,7 +192,7 @@ def _compare_saved(options: argparse.Namespace) -> int:
             told, code = comparison_text(found), written(found, folder, options, save, "comparison")
     place.tell(told)
     code = place.ended(code, "the comparison is whole")
-    judged = isinstance(found, Comparison) and options.tolerance is not None
-    if judged and found.exceeds(options.tolerance):
-        return complain(excess_text(found, options.tolerance), FAILED)
+    most = options.tolerance
+    if isinstance(found, Comparison) and most is not None and found.exceeds(most):
+        return complain(excess_text(found, most), FAILED)
     return code

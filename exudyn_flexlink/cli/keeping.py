@@ -14,14 +14,15 @@ from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.loading import ImpossibleLengthError
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import StorageError, replace_file
+from exudyn_flexlink.sweeps import CannotStartError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-REFUSALS = (ArgumentTypeError, ImpossibleLengthError, SceneError, StorageError)
+REFUSALS = (ArgumentTypeError, CannotStartError, ImpossibleLengthError, SceneError, StorageError)
 """Errors by which a command refuses what it is asked for, and ends with exit code 2.
 
-Options that can't be, models with mistakes, places that can't be read or written.
+Options that can't be, models with mistakes, places that can't be read or written, no workers.
 """
 
 

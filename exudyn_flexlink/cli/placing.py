@@ -46,7 +46,7 @@ class Place:
             return
         tell(text)
         instead = " in place of an earlier run" if self._replaces else ""
-        tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {_contents(self.target)}")
+        tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {contents(self.target)}")
 
     def ended(self, code: int, whole: str = "") -> int:
         """Say why the result is not where it should be; returns the exit code, see `code`.
@@ -74,7 +74,7 @@ class Place:
         self._pressed = ctrl_c.pending
 
 
-def _contents(folder: Path) -> str:
+def contents(folder: Path) -> str:
     """Name the files of a result, and count those of every folder in it."""
     paths = sorted(own_files(folder))
     inside = Counter(path.partition("/")[0] for path in paths if "/" in path)

@@ -62,14 +62,10 @@ def _write(
     draw = None if options.no_plots else partial(look_of(options).save_run, result, folder)
     code = kept(partial(storage.save, result, folder), draw if drawn else None, folder)
     if options.report and drawn and code == DONE:
-        code = added("report", partial(_report, result, folder))
+        from exudyn_flexlink.page import PAGE, write_page
+
+        code = added("report", partial(write_page, result, folder / PAGE))
     return code or (INTERRUPTED if late else DONE)
-
-
-def _report(result: Result, folder: Path) -> None:
-    from exudyn_flexlink.page import PAGE, write_page
-
-    write_page(result, folder / PAGE)
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:

@@ -163,11 +163,7 @@ def kind_of(place: Path) -> str:
 def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> None:
     """Move the files of a folder to `target`, in place of those of the result that is there.
 
-    Where some are to be added, all of that stay.
-
-    Raises:
-        OSError: the place can't be written.
-
+    Where some are to be added, all of that stay. OSError: the place can't be written.
     """
     there = read_manifest(target)
     old = there.files if there else {}
@@ -194,12 +190,7 @@ def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> Non
 
 
 def _write(place: Path, content: bytes) -> None:
-    """Write a file beside its place, then move it there; a link that stands there is replaced.
-
-    Raises:
-        OSError: it can't be written.
-
-    """
+    """Write a file beside its place, then move it there, or raise OSError; a link is replaced."""
     beside = place.with_name(f"{PREFIX}{place.name}")
     try:
         beside.unlink(missing_ok=True)  # what a killed process left, or a link
@@ -212,12 +203,7 @@ def _write(place: Path, content: bytes) -> None:
 
 
 def _resolved(target: Path) -> Path:
-    """Return the whole path of a place.
-
-    Raises:
-        StorageError: it is no path, such as a link to itself.
-
-    """
+    """Return the whole path of a place; refuse what is none, such as a link to itself."""
     try:
         return Path(target).resolve()
     except (OSError, RuntimeError, ValueError) as error:
@@ -228,9 +214,7 @@ def _resolved(target: Path) -> Path:
 def _temporary(target: Path) -> Iterator[Path]:
     """Yield a new folder among the system's temporary ones, for what shall be in `target`.
 
-    Raises:
-        StorageError: something can't be written; `target` is what the user knows the place by.
-
+    Tell by that name, which the user knows, what can't be written: StorageError, not OSError.
     """
     try:
         with TemporaryDirectory(prefix="flexlink-", ignore_cleanup_errors=True) as folder:
@@ -240,11 +224,9 @@ def _temporary(target: Path) -> Iterator[Path]:
 
 
 def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
-    """Look whether a result may be put into a folder; its kind is empty if nobody knows it yet.
+    """Refuse a folder that a result may not be put into, or that can't be written.
 
-    Raises:
-        StorageError: it may not, or the folder can't be written.
-
+    The result's kind is empty if nobody knows it yet.
     """
     try:
         there = read_manifest(target)
@@ -282,13 +264,9 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
 def _check_files(
     target: Path, names: Iterable[str], there: Manifest | None, *, force: bool
 ) -> None:
-    """Look whether files of these names may be written into a folder with the manifest `there`.
+    """Refuse to write files of these names into a folder with the manifest `there`, if one is not.
 
     With `force`, the user's files may be replaced, too; never a folder, link or device.
-
-    Raises:
-        StorageError: one of them may not.
-
     """
     own = there.files if there else {}
     for name in (*names, MANIFEST):
@@ -305,12 +283,7 @@ def _check_files(
 
 
 def _try_to_write(target: Path) -> None:
-    """Make a folder in a place and remove it; a place that is missing is missing afterwards, too.
-
-    Raises:
-        StorageError: that can't be.
-
-    """
+    """Refuse a place in which no folder can be made; what is missing is missing afterwards, too."""
     trial = target / f"{PREFIX}trial"
     missing = [folder for folder in (trial, *trial.parents) if not folder.exists()]
     try:
@@ -324,12 +297,7 @@ def _try_to_write(target: Path) -> None:
 
 
 def _kept_beside(staged: Path, now: Manifest, target: Path) -> Path:
-    """Move the staged files to a folder with a free name beside that of the target.
-
-    Raises:
-        OSError: that can't be done either.
-
-    """
+    """Move the staged files to a folder with a free name beside that of the target, or OSError."""
     names = (target.with_name(f"{target.name}-{number}") for number in count(2))
     beside = next(place for place in names if not os.path.lexists(place))
     try:

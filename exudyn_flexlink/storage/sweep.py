@@ -136,12 +136,7 @@ def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
 
 
 def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
-    """Write the plan in one line: its points may be many.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
+    """Write the plan in one line: its points may be many."""
     (folder / SWEEP).write_bytes(in_json(_plan(sweep) | {"completed": completed}))
 
 
@@ -161,12 +156,7 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
 
 
 def _read_plan(folder: Path) -> dict[str, Any] | None:
-    """Read the plan that stands in a folder; None if there is none.
-
-    Raises:
-        StorageError: it is damaged, or of another program or version.
-
-    """
+    """Read the plan in a folder, None if none is; refuse a damaged one, or of another version."""
     file = folder / SWEEP
     content = _content(file)
     if content is None:
@@ -183,12 +173,7 @@ def _read_plan(folder: Path) -> dict[str, Any] | None:
 
 
 def _content(file: Path) -> bytes | None:
-    """Read a file; None if there is none.
-
-    Raises:
-        StorageError: it can't be read.
-
-    """
+    """Read a file, None if there is none; refuse one that can't be read."""
     check_readable(file)
     try:
         return file.read_bytes()
@@ -199,12 +184,7 @@ def _content(file: Path) -> bytes | None:
 
 
 def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
-    """Tell whether this sweep goes on in a folder, or begins there.
-
-    Raises:
-        StorageError: neither may be.
-
-    """
+    """Tell whether this sweep goes on in a folder, or begins there; refuse where neither may be."""
     plan, rows = _read_plan(folder), _content(folder / JOURNAL)
     if plan is None and rows is not None:
         raise StorageError(
