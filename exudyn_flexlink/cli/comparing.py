@@ -182,15 +182,12 @@ def _compare_saved(options: argparse.Namespace) -> int:
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     with place.written() as folder:
-        if isinstance(found, Against):
-            told, code = (
-                against_text(found),
-                written(found, folder, options, save_against, "against"),
-            )
+        if measured:
+            code = written(found, folder, options, save_against, "against")
         else:
             save = partial(save_comparison, tolerance=options.tolerance)
-            told, code = comparison_text(found), written(found, folder, options, save, "comparison")
-    place.tell(told)
+            code = written(found, folder, options, save, "comparison")
+    place.tell(against_text(found) if isinstance(found, Against) else comparison_text(found))
     code = place.ended(code, "the comparison is whole")
     most = options.tolerance
     if isinstance(found, Comparison) and most is not None and found.exceeds(most):

@@ -138,10 +138,5 @@ def is_folder(folder: Path) -> bool:
 
 
 def digest(file: Path) -> str:
-    """SHA-256 of a file.
-
-    Raises:
-        OSError: it can't be read.
-
-    """
+    """SHA-256 of a file, or OSError if it can't be read."""
     return hashlib.sha256(file.read_bytes()).hexdigest()

@@ -1,7 +1,8 @@
 """Studies to files: comparisons, a work-precision study, one of stability, a fit.
 
 Each is a document in JSON, with tables beside it. SI numbers, units in the names. Of a comparison
-they hold what two runs tell: what each tells by itself is in the summary of that run.
+they hold what two runs tell: what each tells by itself is in the summary of that run. All raise
+OSError where the folder can't be written.
 """
 
 from __future__ import annotations
@@ -31,10 +32,6 @@ def save_comparison(
 
     `tolerance` (m) is what the deviation up to the horizon was held against, if anything; `whole`
     tells whether all runs were made, also those that tell the errors.
-
-    Raises:
-        OSError: the folder can't be written.
-
     """
     ended = all(seen.result.outcome.completed for seen in comparison.both)
     verdict: dict[str, Any] = {"completed": whole and ended, "tolerance_m": tolerance}
@@ -115,14 +112,7 @@ def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, 
 
 
 def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
-    """Write ``accuracy.json`` and ``accuracy.csv`` into an existing folder.
-
-    `sentence` is the recommendation in words.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
+    """Write ``accuracy.json`` and ``accuracy.csv``; `sentence` is the recommendation in words."""
     data = _accuracy(study) | {"recommendation": sentence}
     points = [_point(point) for point in study.points]
     columns = [name for name in points[0] if name != "settings"] if points else []
@@ -209,10 +199,6 @@ def save_stability(found: Stability, sentence: str, folder: Path) -> None:
     """Write ``stability.json`` and tables of growth, laps, section and spectrum into a folder.
 
     `sentence` says in words what the motion does.
-
-    Raises:
-        OSError: the folder can't be written.
-
     """
     tables = {
         "growth.csv": _growth(found.exponent),
@@ -284,13 +270,13 @@ def _laps(found: Stability) -> dict[str, Any]:
 
 
 def save_against(found: Against, folder: Path) -> None:
-    """Write ``comparison.json`` and ``comparison.csv`` into a folder; may raise OSError."""
+    """Write ``comparison.json`` and ``comparison.csv`` into an existing folder."""
     data = _held(found) | {"completed": found.result.outcome.completed}
     write_document(folder, COMPARISON, data, {"comparison.csv": _beside(found)})
 
 
 def save_fit(found: Fit, folder: Path) -> None:
-    """Write ``fit.json`` and ``residuals.csv`` into a folder; may raise OSError."""
+    """Write ``fit.json`` and ``residuals.csv`` into an existing folder."""
     write_document(folder, FIT, _fit(found), {"residuals.csv": _beside(found.against)})
 
 

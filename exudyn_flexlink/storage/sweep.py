@@ -125,12 +125,7 @@ def is_sweep(folder: Path) -> bool:
 
 
 def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
-    """Write ``sweep.json`` and ``table.csv`` into a folder.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
+    """Write ``sweep.json`` and ``table.csv`` into a folder, or raise OSError."""
     _write_plan(folder, sweep, completed=table.whole)
     write_csv(folder / "table.csv", table.columns())
 
