@@ -15,13 +15,7 @@ from exudyn_flexlink.api.animations import Animation
 from exudyn_flexlink.api.figures import RESULT, Plots, page
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import data_frame, data_set, told_names
-from exudyn_flexlink.arguments import (
-    among,
-    number,
-    takes,
-    two_texts,
-    whole,
-)
+from exudyn_flexlink.arguments import among, number, takes, two_texts, whole
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables import (

@@ -19,15 +19,7 @@ from exudyn_flexlink.api.figures import style, style_of
 from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import needed
-from exudyn_flexlink.arguments import (
-    among,
-    function,
-    plain,
-    takes,
-    told,
-    values,
-    whole,
-)
+from exudyn_flexlink.arguments import among, function, plain, takes, told, values, whole
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.source import Document, Mistake, unknown
 

@@ -12,13 +12,7 @@ import numpy as np
 
 from exudyn_flexlink.quantities import in_words
 from exudyn_flexlink.source import KeyPath, Mistake
-from exudyn_flexlink.sweeps.values import (
-    Value,
-    ValuesError,
-    range_of,
-    value_of,
-    values_of,
-)
+from exudyn_flexlink.sweeps.values import Value, ValuesError, range_of, value_of, values_of
 
 MOST_POINTS = 1_000_000  # the plan of so many takes about a gigabyte
 Read = Callable[[Any], Any]
