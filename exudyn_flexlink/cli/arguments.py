@@ -84,8 +84,7 @@ COMMANDS = {
          "runs/a runs/b",
          "runs/a measured.csv --column theta=lever.angle --shift find"),
         (Option("model", "model file, YAML; the name of a model that comes with the program; or "
-                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE,
-                type=values.model_or_run),
+                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE, type=Path),
          Option("other", "what a run is compared with: the folder of another, or a CSV file",
                 "OTHER", FILE, nargs="?", type=Path),
          COLUMN,

@@ -135,14 +135,6 @@ def model_path(text: str) -> Path:
     return found
 
 
-def model_or_run(text: str) -> Path:
-    """Return what `model_path` does, or the folder of a run, which the command looks for."""
-    try:
-        return model_path(text)
-    except argparse.ArgumentTypeError:
-        return Path(text)
-
-
 def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Path:
     """Return the file of a model that comes with the program; `what` says what there is not.
 

@@ -23,6 +23,7 @@ from exudyn_flexlink.scene.columns import (
     unit_of,
 )
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean
+from exudyn_flexlink.sweeps import column_of
 from exudyn_flexlink.units import Dimension
 from exudyn_flexlink.yaml_reader import Place
 
@@ -125,11 +126,10 @@ def _own(scene: Scene, cells: Cells) -> dict[str, int]:
     """Columns by the quantities that their names say they are, with a unit or without."""
     known, found = signals(scene), dict[str, int]()
     names = {name: name for name in known} | own_columns(scene)
-    ends = {name: f"_{known[own].unit.replace('/', '_per_')}" for name, own in names.items()}
     for k, cell in enumerate(cells.names):
         bare = bare_name(cell)
         for name, own in names.items():
-            if bare in (name, name + ends[name]):
+            if bare in (name, column_of(name, known[own].unit)):
                 found.setdefault(own, k)
     return found
 
