@@ -112,12 +112,7 @@ def _scene(
 
 
 def _model(document: Document, name: str, allow_outside: bool) -> Path:
-    """Return the file of a study's model.
-
-    Raises:
-        SceneError: there is none, or it is outside the study's folder.
-
-    """
+    """Return the file of a study's model; refuse one that is outside the study's folder."""
 
     def mistake(message: str, hint: str = "") -> SceneError:
         return SceneError(document, [Mistake(("model",), message, hint)])
