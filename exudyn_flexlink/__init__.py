@@ -79,12 +79,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError
     from exudyn_flexlink.api.animations import Animation
-    from exudyn_flexlink.api.comparisons import Comparison, MeasuredComparison, compare, joined
+    from exudyn_flexlink.api.comparisons import (
+        Comparison,
+        Fit,
+        MeasuredComparison,
+        compare,
+        fit,
+        joined,
+    )
     from exudyn_flexlink.api.equilibria import Equilibrium, equilibrium
     from exudyn_flexlink.api.exudyn_systems import exudyn_system
-    from exudyn_flexlink.api.fits import Fit, fit
-    from exudyn_flexlink.api.results import Result
-    from exudyn_flexlink.api.runs import load, simulate
+    from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.stability import (
         Branches,
@@ -158,12 +163,10 @@ __all__ = [
 _HOMES = {
     "animation": ("FilmError",),
     "api.animations": ("Animation",),
-    "api.comparisons": ("Comparison", "MeasuredComparison", "compare", "joined"),
+    "api.comparisons": ("Comparison", "Fit", "MeasuredComparison", "compare", "fit", "joined"),
     "api.equilibria": ("Equilibrium", "equilibrium"),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
-    "api.fits": ("Fit", "fit"),
-    "api.results": ("Result",),
-    "api.runs": ("load", "simulate"),
+    "api.results": ("Result", "load", "simulate"),
     "api.scenes": ("Scene", "idealise", "load_scene"),
     "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
     "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),

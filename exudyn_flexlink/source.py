@@ -169,8 +169,8 @@ def did_you_mean(name: str, names: Iterable[str], before: str = "") -> str:
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """Say that there is nothing of a name, what was meant perhaps, and what there is."""
     names = list(known)
-    there = ", ".join(names) or "none"
-    return f"there is no {what} '{name}'{did_you_mean(name, names)}; there are: {there}"
+    near, there = did_you_mean(name, names), ", ".join(names) or "none"
+    return f"there is no {what} '{name}'{near}{' There' if near else '; there'} are: {there}"
 
 
 def dotted(path: KeyPath) -> str:

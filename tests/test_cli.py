@@ -225,7 +225,7 @@ MEANT = {
     "simulat rigid": "argument COMMAND: no 'simulat'; did you mean 'simulate'?",
     "bogus": "no 'bogus'; there is: simulate, compare, ",
     "simulate rigid --engine exudin": "no 'exudin'; did you mean 'exudyn'?",
-    "simulate rigid --without fricton": "no effect 'fricton'; did you mean 'friction'?",
+    "simulate rigid --without fricton": "there is no effect 'fricton'; did you mean 'friction'?",
     "simulate rigid --tolerance 1e-6": "it is a value of the model: '--set accuracy.tolerance=...'",
     "sweep rigid --vary gravity=1,2": "of a sweep it is '--over PATH=VALUES'",
     "sweep rigid --ovr gravity=1,2": "did you mean '--over'?",

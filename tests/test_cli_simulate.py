@@ -126,7 +126,7 @@ def test_an_effect_that_is_not_there_is_hinted_at(run_of, capsys):
 @pytest.mark.parametrize("name", ["frction", "", "friction,", "Friction"])
 def test_an_effect_that_does_not_exist_is_bad_input(name, capsys):
     assert code_of("check", FRICTION, f"--without={name}") == 2
-    assert "here is: clearance, flexibility, impact, friction, damping" in capsys.readouterr().err
+    assert "here are: clearance, flexibility, impact, friction, damping" in capsys.readouterr().err
 
 
 def test_a_scene_that_cant_be_without_an_effect_is_bad_input(capsys):
@@ -203,6 +203,7 @@ def test_commands_have_folders_of_their_own_and_the_order_of_settings_does_not_m
     assert name_of(f"{one} {other}") == name_of(f"{other} {one}")
     for command in ("compare", "accuracy"):
         assert name_of(one, command, f"-{command}") == f"no_clearance-{command}-turns=1"
+    assert run_name(program_parser().parse_args(["compare", "."])) == Path.cwd().name
 
 
 LONG = [

@@ -51,7 +51,7 @@ def test_no_memory_for_the_arrays(capsys, monkeypatch):
     def read(file):
         raise MemoryError("Unable to allocate 728. TiB")
 
-    monkeypatch.setattr("exudyn_flexlink.storage.reading.read_netcdf", read)
+    monkeypatch.setattr("exudyn_flexlink.storage.run.read_netcdf", read)
     refused(capsys, "result.nc", "is too large for this machine: Unable to allocate")
 
 

@@ -16,7 +16,7 @@ from results import result_of
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.fitting import NoFitError, fit, read_series
-from exudyn_flexlink.fitting.estimate import Estimate
+from exudyn_flexlink.fitting.least_squares import Estimate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import signals
 from exudyn_flexlink.result import INTERRUPTED

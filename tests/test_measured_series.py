@@ -107,6 +107,11 @@ def test_every_quantity_of_a_flexible_scene_has_values_in_its_unit(rigid):
     assert np.diff(crank) == pytest.approx([1.0])  # 10 rad/s
 
 
+def test_a_table_has_rows():
+    with pytest.raises(SceneError, match="one length, and a row or more"):
+        read_series(RUN.scene, {"t": [], POINT: []})
+
+
 @pytest.mark.parametrize("shift", [0.1234567, -0.3, 0.0])
 def test_a_shift_is_found(shift):
     time = np.linspace(0.5, 2.5, 121)
@@ -172,13 +177,13 @@ def save_run(name, run=RUN):
 
 
 def test_saved_runs_are_compared(capsys):
-    save_run("a")
+    save_run("pendulum")  # which a model is called, too
     save_run("b", block(lambda t: fades(t) + 1e-3, lambda t: 0 * t, samples=801, end=4.0))
-    assert code_of("compare", "a", "b", "--no-plots", "--tolerance", "1e-4") == 1
+    assert code_of("compare", "pendulum", "b", "--no-plots", "--tolerance", "1e-4") == 1
     told = capsys.readouterr()
-    assert "Comparison of a and b" in told.out
+    assert "Comparison of pendulum and b" in told.out
     assert "deviates by 0.001 m" in told.err
-    assert "runs/a-compare-b/" in told.out
+    assert "runs/pendulum-compare-b/" in told.out
 
 
 def test_measurements_are_compared(tmp_path, capsys):

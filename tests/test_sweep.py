@@ -15,12 +15,11 @@ from exudyn_flexlink.source import Document
 from exudyn_flexlink.sweeps import (
     OneRun,
     carried_out,
+    drawn,
     grid,
     in_this_process,
-    latin_hypercube,
     listed,
     planned,
-    random,
     standard_row,
     work_of,
 )
@@ -93,17 +92,17 @@ def test_scenes_have_the_values_of_their_points():
 
 
 def test_a_latin_hypercube_has_one_point_in_every_part_of_a_range():
-    made = design_of(latin_hypercube({LENGTH: "1:2", ANGLE: "0:3"}, 20, 4, (), []))
+    made = design_of(drawn("latin_hypercube", {LENGTH: "1:2", ANGLE: "0:3"}, 20, (), [], seed=4))
     points = np.array(made.points, dtype=float)
     for column, (low, high) in zip(points.T, ((1, 2), (0, 3)), strict=True):
         parts = np.floor(20 * (column - low) / (high - low))
         assert sorted(parts) == list(range(20))
 
 
-@pytest.mark.parametrize("draw", [latin_hypercube, random])
-def test_a_seed_makes_the_same_points_again_and_another_seed_others(draw):
+@pytest.mark.parametrize("kind", ["latin_hypercube", "random"])
+def test_a_seed_makes_the_same_points_again_and_another_seed_others(kind):
     one, same, other = (
-        design_of(draw({LENGTH: "1:2"}, 5, seed, (), [])).points for seed in (1, 1, 2)
+        design_of(drawn(kind, {LENGTH: "1:2"}, 5, (), [], seed=seed)).points for seed in (1, 1, 2)
     )
     assert one == same != other
 

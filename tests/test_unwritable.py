@@ -14,6 +14,7 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import load
 
 SMOOTH = str(MODELS / "smooth.yaml")
+FIT = ["fit", SMOOTH, "m.csv", "--column=x=link.end.x", "--vary=drives.motor.value"]
 
 
 def names(folder="."):
@@ -64,6 +65,7 @@ def forbidden(monkeypatch):
     """Nobody may make a folder in 'locked', nor anything in that."""
     Path("locked").mkdir()
     results.put(results.pendulum(), "locked/run")
+    Path("m.csv").write_text("t,x\n0,0\n0.1,0\n0.2,0\n", encoding="utf-8")
     make, place = Path.mkdir, Path("locked").resolve()
 
     def refuse(self, *args, **kwargs):
@@ -83,6 +85,7 @@ def forbidden(monkeypatch):
         (["simulate", SMOOTH, "--out=locked/deep/o"], "locked/deep/o"),
         (["compare", SMOOTH, "--out=locked/o"], "locked/o"),
         (["accuracy", SMOOTH, "--out=locked/o"], "locked/o"),
+        ([*FIT, "--out=locked/o"], "locked/o"),
         (["plot", "locked/run"], "locked/run"),
         (["plot", "locked/run", "--out=locked/figures"], "locked/figures"),
     ],

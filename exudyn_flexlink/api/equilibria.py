@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
+from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.scenes import given_scene
 from exudyn_flexlink.arguments import takes
 from exudyn_flexlink.loading import rest_of_scene
@@ -49,5 +50,4 @@ def equilibrium(scene: PlainScene) -> Equilibrium:
         SceneError: nothing balances, or only a contact by impulse could hold it.
 
     """
-    rest = rest_of_scene(scene)
-    return Equilibrium(**{own.name: getattr(rest, own.name) for own in fields(Rest)}, scene=scene)
+    return with_methods(Equilibrium, rest_of_scene(scene), scene=scene)

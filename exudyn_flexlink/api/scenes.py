@@ -227,12 +227,7 @@ def _settings(changes: Mapping[str, Any]) -> list[Setting]:
 
 
 def _plain(value: Any, name: str) -> Any:
-    """Return a value as plain data.
-
-    Raises:
-        TypeError: no model can hold it.
-
-    """
+    """Return a value as plain data, or raise TypeError where no model can hold it."""
     if isinstance(value, str):
         return str(value)
     try:

@@ -17,13 +17,7 @@ from exudyn_flexlink.api.figures import Shown, style, style_of
 from exudyn_flexlink.api.results import PERIOD
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.sweeps import Simulate, sweep
-from exudyn_flexlink.arguments import (
-    among,
-    number,
-    takes,
-    values,
-    whole,
-)
+from exudyn_flexlink.arguments import among, number, takes, values, whole
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import exponent_text, stability_text

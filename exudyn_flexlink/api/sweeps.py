@@ -19,15 +19,7 @@ from exudyn_flexlink.api.figures import style, style_of
 from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.api.tables import needed
-from exudyn_flexlink.arguments import (
-    among,
-    function,
-    plain,
-    takes,
-    told,
-    values,
-    whole,
-)
+from exudyn_flexlink.arguments import among, function, plain, takes, told, values, whole
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.source import Document, Mistake, unknown
 
@@ -267,11 +259,10 @@ def _design(
         if hypercube is not None or drawn is not None:
             raise ValueError("points that are listed are not drawn: give ranges by path")
         return sweeps.listed(list(varied), (), mistakes)
-    if hypercube is not None:
-        return sweeps.latin_hypercube(varied, hypercube, seed, (), mistakes)
-    if drawn is not None:
-        return sweeps.random(varied, drawn, seed, (), mistakes)
-    return sweeps.grid(varied, (), mistakes)
+    kind, count = ("random", drawn) if hypercube is None else ("latin_hypercube", hypercube)
+    if count is None:
+        return sweeps.grid(varied, (), mistakes)
+    return sweeps.drawn(kind, varied, count, (), mistakes, seed=seed)
 
 
 def _name_of(function: Any) -> str:

@@ -23,8 +23,7 @@ def animate_command(options: argparse.Namespace) -> int:
     idle = idle_text(options, ("fps", "width"), frameless) if formats == ("html",) else ""
     mistakes = [idle] if idle else []
     mistakes += dict.fromkeys(told for name in formats for told in filming.mistakes(name))
-    film, why = _film(options)
-    mistakes += why
+    film = _film(options, mistakes)
     if film is None or mistakes:
         return complain("\n".join(mistakes), BAD_INPUT)
     over = "" if options.other is None else f"_with_{options.other.resolve().name}"
@@ -42,25 +41,27 @@ def animate_command(options: argparse.Namespace) -> int:
     return code
 
 
-def _film(options: argparse.Namespace) -> tuple[Film | None, list[str]]:
-    """What is to be shown; None, and all that keeps it from that."""
+def _film(options: argparse.Namespace, mistakes: list[str]) -> Film | None:
+    """Return what is to be shown; None if that can't be, which `mistakes` then tell."""
     runs: list[Result] = []
-    mistakes = []
-    for folder in [options.run, *([] if options.other is None else [options.other])]:
+    folders: list[Path] = [options.run, *([options.other] if options.other else [])]
+    for folder in folders:
         try:
             runs.append(load(folder))
         except StorageError as error:
             mistakes.append(str(error))
-    if mistakes:
-        return None, mistakes
-    names = None
-    if len(runs) > 1 and runs[0].engine == runs[1].engine:
-        names = options.run.resolve().name, options.other.resolve().name
+    if len(runs) < len(folders):
+        return None
+    alike = len(runs) > 1 and runs[0].engine == runs[1].engine
+    first, last = (folder.resolve().name for folder in (folders[0], folders[-1]))
     window = options.begin, options.end
     try:
-        return film_of(*runs, names=names, window=window, slow=options.slow), []
+        return film_of(
+            *runs, names=(first, last) if alike else None, window=window, slow=options.slow
+        )
     except FilmError as error:
-        return None, [str(error)]
+        mistakes.append(str(error))
+        return None
 
 
 def _content(film: Film, name: str, filming: Filming, *, quiet: bool) -> bytes:

@@ -84,8 +84,7 @@ COMMANDS = {
          "runs/a runs/b",
          "runs/a measured.csv --column theta=lever.angle --shift find"),
         (Option("model", "model file, YAML; the name of a model that comes with the program; or "
-                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE,
-                type=values.model_or_run),
+                "with OTHER the folder of a saved run", "MODEL|RUN", MODEL_OR_FILE, type=Path),
          Option("other", "what a run is compared with: the folder of another, or a CSV file",
                 "OTHER", FILE, nargs="?", type=Path),
          COLUMN,
@@ -99,7 +98,7 @@ COMMANDS = {
          engine("the engine of '--without'; default: exudyn", None), MEASURE,
          *output("-compare"))),
     "fit": Command(
-        "benching", "Fit values of a model to measurements, by least squares, with their errors.",
+        "studying", "Fit values of a model to measurements, by least squares, with their errors.",
         ("rigid measured.csv --column theta=lever.angle --vary springs.lever_return.frequency "
          "--vary contacts.strike.law.restitution",
          "rigid measured.csv --column x=link.end.x --vary drives.motor.value=9:11"),
@@ -127,7 +126,7 @@ COMMANDS = {
                 default=60.0),
          IMPACT, without(), *output("-accuracy"))),
     "stability": Command(
-        "stability",
+        "studying",
         "Tell whether a motion repeats itself, and how fast neighbouring motions part.",
         ("no_clearance --engine lagrangian",
          "clearance --engine lagrangian --twice",

@@ -1,15 +1,14 @@
-"""The command `compare`: one scene in both engines, or one engine with and without an effect."""
+"""The command `compare`: both engines, a model without an effect, or a run with measurements."""
 
 from __future__ import annotations
 
 import argparse
-import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-from exudyn_flexlink.cli.benching import compare_saved
 from exudyn_flexlink.cli.figures import draw_figure, look_of
-from exudyn_flexlink.cli.keeping import kept
+from exudyn_flexlink.cli.keeping import kept, written
 from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
     changed,
@@ -21,24 +20,27 @@ from exudyn_flexlink.cli.running import (
     run,
 )
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
-from exudyn_flexlink.cli.values import model_path
+from exudyn_flexlink.cli.values import model_path, pairs
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines.beside import Beside
+from exudyn_flexlink.fitting import Against, against, read_series
 from exudyn_flexlink.loading import load_scene, require_length
 from exudyn_flexlink.observables import watched_point
-from exudyn_flexlink.report import comparison_text, excess_text, failure_text
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.report import against_text, comparison_text, excess_text, failure_text
+from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
-from exudyn_flexlink.storage import save, save_comparison
+from exudyn_flexlink.storage import load, save, save_against, save_comparison
 
+OF_MODELS = {"settings": "set", "impact": "impact", "without": "without", "engine": "engine"}
+"""Options that change a model, which a saved run no longer is."""
 UNTOLD = "interrupted before two runs were compared; nothing was written"
 
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
     if options.other is not None:
-        return compare_saved(options)
+        return _compare_saved(options)
     if options.column or options.shift != 0:
         return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
     options.model = model_path(str(options.model))
@@ -57,8 +59,7 @@ def compare_command(options: argparse.Namespace) -> int:
             drew = _write(found, folder, options, whole=whole)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
-    drew = place.code(drew) if whole else INTERRUPTED
-    return place.ended(_tell(found, place, options, drew))
+    return _tell(found, place, options, drew if whole else INTERRUPTED)
 
 
 def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
@@ -148,7 +149,47 @@ def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: in
             code = complain(f"{seen.name}: {failure_text(seen.result)}", FAILED)
     if options.tolerance is not None and found.exceeds(options.tolerance):
         code = complain(excess_text(found, options.tolerance), FAILED)
-    if drew == INTERRUPTED:
-        code = complain(f"interrupted: what was compared until then is in {place.target}{os.sep}",
-                        INTERRUPTED)  # fmt: skip
+    code = INTERRUPTED if drew == INTERRUPTED else code
+    return place.ended(code, "what was compared until then is kept")
+
+
+def _compare_saved(options: argparse.Namespace) -> int:
+    """Compare a saved run with another, or with a measured series; returns the exit code."""
+    first, second = options.model, options.other
+    measured = not second.is_dir()
+    idle = [f"--{name}" for key, name in OF_MODELS.items() if getattr(options, key)]
+    idle += [] if options.measure else ["--no-measure"]
+    of_series = options.column or options.shift != 0
+    for is_so, why in (
+        (idle, f"'{', '.join(idle)}' is for models: runs are compared as they were made"),
+        (not first.is_dir(), f"with '{second}' goes the folder of a saved run, not '{first}'"),
+        (measured and options.tolerance is not None, "'--tolerance' is for two runs"),
+        (not measured and of_series, "'--column' and '--shift' are for a CSV file"),
+    ):
+        if is_so:
+            raise argparse.ArgumentTypeError(why)
+    place = Place(options, f"-compare-{second.stem if measured else second.name}", "comparison")
+    run = load(first)
+    found: Against | Comparison
+    try:
+        if measured:
+            series = read_series(run.scene, second, pairs("--column", options.column))
+            found = against(run, series, options.shift)
+        else:
+            other = load(second)
+            other = later(other, other.scene.initial.clock - run.scene.initial.clock)
+            found = compare(run, other, (str(first), str(second)))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    with place.written() as folder:
+        if measured:
+            code = written(found, folder, options, save_against, "against")
+        else:
+            save = partial(save_comparison, tolerance=options.tolerance)
+            code = written(found, folder, options, save, "comparison")
+    place.tell(against_text(found) if isinstance(found, Against) else comparison_text(found))
+    code = place.ended(code, "the comparison is whole")
+    most = options.tolerance
+    if isinstance(found, Comparison) and most is not None and found.exceeds(most):
+        return complain(excess_text(found, most), FAILED)
     return code

@@ -29,7 +29,8 @@ def new_command(options: argparse.Namespace) -> int:
         return DONE
     model: Path = options.model
     document = load_document(model)
-    target = _target(options.file, model)
+    target: Path = options.file or Path(model.name)
+    target = target / model.name if target.is_dir() else target
     points = list(dict.fromkeys(_point_files(document.data)))
     texts = {target: SCHEMA_LINE.sub(SCHEMA, document.text)}
     texts |= {target.with_name(name): _text(model.parent / name) for name in points}
@@ -37,13 +38,6 @@ def new_command(options: argparse.Namespace) -> int:
     _write(texts, model.stem, force=options.force)
     tell(_told(target, document.data["title"], points))
     return DONE
-
-
-def _target(file: Path | None, model: Path) -> Path:
-    """Return where the copy goes: the file asked for, or one with the model's name."""
-    if file is None:
-        return Path(model.name)
-    return file / model.name if file.is_dir() else file
 
 
 def _point_files(value: Any) -> Iterator[str]:

@@ -18,7 +18,7 @@ class DeferrableInterrupt:
     """A handler of Ctrl-C that hands it on to the one `before`, until it is told to defer it."""
 
     def __init__(self, before: Any) -> None:
-        self._before = before
+        self.before = before
         self._defers = False
         self.pending = False
         """Whether a Ctrl-C was deferred."""
@@ -27,15 +27,10 @@ class DeferrableInterrupt:
         """Take a Ctrl-C."""
         if self._defers:
             self.pending = True
-        elif callable(self._before):
-            self._before(number, frame)
+        elif callable(self.before):
+            self.before(number, frame)
         elif number != SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
             raise KeyboardInterrupt
-
-    @property
-    def ignores(self) -> bool:
-        """Whether Ctrl-C is ignored, as in the background jobs of a shell."""
-        return self._before is SIG_IGN
 
     def defer(self) -> None:
         """From now on, only take note of Ctrl-C."""
@@ -73,7 +68,7 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
     ignored stays so: only requests of other signals, which come this way too, then end the run.
     """
     before = getsignal(SIGINT)
-    ignored = before.ignores if isinstance(before, DeferrableInterrupt) else before is SIG_IGN
+    ignored = (before.before if isinstance(before, DeferrableInterrupt) else before) is SIG_IGN
 
     def handle(number: int, _frame: FrameType | None) -> None:
         if number != SIGINT or not ignored:

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 FIGURE_FORMATS = ("png", "pdf", "svg")
 """Those of `plots`, which is too slow to import for a help text; likewise"""
 FIGURE_STYLES = ("screen", "print")
+FILES = {
+    "against": "comparison",
+    "work_precision": "accuracy",
+}  # where names are not those of `plots`
 
 
 @dataclass(frozen=True)
@@ -49,15 +53,17 @@ def look_of(options: argparse.Namespace) -> Look:
 
 
 def draw_figure(
-    options: argparse.Namespace, figure: str, what: Any, folder: Path, name: str = "", **more: Any
+    options: argparse.Namespace, figure: str, what: Any, folder: Path, **more: Any
 ) -> None:
     """Draw a figure of `plots`, by its name there, into an existing folder, if there is any.
 
-    Its file has the same `name`, or another; `more` is handed on to who draws it.
+    `more` is handed on to who draws it.
     """
     from exudyn_flexlink import plots
 
-    look_of(options).save(partial(getattr(plots, figure), **more), what, folder, name or figure)
+    look_of(options).save(
+        partial(getattr(plots, figure), **more), what, folder, FILES.get(figure, figure)
+    )
 
 
 def idle_options(options: argparse.Namespace) -> str:

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentTypeError
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS, draw_figure
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.loading import ImpossibleLengthError
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import StorageError, replace_file
+from exudyn_flexlink.sweeps import CannotStartError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-REFUSALS = (ArgumentTypeError, ImpossibleLengthError, SceneError, StorageError)
+REFUSALS = (ArgumentTypeError, CannotStartError, ImpossibleLengthError, SceneError, StorageError)
 """Errors by which a command refuses what it is asked for, and ends with exit code 2.
 
-Options that can't be, models with mistakes, places that can't be read or written.
+Options that can't be, models with mistakes, places that can't be read or written, no workers.
 """
 
 
@@ -35,6 +37,17 @@ def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) 
     if ctrl_c.pending or draw is None:
         return INTERRUPTED if ctrl_c.pending else DONE
     return drawn(folder, draw)
+
+
+def written(
+    found: Any, folder: Path, options: Namespace, save: Callable[..., Any], figure: str
+) -> int:
+    """Write what was found: `save` takes it and `folder`; then its figure, unless none is wanted.
+
+    Returns the exit code; see `drawn`.
+    """
+    draw = None if options.no_plots else partial(draw_figure, options, figure, found, folder)
+    return kept(partial(save, found, folder=folder), draw, folder)
 
 
 def drawn(folder: Path, draw: Callable[[], Any]) -> int:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, refuse, tell
+from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain, refuse, tell
 from exudyn_flexlink.storage import KeptBesideError, own_files, staged_folder
 
 LONGEST = 80  # characters: a name that a listing shows whole, far below the 255 of file systems
@@ -46,10 +46,16 @@ class Place:
             return
         tell(text)
         instead = " in place of an earlier run" if self._replaces else ""
-        tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {_contents(self.target)}")
+        tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {contents(self.target)}")
 
-    def ended(self, code: int) -> int:
-        """Say why the result is not where it should be; returns the exit code."""
+    def ended(self, code: int, whole: str = "") -> int:
+        """Say why the result is not where it should be; returns the exit code, see `code`.
+
+        If Ctrl-C came, but so late that something is `whole`, that is said.
+        """
+        code = self.code(code)
+        if code == INTERRUPTED and whole:
+            complain(f"interrupted: {whole}, in {self.target}{os.sep}")
         return refuse(self._why, code or BAD_INPUT) if self._why else code
 
     @contextmanager
@@ -68,7 +74,7 @@ class Place:
         self._pressed = ctrl_c.pending
 
 
-def _contents(folder: Path) -> str:
+def contents(folder: Path) -> str:
     """Name the files of a result, and count those of every folder in it."""
     paths = sorted(own_files(folder))
     inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
@@ -86,7 +92,7 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     """
     model: Path = options.model
     # The stem of '..yaml' is '.', which would be the folder above.
-    stem = model.stem if model.stem.strip(".") and not model.is_dir() else model.name
+    stem = model.stem if model.stem.strip(".") and not model.is_dir() else model.resolve().name
     whole = f"{stem}{suffix}"
     engine = getattr(options, "engine", None) or "exudyn"
     parts = [engine] if engine != "exudyn" else []

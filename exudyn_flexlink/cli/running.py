@@ -6,10 +6,12 @@ import argparse
 import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
+from typing import Any
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli.ctrl_c import ends_runs
-from exudyn_flexlink.cli.terminal import complain, how_called, progress_bar
+from exudyn_flexlink.cli.terminal import Quiet, complain, how_called, progress_bar
 from exudyn_flexlink.effects import EFFECTS, absent, idealise, with_impact
 from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.interrupts import LateInterruptError
@@ -85,7 +87,7 @@ def run(
     Also tells whether Ctrl-C came: so late that the run is whole all the same, unless it says that
     it was interrupted.
     """
-    with refusals(scene, engine, options):
+    with _refusals(scene, engine, options):
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
                 told = progress if beside is None else beside.watch(progress)
@@ -129,7 +131,17 @@ def simulating(options: argparse.Namespace, *values: str) -> str:
 
 
 @contextmanager
-def refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator[None]:
+def single_runs(
+    scene: Scene, options: argparse.Namespace, what: str
+) -> Iterator[tuple[Any, Quiet]]:
+    """Yield what runs a scene once, of which no error is known, and shows how far a study is."""
+    simulate = partial(engines.simulate, engine=options.engine, measure=False)
+    with _refusals(scene, options.engine, options), progress_bar(options.quiet, what) as bar:
+        yield simulate, bar
+
+
+@contextmanager
+def _refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator[None]:
     """Show what an engine refuses of a scene where it stands in the file."""
     try:
         yield

@@ -30,7 +30,7 @@ def simulate_command(options: argparse.Namespace) -> int:
         complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
     with Beside(scene, options.engine) as beside:
         result, code = _both(scene, options, place, beside)
-    return place.ended(_tell(result, place, options.quiet, code))
+    return _tell(result, place, options.quiet, code)
 
 
 def _both(
@@ -62,14 +62,10 @@ def _write(
     draw = None if options.no_plots else partial(look_of(options).save_run, result, folder)
     code = kept(partial(storage.save, result, folder), draw if drawn else None, folder)
     if options.report and drawn and code == DONE:
-        code = added("report", partial(_report, result, folder))
+        from exudyn_flexlink.page import PAGE, write_page
+
+        code = added("report", partial(write_page, result, folder / PAGE))
     return code or (INTERRUPTED if late else DONE)
-
-
-def _report(result: Result, folder: Path) -> None:
-    from exudyn_flexlink.page import PAGE, write_page
-
-    write_page(result, folder / PAGE)
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:
@@ -92,16 +88,13 @@ def _tell(result: Result, place: Place, quiet: bool, code: int) -> int:
 
     `code` is the exit code of a run that is whole.
     """
-    target = place.target
     place.tell(run_text(result))
     for hint in () if quiet else idle_settings(result):
         complain(f"hint: {hint}")
     for warning in result.warnings:
         complain(f"warning: {warning}")
-    if result.outcome.completed and code != INTERRUPTED:
-        return code
     if result.outcome.completed:
-        return complain(f"interrupted: the run is whole, in {target}{os.sep}", INTERRUPTED)
-    code = INTERRUPTED if result.outcome.reason == STOPPED else FAILED
-    kept = f"what was computed until then is in {target}{os.sep}, marked as incomplete"
-    return complain(f"{failure_text(result)}\n{kept}", code)
+        return place.ended(code, "the run is whole")
+    kept = f"what was computed until then is in {place.target}{os.sep}, marked as incomplete"
+    complain(f"{failure_text(result)}\n{kept}")
+    return place.ended(INTERRUPTED if result.outcome.reason == STOPPED else FAILED)

@@ -1,22 +1,22 @@
-"""The command `accuracy`: what accuracy costs in one scene, by every engine that represents it."""
+"""The commands that make many runs of one model: `accuracy`, `fit` and `stability`."""
 
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import time
 from collections.abc import Callable
 from functools import partial
 from math import inf
 
-from exudyn_flexlink import accuracy, engines
+from exudyn_flexlink import accuracy, engines, stability
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import draw_figure
-from exudyn_flexlink.cli.keeping import drawn
+from exudyn_flexlink.cli.keeping import drawn, written
 from exudyn_flexlink.cli.placing import Place
-from exudyn_flexlink.cli.running import read_scene, simulating
+from exudyn_flexlink.cli.running import read_scene, refuse_idle_integrator, simulating, single_runs
 from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
@@ -24,14 +24,18 @@ from exudyn_flexlink.cli.terminal import (
     complain,
     progress_bar,
 )
+from exudyn_flexlink.cli.values import pairs
 from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.fitting import NoFitError, fit, read_series
 from exudyn_flexlink.loading import require_length
-from exudyn_flexlink.report import accuracy_text, recommendation
+from exudyn_flexlink.report import accuracy_text, fit_text, recommendation, stability_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.storage import save_accuracy
+from exudyn_flexlink.storage import save_accuracy, save_fit, save_stability
 
 DEFAULT_TARGET = 1e-4  # m, where the model gives a step
+IMPOSSIBLE = stability.ImpossibleLapsError, stability.NoRhythmError, stability.TooShortError
+UNTOLD = "interrupted before anything was found; nothing was written"
 
 
 def accuracy_command(options: argparse.Namespace) -> int:
@@ -49,7 +53,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
                 save_accuracy(found, recommendation(found), folder)
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
-                draw = partial(draw_figure, options, "work_precision", found, folder, "accuracy")
+                draw = partial(draw_figure, options, "work_precision", found, folder)
                 code = drawn(folder, draw)
     except accuracy.NothingRunError as error:
         if runs.interrupted:
@@ -58,7 +62,11 @@ def accuracy_command(options: argparse.Namespace) -> int:
         budget = f"raise '--budget' ({options.budget:g} s)"
         shorter = "shorten the run with '--set run.turns=...'"
         return complain(f"{error}\n{budget}, or {shorter}", FAILED)
-    return place.ended(_tell(found, place, place.code(code), simulating(options)))
+    place.tell(accuracy_text(found, simulating(options)))
+    if found.runs.interrupted:
+        settings = f"setting{'s' * (len(found.points) != 1)}"
+        return place.ended(INTERRUPTED, f"the {len(found.points)} {settings} judged until then")
+    return place.ended(code, "the study is whole")
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> accuracy.Runs:
@@ -120,14 +128,65 @@ class Watch:
             signal.raise_signal(signal.SIGINT)
 
 
-def _tell(found: accuracy.Study, place: Place, code: int, command: str) -> int:
-    """Print the report; that the study was interrupted also where it is not wanted."""
-    place.tell(accuracy_text(found, command))
-    if found.runs.interrupted:
-        count = len(found.points)
-        what = "setting that was" if count == 1 else "settings that were"
-        kept = f"the {count} {what} judged until then: see {place.target}{os.sep}"
-        return complain(f"interrupted: {kept}", INTERRUPTED)
-    if code == INTERRUPTED:
-        return complain(f"interrupted: the study is whole, in {place.target}{os.sep}", INTERRUPTED)
-    return code
+def fit_command(options: argparse.Namespace) -> int:
+    """Fit numbers of a model to a measured series; returns the exit code."""
+    place = Place(options, "-fit", "fit")
+    refuse_idle_integrator(options, options.engine)
+    scene = read_scene(options)
+    series = read_series(scene, options.measured, pairs("--column", options.column))
+    vary = {path: bounds or None for path, bounds in pairs("--vary", options.vary).items()}
+    try:
+        # The folder is staged first: one that can't be written is no news for the end of a fit.
+        with place.written() as folder:
+            with single_runs(scene, options, "fit") as (simulate, bar):
+                found = fit(scene, series, vary, simulate, bar)
+            code = written(found, folder, options, save_fit, "fit")
+    except NoFitError as error:
+        return complain(f"no fit: {error}", FAILED)
+    except KeyboardInterrupt:
+        return complain(UNTOLD, INTERRUPTED)
+    again = simulating(options, *(f"{path}={x:.10g}" for path, x in found.values.items()))
+    place.tell(f"{fit_text(found)}\n\nThe model with these values:\n  {again}")
+    for warning in found.warnings:
+        complain(f"warning: {warning}")
+    return place.ended(code, "the fit is whole")
+
+
+def stability_command(options: argparse.Namespace) -> int:
+    """Study a model's motion, write and print how stable it is; returns the exit code."""
+    place = Place(options, "-stability", "stability")
+    refuse_idle_integrator(options, options.engine)
+    scene = read_scene(options)
+    require_length("--tolerance", options.tolerance, scene)
+    try:
+        # The folder is staged first: one that can't be written is no news for the end of a study.
+        with place.written() as folder:
+            found = _studied(scene, options)
+            told = stability_text(found)
+            code = written(
+                found, folder, options, partial(save_stability, sentence=told), "stability"
+            )
+    except IMPOSSIBLE as error:
+        return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
+    except stability.StoppedError as error:
+        return complain(str(error), FAILED)
+    except KeyboardInterrupt:
+        return complain(UNTOLD, INTERRUPTED)
+    place.tell(told)
+    return place.ended(code, "the study is whole")
+
+
+def _advice(error: Exception, options: argparse.Namespace) -> str:
+    if isinstance(error, stability.TooShortError):
+        return f"hint: more than '--laps {options.laps}', or less than '--after {options.after}'"
+    if isinstance(error, stability.ImpossibleLapsError):
+        return "hint: '--laps' says how many, '--lap' how many seconds each takes"
+    return "hint: '--lap SECONDS'"
+
+
+def _studied(scene: Scene, options: argparse.Namespace) -> stability.Stability:
+    asked = stability.Asked(
+        options.laps, options.after, options.lap, options.at, options.tolerance, options.twice
+    )
+    with single_runs(scene, options, "stability") as (simulate, bar):
+        return stability.study(scene, simulate, asked, bar)

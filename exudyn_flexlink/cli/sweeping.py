@@ -11,7 +11,7 @@ from pathlib import Path
 from exudyn_flexlink import engines, storage, sweeps
 from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.keeping import kept
-from exudyn_flexlink.cli.placing import run_name
+from exudyn_flexlink.cli.placing import contents, run_name
 from exudyn_flexlink.cli.running import changed, read_scene, refuse_idle_integrator
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -38,10 +38,7 @@ def sweep_command(options: argparse.Namespace) -> int:
     plan = _planned(options)
     refuse_idle_integrator(options, plan.engine)
     folder: Path = options.out or Path("runs") / run_name(options, "-sweep")
-    try:
-        table, code = _swept(plan, executor, folder, options)
-    except sweeps.CannotStartError as error:
-        return refuse(error)
+    table, code = _swept(plan, executor, folder, options)
     return _tell(table, folder, options, code)
 
 
@@ -93,13 +90,7 @@ def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
 def _swept(
     plan: sweeps.Sweep, executor: sweeps.Executor, folder: Path, options: argparse.Namespace
 ) -> tuple[sweeps.SweepTable, int]:
-    """Carry a sweep out and write its table; returns the exit code, too.
-
-    Raises:
-        CannotStartError: no process can do the work.
-        StorageError: the folder can't be written.
-
-    """
+    """Carry a sweep out and write its table; returns the exit code, too."""
     work = sweeps.work_of(
         plan,
         partial(engines.simulate, engine=plan.engine, measure=plan.measure),
@@ -146,8 +137,7 @@ def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, c
     """Print the summary; that rows are missing, or all failed, also where it is not wanted."""
     if not options.quiet:
         tell(sweep_text(table))
-        names = ", ".join(sorted(name for name in storage.own_files(folder) if "/" not in name))
-        tell(f"\nWritten to {folder}{os.sep}:\n  {names}")
+        tell(f"\nWritten to {folder}{os.sep}:\n  {contents(folder)}")
     if not table.whole:
         there = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
         return complain(f"interrupted: {there}; with '--resume' they are not made again", code)

@@ -15,7 +15,6 @@ from exudyn_flexlink.cli.terminal import complain, how_called
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 """Those of `effects`, which is too slow to import for a help text."""
 
-PAGE_ENDINGS = (".html", ".htm")
 MOST = 1_000_000  # of laps, retries, pixels or processes: more of them nobody means
 
 Number = TypeVar("Number", int, float)
@@ -81,29 +80,29 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
         found = names(text)
         for name in found:
             if name not in known:
-                from exudyn_flexlink.source import did_you_mean
+                from exudyn_flexlink.source import unknown
 
-                near = did_you_mean(name, known)
-                listed = f"{' There' if near else '; there'} is: {', '.join(known)}"
-                raise argparse.ArgumentTypeError(f"no {what} '{name}'{near}{listed}")
+                raise argparse.ArgumentTypeError(unknown(what, name, known))
         return found
 
     return read
 
 
-def figure_file(text: str) -> Path:
-    """Read the name of a figure's file; its ending says the format."""
-    if Path(text).suffix[1:].lower() not in FIGURE_FORMATS:
-        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
-        raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
-    return Path(text)
+def _file(*endings: str) -> Callable[[str], Path]:
+    """Return what reads the name of a file that ends so."""
+
+    def read(text: str) -> Path:
+        if Path(text).suffix[1:].lower() not in endings:
+            known = ", ".join(f".{ending}" for ending in endings)
+            raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {known}")
+        return Path(text)
+
+    return read
 
 
-def page_file(text: str) -> Path:
-    """Read the name of a page's file, by whose ending a browser knows it."""
-    if Path(text).suffix.lower() not in PAGE_ENDINGS:
-        raise argparse.ArgumentTypeError(f"'{text}' does not end in {' or '.join(PAGE_ENDINGS)}")
-    return Path(text)
+figure_file = _file(*FIGURE_FORMATS)
+page_file = _file("html", "htm")
+"""By its ending a browser knows it."""
 
 
 def slow(text: str) -> Any:
@@ -136,14 +135,6 @@ def model_path(text: str) -> Path:
     return found
 
 
-def model_or_run(text: str) -> Path:
-    """Return what `model_path` does, or the folder of a run, which the command looks for."""
-    try:
-        return model_path(text)
-    except argparse.ArgumentTypeError:
-        return Path(text)
-
-
 def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Path:
     """Return the file of a model that comes with the program; `what` says what there is not.
 
@@ -163,12 +154,25 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
 def published_file(text: str) -> Path:
     """Return a file of published numbers, or that of a benchmark by its name."""
     from exudyn_flexlink.shipped import PUBLISHED, benchmark_files
-    from exudyn_flexlink.source import did_you_mean
+    from exudyn_flexlink.source import unknown
 
     if text.endswith(PUBLISHED):
         return Path(text)
     files = benchmark_files()
     if text not in files:
-        told = f"no benchmark '{text}'{did_you_mean(text, files)}; there are: {', '.join(files)}"
-        raise argparse.ArgumentTypeError(told)
+        raise argparse.ArgumentTypeError(unknown("benchmark", text, files))
     return files[text]
+
+
+def pairs(option: str, texts: list[str]) -> dict[str, str]:
+    """Read NAME=TEXT of an option that may be repeated; '--vary' may leave the text out."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, _, own = (part.strip() for part in text.partition("="))
+        if option == "--column" and not (name and own):
+            told = f"{option}: expected NAME=QUANTITY such as 'theta=lever.angle', got '{text}'"
+            raise argparse.ArgumentTypeError(told)
+        if name in found:
+            raise argparse.ArgumentTypeError(f"{option}: '{name}' is given twice")
+        found[name] = own
+    return found

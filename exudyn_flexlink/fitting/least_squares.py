@@ -8,15 +8,15 @@ counts by the scatter of its own residuals.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.fitting.against import Against, against
-from exudyn_flexlink.fitting.estimate import Estimate
 from exudyn_flexlink.fitting.parameters import Parameter, Vary, parameters_of
 from exudyn_flexlink.fitting.series import Series
 from exudyn_flexlink.loading import assemble_scene, document_of, run_mistakes, scene_of
@@ -25,7 +25,6 @@ from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
 from exudyn_flexlink.source import SceneError
 
-MOST_SAMPLES = 20  # times as many as the motion needs, so that measured instants are among them
 PART = 0.1  # of a standard error: what the integrator may add
 FINER = 0.1  # of the tolerance, or of a given step: that of the run that tells the integrator's
 MOST_ROUNDS = 4  # of a tolerance that is made smaller
@@ -34,6 +33,8 @@ DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so o
 CONVERGED = 1e-8  # change of the sum of squares, or of the numbers, as a part
 FLAT = 1e-15  # slope of the sum of squares, in parts: the search stands still
 MOST_STEPS = 100  # of one search
+SINGULAR = 1e-4  # singular value of slopes of size 1: below it a combination is not known at all
+TAKES_PART = 0.1  # in such a combination, of a size of 1
 ALIKE = 0.99  # correlation from which on two numbers are hardly told apart
 
 Simulate = Callable[[Scene], Result]
@@ -131,6 +132,55 @@ def _warnings(
 
 def _of(parameters: list[Parameter], field: str) -> FloatArray:
     return np.array([getattr(p, field) for p in parameters])
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """P numbers by `names`, with `residuals` (N,) and their `slopes` (N, P) by the numbers.
+
+    s^2 = RSS / (N - P), and standard errors are the roots of the diagonal of s^2 (J^T J)^-1.
+    """
+
+    names: Sequence[str]
+    value: FloatArray
+    residuals: FloatArray
+    slopes: FloatArray
+
+    @cached_property
+    def unknown(self) -> list[list[str]]:
+        """Names of numbers of which the data don't tell a combination, or of one number alone."""
+        unit = self.slopes / self._size
+        values, columns = np.linalg.eigh(unit.T @ unit)
+        lost = np.abs(columns.T[values < SINGULAR**2]) > TAKES_PART
+        return [[own for own, gone in zip(self.names, row, strict=True) if gone] for row in lost]
+
+    @cached_property
+    def _size(self) -> FloatArray:
+        size = np.linalg.norm(self.slopes, axis=0)
+        return np.where(size == 0, 1.0, size)
+
+    @cached_property
+    def _inverse(self) -> FloatArray:
+        """Pseudo-inverse (P, N) of the slopes, of what the data tell."""
+        return np.asarray(np.linalg.pinv(self.slopes / self._size, SINGULAR) / self._size[:, None])
+
+    @cached_property
+    def standard_error(self) -> FloatArray:
+        """Standard errors (P,); inf where the data don't tell a number."""
+        scatter = np.sqrt(np.sum(self.residuals**2) / np.subtract(*self.slopes.shape))
+        lost = [any(name in each for each in self.unknown) for name in self.names]
+        return np.where(lost, inf, scatter * np.linalg.norm(self._inverse, axis=1))
+
+    @property
+    def correlations(self) -> FloatArray:
+        """Correlations (P, P); nan where the data don't tell a number."""
+        root = np.linalg.norm(self._inverse, axis=1)
+        root = np.where(np.isfinite(self.standard_error) & (root > 0), root, np.nan)
+        return np.asarray(self._inverse @ self._inverse.T / np.outer(root, root))
+
+    def moved_by(self, residuals: FloatArray) -> FloatArray:
+        """How far (P,) the numbers would move if these were the residuals (N,)."""
+        return np.asarray(self._inverse @ (self.residuals - residuals))
 
 
 class _Search:

@@ -23,6 +23,7 @@ from exudyn_flexlink.scene.columns import (
     unit_of,
 )
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean
+from exudyn_flexlink.sweeps import column_of
 from exudyn_flexlink.units import Dimension
 from exudyn_flexlink.yaml_reader import Place
 
@@ -54,8 +55,9 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
     """
     if hasattr(given, "items"):
         document, table = Document("the table"), {str(name): own for name, own in given.items()}
-        if len({len(own) for own in table.values()}) != 1:
-            raise SceneError(document, [Mistake((), "columns need one length")])
+        lengths = {len(own) for own in table.values()}
+        if len(lengths) != 1 or 0 in lengths:
+            raise SceneError(document, [Mistake((), "columns need one length, and a row or more")])
         rows = [[str(cell) for cell in row] for row in zip(*table.values(), strict=True)]
         cells = Cells(list(table), list(range(1, len(rows) + 1)), rows, False, "")
     else:
@@ -124,11 +126,10 @@ def _own(scene: Scene, cells: Cells) -> dict[str, int]:
     """Columns by the quantities that their names say they are, with a unit or without."""
     known, found = signals(scene), dict[str, int]()
     names = {name: name for name in known} | own_columns(scene)
-    ends = {name: f"_{known[own].unit.replace('/', '_per_')}" for name, own in names.items()}
     for k, cell in enumerate(cells.names):
         bare = bare_name(cell)
         for name, own in names.items():
-            if bare in (name, name + ends[name]):
+            if bare in (name, column_of(name, known[own].unit)):
                 found.setdefault(own, k)
     return found
 

@@ -8,16 +8,21 @@ readers.
 
 from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
 from exudyn_flexlink.storage.errors import StorageError
-from exudyn_flexlink.storage.fits import save_against, save_fit
 from exudyn_flexlink.storage.manifest import own_files
-from exudyn_flexlink.storage.reading import load
 from exudyn_flexlink.storage.replacing import (
     KeptBesideError,
     replace_file,
     staged_files,
     staged_folder,
 )
-from exudyn_flexlink.storage.studies import save_accuracy, save_comparison, save_stability
+from exudyn_flexlink.storage.run import load, save
+from exudyn_flexlink.storage.studies import (
+    save_accuracy,
+    save_against,
+    save_comparison,
+    save_fit,
+    save_stability,
+)
 from exudyn_flexlink.storage.sweep import (
     SeriesKeeper,
     is_sweep,
@@ -31,4 +36,3 @@ from exudyn_flexlink.storage.tables import (
     touch_columns,
     trajectory_columns,
 )
-from exudyn_flexlink.storage.writing import save

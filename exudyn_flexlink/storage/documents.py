@@ -29,11 +29,7 @@ def write_document(
     """Write a document and its tables, by the names of their files, into an existing folder.
 
     The `data` have a title, and tell whether the result is `completed`. JSON knows neither inf nor
-    nan: null stands for these.
-
-    Raises:
-        OSError: the folder can't be written.
-
+    nan: null stands for these. OSError: the folder can't be written.
     """
     whole = {"program": PROGRAM, "format": FORMAT, **data}
     (folder / name).write_bytes(in_json(whole, indent=2))

@@ -42,12 +42,7 @@ KINDS = {
 
 
 def _inside(name: str) -> str:
-    """Return a path, with "/", that leads to a file in the folder or below it.
-
-    Raises:
-        ValueError: it leads elsewhere.
-
-    """
+    """Return a path, with "/", that leads to a file in the folder or below; else ValueError."""
     if {"", ".", ".."} & set(name.split("/")) or set(name) & set("\\\0"):
         raise ValueError(f"'{name}' is no name of a file in the folder")
     return name
@@ -138,10 +133,5 @@ def is_folder(folder: Path) -> bool:
 
 
 def digest(file: Path) -> str:
-    """SHA-256 of a file.
-
-    Raises:
-        OSError: it can't be read.
-
-    """
+    """SHA-256 of a file, or OSError if it can't be read."""
     return hashlib.sha256(file.read_bytes()).hexdigest()

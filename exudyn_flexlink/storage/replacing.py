@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -40,7 +39,6 @@ from exudyn_flexlink.storage.manifest import (
 )
 
 PREFIX = ".flexlink-"  # of what is there only while something is written
-FILE_KINDS = ((stat.S_ISLNK, "link"), (stat.S_ISDIR, "folder"), (stat.S_ISFIFO, "pipe"))
 
 
 class KeptBesideError(StorageError):
@@ -156,20 +154,16 @@ def check_regular(folder: Path, name: str) -> None:
 
 def kind_of(place: Path) -> str:
     """Say what stands in a place."""
-    mode = os.lstat(place).st_mode
-    if stat.S_ISREG(mode):
-        return "a file"
-    return next((f"a {kind}" for test, kind in FILE_KINDS if test(mode)), "a device")
+    if place.is_symlink():
+        return "a link"
+    kinds = {"folder": place.is_dir, "file": place.is_file, "pipe": place.is_fifo}
+    return f"a {next((kind for kind, is_so in kinds.items() if is_so()), 'device')}"
 
 
 def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> None:
     """Move the files of a folder to `target`, in place of those of the result that is there.
 
-    Where some are to be added, all of that stay.
-
-    Raises:
-        OSError: the place can't be written.
-
+    Where some are to be added, all of that stay. OSError: the place can't be written.
     """
     there = read_manifest(target)
     old = there.files if there else {}
@@ -196,12 +190,7 @@ def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> Non
 
 
 def _write(place: Path, content: bytes) -> None:
-    """Write a file beside its place, then move it there; a link that stands there is replaced.
-
-    Raises:
-        OSError: it can't be written.
-
-    """
+    """Write a file beside its place, then move it there, or raise OSError; a link is replaced."""
     beside = place.with_name(f"{PREFIX}{place.name}")
     try:
         beside.unlink(missing_ok=True)  # what a killed process left, or a link
@@ -214,12 +203,7 @@ def _write(place: Path, content: bytes) -> None:
 
 
 def _resolved(target: Path) -> Path:
-    """Return the whole path of a place.
-
-    Raises:
-        StorageError: it is no path, such as a link to itself.
-
-    """
+    """Return the whole path of a place; refuse what is none, such as a link to itself."""
     try:
         return Path(target).resolve()
     except (OSError, RuntimeError, ValueError) as error:
@@ -230,9 +214,7 @@ def _resolved(target: Path) -> Path:
 def _temporary(target: Path) -> Iterator[Path]:
     """Yield a new folder among the system's temporary ones, for what shall be in `target`.
 
-    Raises:
-        StorageError: something can't be written; `target` is what the user knows the place by.
-
+    Tell by that name, which the user knows, what can't be written: StorageError, not OSError.
     """
     try:
         with TemporaryDirectory(prefix="flexlink-", ignore_cleanup_errors=True) as folder:
@@ -242,11 +224,9 @@ def _temporary(target: Path) -> Iterator[Path]:
 
 
 def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
-    """Look whether a result may be put into a folder; its kind is empty if nobody knows it yet.
+    """Refuse a folder that a result may not be put into, or that can't be written.
 
-    Raises:
-        StorageError: it may not, or the folder can't be written.
-
+    The result's kind is empty if nobody knows it yet.
     """
     try:
         there = read_manifest(target)
@@ -284,13 +264,9 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
 def _check_files(
     target: Path, names: Iterable[str], there: Manifest | None, *, force: bool
 ) -> None:
-    """Look whether files of these names may be written into a folder with the manifest `there`.
+    """Refuse to write files of these names into a folder with the manifest `there`, if one is not.
 
     With `force`, the user's files may be replaced, too; never a folder, link or device.
-
-    Raises:
-        StorageError: one of them may not.
-
     """
     own = there.files if there else {}
     for name in (*names, MANIFEST):
@@ -307,12 +283,7 @@ def _check_files(
 
 
 def _try_to_write(target: Path) -> None:
-    """Make a folder in a place and remove it; a place that is missing is missing afterwards, too.
-
-    Raises:
-        StorageError: that can't be.
-
-    """
+    """Refuse a place in which no folder can be made; what is missing is missing afterwards, too."""
     trial = target / f"{PREFIX}trial"
     missing = [folder for folder in (trial, *trial.parents) if not folder.exists()]
     try:
@@ -326,12 +297,7 @@ def _try_to_write(target: Path) -> None:
 
 
 def _kept_beside(staged: Path, now: Manifest, target: Path) -> Path:
-    """Move the staged files to a folder with a free name beside that of the target.
-
-    Raises:
-        OSError: that can't be done either.
-
-    """
+    """Move the staged files to a folder with a free name beside that of the target, or OSError."""
     names = (target.with_name(f"{target.name}-{number}") for number in count(2))
     beside = next(place for place in names if not os.path.lexists(place))
     try:

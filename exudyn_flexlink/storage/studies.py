@@ -1,7 +1,8 @@
-"""Studies to files: a comparison, a work-precision study and one of stability.
+"""Studies to files: comparisons, a work-precision study, one of stability, a fit.
 
 Each is a document in JSON, with tables beside it. SI numbers, units in the names. Of a comparison
-they hold what two runs tell: what each tells by itself is in the summary of that run.
+they hold what two runs tell: what each tells by itself is in the summary of that run. All raise
+OSError where the folder can't be written.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ import numpy as np
 from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advise, dominating
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import Comparison, Statistics
+from exudyn_flexlink.fitting import Against, Fit
 from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import Deviation, Measure, measures
 from exudyn_flexlink.stability import Exponent, Stability, section_columns
 from exudyn_flexlink.storage.documents import write_document
-from exudyn_flexlink.storage.errors import ACCURACY, COMPARISON, STABILITY
+from exudyn_flexlink.storage.errors import ACCURACY, COMPARISON, FIT, STABILITY
+from exudyn_flexlink.sweeps import column_of
 
 
 def save_comparison(
@@ -29,18 +32,16 @@ def save_comparison(
 
     `tolerance` (m) is what the deviation up to the horizon was held against, if anything; `whole`
     tells whether all runs were made, also those that tell the errors.
-
-    Raises:
-        OSError: the folder can't be written.
-
     """
     ended = all(seen.result.outcome.completed for seen in comparison.both)
-    completed = {"completed": whole and ended}
-    data = comparison_data(comparison) | completed | _verdict(comparison, tolerance)
-    write_document(folder, COMPARISON, data, {"comparison.csv": comparison_columns(comparison)})
+    verdict: dict[str, Any] = {"completed": whole and ended, "tolerance_m": tolerance}
+    if tolerance is not None:
+        verdict["exceeded"] = comparison.exceeds(tolerance)
+    data, columns = _comparison(comparison) | verdict, _comparison_columns(comparison)
+    write_document(folder, COMPARISON, data, {"comparison.csv": columns})
 
 
-def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
+def _comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
     """Instants, deviation, the watched point and the levers of both runs, by name and unit."""
     columns = {"t_s": comparison.time, "deviation_m": comparison.deviation.distance}
     for seen in comparison.both:
@@ -53,8 +54,7 @@ def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
     return columns
 
 
-def comparison_data(comparison: Comparison) -> dict[str, Any]:
-    """Return what was found as plain data: SI numbers, units in the names."""
+def _comparison(comparison: Comparison) -> dict[str, Any]:
     return {
         "title": comparison.second.result.scene.title,
         "runs": [seen.name for seen in comparison.both],
@@ -75,12 +75,6 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         },
         "beyond_the_horizon": _beyond(comparison),
     }
-
-
-def _verdict(comparison: Comparison, tolerance: float | None) -> dict[str, Any]:
-    if tolerance is None:
-        return {"tolerance_m": None}
-    return {"tolerance_m": tolerance, "exceeded": comparison.exceeds(tolerance)}
 
 
 def _deviation(part: Deviation | None) -> dict[str, float] | None:
@@ -118,23 +112,15 @@ def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, 
 
 
 def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
-    """Write ``accuracy.json`` and ``accuracy.csv`` into an existing folder.
-
-    `sentence` is the recommendation in words.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
-    data = accuracy_data(study) | {"recommendation": sentence}
+    """Write ``accuracy.json`` and ``accuracy.csv``; `sentence` is the recommendation in words."""
+    data = _accuracy(study) | {"recommendation": sentence}
     points = [_point(point) for point in study.points]
     columns = [name for name in points[0] if name != "settings"] if points else []
     table = {name: [point[name] for point in points] for name in columns}
     write_document(folder, ACCURACY, data, {"accuracy.csv": table})
 
 
-def accuracy_data(study: Study) -> dict[str, Any]:
-    """Return a study as plain data: SI numbers, units in the names."""
+def _accuracy(study: Study) -> dict[str, Any]:
     runs, largest = study.runs, dominating(study.sources)
     return {
         "title": study.scene.title,
@@ -213,24 +199,19 @@ def save_stability(found: Stability, sentence: str, folder: Path) -> None:
     """Write ``stability.json`` and tables of growth, laps, section and spectrum into a folder.
 
     `sentence` says in words what the motion does.
-
-    Raises:
-        StorageError: the folder can't be written.
-
     """
     tables = {
-        "growth.csv": growth_columns(found.exponent),
+        "growth.csv": _growth(found.exponent),
         "laps.csv": _laps(found),
         "section.csv": section_columns(found.section),
     }
     for axis, own in (("x", found.vibration.x), ("y", found.vibration.y)):
         columns = {"frequency_Hz": own.frequency, "power_m2_per_Hz": own.power}
         tables[f"spectrum_{axis}.csv"] = columns
-    write_document(folder, STABILITY, stability_data(found) | {"told": sentence}, tables)
+    write_document(folder, STABILITY, _stability(found) | {"told": sentence}, tables)
 
 
-def stability_data(found: Stability) -> dict[str, Any]:
-    """Return a study as plain data: SI numbers, units in the names."""
+def _stability(found: Stability) -> dict[str, Any]:
     laps = found.repeating
     return {
         "title": found.run.scene.title,
@@ -269,7 +250,7 @@ def _exponent(own: Exponent) -> dict[str, Any]:
     }
 
 
-def growth_columns(own: Exponent) -> dict[str, Any]:
+def _growth(own: Exponent) -> dict[str, Any]:
     """Growth of neighbours' distance in each stretch; `counts` is 0 while they settle."""
     counts = np.arange(len(own.rates)) >= own.settled
     return {
@@ -285,4 +266,56 @@ def _laps(found: Stability) -> dict[str, Any]:
     rows = zip(laps.before.tolist(), laps.largest, strict=True)
     return {"lap": laps.laps.astype(float), "end_s": laps.end} | {
         f"from_{before}_before_m": row for before, row in rows
+    }
+
+
+def save_against(found: Against, folder: Path) -> None:
+    """Write ``comparison.json`` and ``comparison.csv`` into an existing folder."""
+    data = _held(found) | {"completed": found.result.outcome.completed}
+    write_document(folder, COMPARISON, data, {"comparison.csv": _beside(found)})
+
+
+def save_fit(found: Fit, folder: Path) -> None:
+    """Write ``fit.json`` and ``residuals.csv`` into an existing folder."""
+    write_document(folder, FIT, _fit(found), {"residuals.csv": _beside(found.against)})
+
+
+def _beside(found: Against) -> dict[str, FloatArray]:
+    """Instants of the run, and of each quantity what was measured, computed, and the difference."""
+    columns = {"t_s": found.time}
+    for name, apart in found.differences.items():
+        column = column_of(name, found.series.signals[name].unit)
+        columns[f"{column}_measured"] = found.measured[name]
+        columns |= {f"{column}_computed": found.computed[name], f"{column}_difference": apart}
+    return columns
+
+
+def _fit(found: Fit) -> dict[str, Any]:
+    accuracy = found.against.result.scene.accuracy
+    return _held(found.against) | {
+        "completed": True,
+        "parameters": [vars(own) for own in found.parameters],
+        "values": found.values,
+        "standard_errors": found.standard_errors,
+        "correlations": found.correlations,
+        "moved_by_integrator": found.integrator,
+        "tolerance_m": accuracy.tolerance,
+        "step_s": accuracy.step,
+        "runs": found.runs,
+        "warnings": found.warnings,
+        "scene": found.scene.to_data(),
+    }
+
+
+def _held(found: Against) -> dict[str, Any]:
+    return {
+        "title": found.result.scene.title,
+        "engine": found.result.engine,
+        "series": found.series.source,
+        "shift_s": found.shift,
+        "rows": len(found.time),
+        "rows_outside_the_run": found.outside,
+        "distances": [vars(own) for own in found.distances],
+        "own_error_m": found.result.error.largest,
+        "horizon_s": found.result.error.known_until,
     }

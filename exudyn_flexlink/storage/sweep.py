@@ -21,7 +21,7 @@ from exudyn_flexlink.storage.errors import FORMAT, MANIFEST, PROGRAM, SWEEP, Sto
 from exudyn_flexlink.storage.journal import JOURNAL, Journal, journal_in, locked, rows_of
 from exudyn_flexlink.storage.manifest import KINDS, read_manifest
 from exudyn_flexlink.storage.replacing import check_regular, staged_folder
-from exudyn_flexlink.storage.writing import save
+from exudyn_flexlink.storage.run import save
 from exudyn_flexlink.sweeps import FAILED, Row, Sweep, SweepTable, Varied, table_of, versions
 
 SERIES = "series"
@@ -125,23 +125,13 @@ def is_sweep(folder: Path) -> bool:
 
 
 def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
-    """Write ``sweep.json`` and ``table.csv`` into a folder.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
+    """Write ``sweep.json`` and ``table.csv`` into a folder, or raise OSError."""
     _write_plan(folder, sweep, completed=table.whole)
     write_csv(folder / "table.csv", table.columns())
 
 
 def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
-    """Write the plan in one line: its points may be many.
-
-    Raises:
-        OSError: the folder can't be written.
-
-    """
+    """Write the plan in one line: its points may be many."""
     (folder / SWEEP).write_bytes(in_json(_plan(sweep) | {"completed": completed}))
 
 
@@ -161,12 +151,7 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
 
 
 def _read_plan(folder: Path) -> dict[str, Any] | None:
-    """Read the plan that stands in a folder; None if there is none.
-
-    Raises:
-        StorageError: it is damaged, or of another program or version.
-
-    """
+    """Read the plan in a folder, None if none is; refuse a damaged one, or of another version."""
     file = folder / SWEEP
     content = _content(file)
     if content is None:
@@ -183,12 +168,7 @@ def _read_plan(folder: Path) -> dict[str, Any] | None:
 
 
 def _content(file: Path) -> bytes | None:
-    """Read a file; None if there is none.
-
-    Raises:
-        StorageError: it can't be read.
-
-    """
+    """Read a file, None if there is none; refuse one that can't be read."""
     check_readable(file)
     try:
         return file.read_bytes()
@@ -199,12 +179,7 @@ def _content(file: Path) -> bytes | None:
 
 
 def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
-    """Tell whether this sweep goes on in a folder, or begins there.
-
-    Raises:
-        StorageError: neither may be.
-
-    """
+    """Tell whether this sweep goes on in a folder, or begins there; refuse where neither may be."""
     plan, rows = _read_plan(folder), _content(folder / JOURNAL)
     if plan is None and rows is not None:
         raise StorageError(

@@ -3,14 +3,8 @@
 No engine here: whoever starts a sweep hands in what runs a scene, and who makes the runs.
 """
 
-from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
-from exudyn_flexlink.sweeps.dimensions import (
-    column_of,
-    label_of,
-    quantity_at,
-    si_unit,
-    symbol_of,
-)
+from exudyn_flexlink.sweeps.designs import Design, drawn, grid, listed
+from exudyn_flexlink.sweeps.dimensions import column_of, label_of, quantity_at, si_unit, symbol_of
 from exudyn_flexlink.sweeps.executors import (
     CannotStartError,
     Executor,

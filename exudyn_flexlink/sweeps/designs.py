@@ -12,14 +12,7 @@ import numpy as np
 
 from exudyn_flexlink.quantities import in_words
 from exudyn_flexlink.source import KeyPath, Mistake
-from exudyn_flexlink.sweeps.values import (
-    Range,
-    Value,
-    ValuesError,
-    range_of,
-    value_of,
-    values_of,
-)
+from exudyn_flexlink.sweeps.values import Value, ValuesError, range_of, value_of, values_of
 
 MOST_POINTS = 1_000_000  # the plan of so many takes about a gigabyte
 Read = Callable[[Any], Any]
@@ -82,50 +75,36 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
     return Design(paths, tuple(found), places)
 
 
-def latin_hypercube(
-    ranges: Mapping[str, Any], count: int, seed: int, at: KeyPath, mistakes: list[Mistake]
-) -> Design | None:
-    """Return `count` points that fill their ranges evenly: a Latin hypercube.
-
-    Each range is cut into `count` equal parts, each of which holds one point.
-    """
-    # scipy takes a second to import, which commands that sweep nothing should not wait for
-    from scipy.stats.qmc import LatinHypercube  # noqa: PLC0415
-
-    def drawn(dimensions: int) -> Any:
-        return LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(count)
-
-    return _within(ranges, count, drawn, at, mistakes)
-
-
-def random(
-    ranges: Mapping[str, Any], count: int, seed: int, at: KeyPath, mistakes: list[Mistake]
-) -> Design | None:
-    """Return `count` points drawn evenly and independently within their ranges."""
-    return _within(
-        ranges, count, lambda n: np.random.default_rng(seed).random((count, n)), at, mistakes
-    )
-
-
-def _within(
+def drawn(  # noqa: PLR0913  (all of these make other points)
+    kind: str,
     ranges: Mapping[str, Any],
     count: int,
-    drawn: Callable[[int], Any],
     at: KeyPath,
     mistakes: list[Mistake],
+    *,
+    seed: int,
 ) -> Design | None:
-    """Return points at `drawn` (count, n) parts of some ranges."""
+    """Return `count` points within their ranges: evenly and independently if the kind is "random".
+
+    A "latin_hypercube" fills them: of each range, cut into `count` equal parts, each holds one.
+    """
     read = _read_all(range_of, ranges, at, mistakes)
     if not read or not _few(count, at, mistakes):
         return None
-    kinds: list[Range] = list(read.values())
-    rows = drawn(len(kinds)).tolist()
-    points = tuple(
-        tuple(kind.at(part) for kind, part in zip(kinds, row, strict=True)) for row in rows
-    )
-    columns = zip(*points, strict=True)
-    places = tuple(dict.fromkeys(own, (*at, path)) for own, path in zip(columns, read, strict=True))
-    return Design(tuple(read), points, places)
+    # scipy takes a second to import, which commands that sweep nothing should not wait for
+    from scipy.stats.qmc import LatinHypercube  # noqa: PLC0415
+
+    generator, size = np.random.default_rng(seed), len(read)
+    if kind == "random":
+        parts = generator.random((count, size))
+    else:
+        parts = LatinHypercube(size, rng=generator).random(count)
+    columns = {
+        path: [own.at(part) for part in column]
+        for (path, own), column in zip(read.items(), parts.T.tolist(), strict=True)
+    }
+    places = tuple(dict.fromkeys(own, (*at, path)) for path, own in columns.items())
+    return Design(tuple(columns), tuple(zip(*columns.values(), strict=True)), places)
 
 
 def _read_all(

@@ -279,12 +279,7 @@ def dask_cluster(address: str, work: Work) -> Iterator[Pool]:
 
 
 def _dask_row(work: Work, needed: Mapping[str, str], point: Point) -> Row:
-    """Make the run of a point, on a worker, which may have come after the others.
-
-    Raises:
-        RuntimeError: the worker has other versions of the packages on which numbers depend.
-
-    """
+    """Make the run of a point, on a worker, which may have come late, with other packages."""
     if versions() != needed:
         raise RuntimeError(f"this worker has {versions()}")
     return work.row(point)

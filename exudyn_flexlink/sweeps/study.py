@@ -15,7 +15,7 @@ from exudyn_flexlink.scene.base import Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
 from exudyn_flexlink.shipped import known_names, model_file
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
-from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
+from exudyn_flexlink.sweeps.designs import Design, drawn, grid, listed
 
 DESIGNS = ("grid", "list", "latin_hypercube", "random")
 
@@ -89,9 +89,8 @@ def _design(found: StudyFile, mistakes: list[Mistake]) -> Design | None:
     if found.list is not None:
         return listed(found.list, ("list",), mistakes)
     kind = "random" if found.latin_hypercube is None else "latin_hypercube"
-    drawn: Drawn = getattr(found, kind)
-    make = random if kind == "random" else latin_hypercube
-    return make(drawn.ranges, drawn.count, drawn.seed, (kind, "ranges"), mistakes)
+    own: Drawn = getattr(found, kind)
+    return drawn(kind, own.ranges, own.count, (kind, "ranges"), mistakes, seed=own.seed)
 
 
 def _scene(
@@ -113,12 +112,7 @@ def _scene(
 
 
 def _model(document: Document, name: str, allow_outside: bool) -> Path:
-    """Return the file of a study's model.
-
-    Raises:
-        SceneError: there is none, or it is outside the study's folder.
-
-    """
+    """Return the file of a study's model; refuse one that is outside the study's folder."""
 
     def mistake(message: str, hint: str = "") -> SceneError:
         return SceneError(document, [Mistake(("model",), message, hint)])

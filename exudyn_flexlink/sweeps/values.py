@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import isfinite
 from sys import float_info
@@ -77,7 +78,7 @@ def values_of(given: Any) -> tuple[Value, ...]:
     """
     if isinstance(given, str):
         return _of_text(given)
-    if isinstance(given, np.ndarray):
+    if hasattr(given, "tolist"):  # of numpy
         given = given.tolist()
     if isinstance(given, bool | int | float):
         given = (given,)
@@ -136,11 +137,10 @@ def _of_text(text: str) -> tuple[Value, ...]:
 
 def _with_last_unit(values: list[Value]) -> Sequence[Value]:
     """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
-    last = _NUMBER.fullmatch(values[-1]) if values and isinstance(values[-1], str) else None
-    unit = last[2] if last else None
-    if unit is None or not all(isinstance(one, float) for one in values[:-1]):
+    last = _parts(values[-1]) if values else None
+    if last is None or not all(isinstance(one, float) for one in values[:-1]):
         return values
-    return [*(f"{number_text(float(one))} {unit.strip()}" for one in values[:-1]), values[-1]]
+    return [*(f"{number_text(float(one))} {last[1]}" for one in values[:-1]), values[-1]]
 
 
 def _range(low: str, high: str, hint: str, unit: str = "") -> Range:
@@ -167,20 +167,18 @@ def value_of(given: Any, entry: int | None = None) -> Value:
         ValuesError: no model file can hold it.
 
     """
-    if hasattr(given, "item") and not isinstance(given, np.ndarray):  # a number of numpy's
-        given = given.item()
+    if hasattr(given, "tolist"):  # of numpy
+        given = given.tolist()
     if isinstance(given, int | float) and not isinstance(given, bool):
         if not abs(given) <= float_info.max:  # nor a whole number beyond
             raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
         return float(given)
-    if isinstance(given, str) and given.strip():
-        return given
-    if isinstance(given, bool | Mapping | Sequence | np.ndarray) and not isinstance(given, str):
-        plain = given.tolist() if isinstance(given, np.ndarray) else given
-        try:
-            return Written(json.dumps(plain, ensure_ascii=False))
-        except (TypeError, ValueError):
-            pass
+    if isinstance(given, str):
+        if given.strip():
+            return given
+    elif isinstance(given, bool | Mapping | Sequence):
+        with suppress(TypeError, ValueError):
+            return Written(json.dumps(given, ensure_ascii=False))
     raise ValuesError(f"expected a value, got {in_words(given)}", entry=entry)
 
 
@@ -193,18 +191,22 @@ def setting_of(path: str, value: Value) -> tuple[str, Any]:
 
 def in_si(value: Value) -> Value:
     """Return a number in SI; a text that is no quantity stays as it is."""
-    found = _NUMBER.fullmatch(value) if isinstance(value, str) else None
-    if isinstance(value, float) or found is None or found[2] is None:
-        return value
+    parts = _parts(value)
     try:
-        unit = find_unit(found[2], Dimension.NUMBER)
+        return value if parts is None else parts[0] * find_unit(parts[1], Dimension.NUMBER).factor
     except UnknownUnitError:
         return value
-    return float(found[1].replace(MINUS, "-")) * unit.factor
 
 
 def unit_of(values: Sequence[Value]) -> str:
     """Return the unit in which all of some values are written; empty if there is no such one."""
-    found = [_NUMBER.fullmatch(value) if isinstance(value, str) else None for value in values]
-    units = {(one[2] or "").strip() if one else "" for one in found}
+    units = {parts[1] if (parts := _parts(value)) else "" for value in values}
     return units.pop() if len(units) == 1 else ""
+
+
+def _parts(value: Value) -> tuple[float, str] | None:
+    """Number and unit of a text that has both, the unit as it is written; None of all else."""
+    found = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    if found is None or found[2] is None:
+        return None
+    return float(found[1].replace(MINUS, "-")), found[2].strip()

@@ -96,13 +96,7 @@ def shortened(text: str, most: int) -> str:
 
 
 def _checked(observed: Mapping[str, Any]) -> Mapping[str, Scalar]:
-    """Return observables as what a row holds.
-
-    Raises:
-        TypeError: a name is no text, or a value no number, text, bool or None.
-        ValueError: a name is that of a column that every sweep has.
-
-    """
+    """Return observables as what a row holds; refuse names that are no texts, or are taken."""
     for name in observed:
         if not isinstance(name, str):
             raise TypeError(f"a column's name is a text, no {type(name).__name__}")
@@ -112,12 +106,7 @@ def _checked(observed: Mapping[str, Any]) -> Mapping[str, Scalar]:
 
 
 def _plain(value: Any) -> Scalar:
-    """Return an observable as what a table holds; there is no number that is not finite.
-
-    Raises:
-        TypeError: it is no number, text, bool or None.
-
-    """
+    """Return a number, text, bool or None, or raise TypeError; what is not finite is None."""
     if hasattr(value, "item"):  # of numpy
         value = value.item()
     if isinstance(value, float) and not isfinite(value):

@@ -1,7 +1,9 @@
-"""A Result to the files of a run."""
+"""A Result to the files of a run, and back."""
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +24,12 @@ from exudyn_flexlink.observables import (
     struck_bodies,
 )
 from exudyn_flexlink.result import Extremes, FrictionHistory, Result
-from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.storage.arrays import attributes_of, taken_apart
-from exudyn_flexlink.storage.documents import write_document
-from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, SUMMARY
-from exudyn_flexlink.storage.netcdf import write_netcdf
+from exudyn_flexlink.scene import Scene, parse_scene
+from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.storage.arrays import attributes_of, put_together, taken_apart
+from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version, write_document
+from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, SUMMARY, SWEEP, StorageError
+from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
 from exudyn_flexlink.storage.tables import UNITS, tables_of
 from exudyn_flexlink.sweeps import column_of
 
@@ -75,20 +78,23 @@ def _summary(result: Result) -> dict[str, Any]:
         "source": scene.source,
         **first,
         "strikes": {
-            name: [strike_data(strike, scene) for strike in strikes(result, name)]
+            name: [_strike(strike, scene) for strike in strikes(result, name)]
             for name in scene.all_contacts
         },
         "levers": {
-            body: peak_data(lever_response(result, name))
+            body: _peaks(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
         },
-        "extremes": {name: _extremes(own) for name, own in result.extremes.items()},
+        "extremes": {
+            # a contact that never was has none
+            name: _ends(own) if len(own.time) else None
+            for name, own in result.extremes.items()
+        },
         "clearances": {
-            name: contact_data(contact_totals(result, name)) for name in joints_with_play(result)
+            name: _totals(contact_totals(result, name)) for name in joints_with_play(result)
         },
         "frictions": {
-            name: friction_data(own, float(result.time[-1]))
-            for name, own in result.frictions.items()
+            name: _friction(own, float(result.time[-1])) for name, own in result.frictions.items()
         },
         **last,
         "events": result.events,
@@ -98,7 +104,7 @@ def _summary(result: Result) -> dict[str, Any]:
     }
 
 
-def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
+def _strike(strike: Strike, scene: Scene) -> dict[str, Any]:
     """Fields of a strike by name and unit; without laps and angle where nothing turns."""
     absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
     names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
@@ -109,7 +115,7 @@ def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
     }
 
 
-def contact_data(totals: ContactTotals) -> dict[str, float]:
+def _totals(totals: ContactTotals) -> dict[str, float]:
     """How much a link touched its guide, by name and unit."""
     return {
         **{f"part_of_time_{state.name.lower()}": totals.fractions[state] for state in State},
@@ -121,7 +127,7 @@ def contact_data(totals: ContactTotals) -> dict[str, float]:
     }
 
 
-def friction_data(own: FrictionHistory, end: float) -> dict[str, Any]:
+def _friction(own: FrictionHistory, end: float) -> dict[str, Any]:
     """What friction in a joint did up to the end (s) of a run, by name and unit."""
     return {
         "energy_lost_J": float(own.lost[-1]),
@@ -131,26 +137,62 @@ def friction_data(own: FrictionHistory, end: float) -> dict[str, Any]:
     }
 
 
-def peak_data(seen: LeverResponse) -> dict[str, float]:
+def _peaks(seen: LeverResponse) -> dict[str, float]:
     """How far a struck body went, and when, by name and unit."""
-    (least, least_at), (greatest, greatest_at) = seen.least, seen.greatest
-    word, name = seen.measure.word, seen.measure.name
-    return {
-        f"least_{name}": least,
-        f"least_{word}_at_s": least_at,
-        f"greatest_{name}": greatest,
-        f"greatest_{word}_at_s": greatest_at,
-    }
+    return _ends(seen, f"_{seen.measure.name}", f"_{seen.measure.word}")
 
 
-def _extremes(own: Extremes) -> dict[str, float] | None:
-    """The least and the greatest of a quantity; None of a contact that never was."""
-    if not len(own.time):
-        return None
-    (least, least_at), (greatest, greatest_at) = own.least, own.greatest
-    return {
-        "least": least,
-        "least_at_s": least_at,
-        "greatest": greatest,
-        "greatest_at_s": greatest_at,
-    }
+def _ends(seen: Extremes | LeverResponse, name: str = "", word: str = "") -> dict[str, float]:
+    """The least and the greatest of what has both, and when (s)."""
+    found: dict[str, float] = {}
+    for end, (value, at) in (("least", seen.least), ("greatest", seen.greatest)):
+        found |= {f"{end}{name}": value, f"{end}{word}_at_s": at}
+    return found
+
+
+def load(place: Path) -> Result:
+    """Read a result back, exactly as it was saved, from its folder or from ``result.nc`` itself.
+
+    Raises:
+        StorageError: there is no run of this program, or its file is damaged.
+
+    """
+    place = Path(place)
+    file = place if place.suffix == Path(ARRAYS).suffix else place / ARRAYS
+    try:
+        check_readable(file)
+        read = read_netcdf(file)
+        fields = json.loads(read.attributes[RUN])
+        if other := other_version(fields):
+            raise StorageError(f"{file} was written by {other}; {AGAIN}")
+        return put_together(read, fields, scene=_scene(fields["scene"], file))
+    except (FileNotFoundError, NotADirectoryError):
+        raise StorageError(_missing(file)) from None
+    except MemoryError as error:
+        why = str(error) or "not enough memory"
+        raise StorageError(f"{file} is too large for this machine: {why}") from error
+    except OSError as error:
+        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
+    except (ValueError, TypeError, KeyError) as error:
+        why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+        raise StorageError(f"{file} is damaged: {why}; {AGAIN}") from error
+
+
+def _missing(file: Path) -> str:
+    """Say what there is in place of a run."""
+    folder = file.parent
+    if not folder.is_dir() or file.name != ARRAYS:
+        return (
+            f"{folder if file.name == ARRAYS else file} is no folder; give that of a finished run"
+        )
+    if (folder / SWEEP).is_file():
+        return f"{folder} holds a sweep, no run; give the folder of a finished run"
+    return f"{folder} has no {ARRAYS}; give the folder of a finished run"
+
+
+def _scene(data: Any, file: Path) -> Scene:
+    try:
+        read = parse_document(json.dumps(data, ensure_ascii=False), str(file))
+        return parse_scene(replace(read, data=data))
+    except SceneError as error:
+        raise StorageError(f"the scene in {file} is damaged:\n{error}") from error
