@@ -286,7 +286,7 @@ def _geared(gears: Sequence[Gear], q: FloatArray) -> _Block:
     weights = np.array([gear.weights for gear in gears])
     shared = weights[:, :, None, None] * slopes.reshape(-1, 2, 2, 3)
     return (
-        np.sum(weights * residual.reshape(-1, 2), axis=1),
+        np.sum(weights * residual.reshape(-1, 2), axis=1) - [gear.start for gear in gears],
         ends.reshape(-1, 4),
         shared.reshape(-1, 4, 3),
     )

@@ -20,7 +20,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly, standing_at
 from exudyn_flexlink.mechanism.closing import CLOSED, kept_in
-from exudyn_flexlink.mechanism.constraints import Constraints
+from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.contact_pairs import Contact, pairs
 from exudyn_flexlink.mechanism.contacts import approach, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
@@ -158,13 +158,17 @@ class _Look:
 
 
 class _Search:
-    """A mechanism whose drives hold what they have at first, and the scale of its motions."""
+    """A mechanism whose drives and gears hold what they have at first; the scale of its motions."""
 
     def __init__(self, assembly: Assembly) -> None:
         mechanism, q = assembly.mechanism, assembly.state.q
         motors = mechanism.speed_motors
         held = tuple(replace(motor, start=float(motor_place(motor, q))) for motor in motors)
-        self._mechanism = replace(mechanism, speed_motors=held)
+        joints = constraint_rows(mechanism, q, assembly.state.places)
+        firsts = zip(joints.kinds, joints.first_rows.tolist(), strict=False)
+        meshed = iter(joints.residual[[row for kind, row in firsts if kind == "gear"]].tolist())
+        gears = tuple(replace(gear, start=next(meshed)) for gear in mechanism.gears)
+        self._mechanism = replace(mechanism, speed_motors=held, gears=gears)
         self._tree, self._contacts = spanning_tree(mechanism), list(_pressing(mechanism))
         self._reach = max(part.reach for part in mechanism.parts)
 
