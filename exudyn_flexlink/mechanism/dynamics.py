@@ -150,8 +150,7 @@ def pushed(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, forces: FloatArray
 ) -> FloatArray:
     """Accelerations (parts, 3) by generalised forces (3 parts,) alone, from rest."""
-    rest = np.zeros(len(constraints_at(mechanism, q, places)))
-    return _moving(mechanism, q, places, rest).nearest(forces)
+    return _moving(mechanism, q, places).nearest(forces)
 
 
 def contact_mass(

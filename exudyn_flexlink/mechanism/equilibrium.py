@@ -39,8 +39,7 @@ from exudyn_flexlink.mechanism.least_motion import (
     scale_roots,
     spanning_tree,
 )
-from exudyn_flexlink.mechanism.model import Mechanism
-from exudyn_flexlink.mechanism.parts import GROUND
+from exudyn_flexlink.mechanism.model import Mechanism, Slide
 from exudyn_flexlink.mechanism.resting import NoRestError, Rest
 
 STEPS, HALVINGS, CLOSING = 400, 40, 12
@@ -270,22 +269,18 @@ class _Search:
 
     def _on_arcs(self, q: FloatArray, step: FloatArray) -> FloatArray:
         """Turn and slide joints of the spanning tree: straight moves would stretch what turns."""
-        mechanism, tree, found = self._mechanism, self._tree, q + step
-        pins = mechanism.attachments
+        tree, found = self._tree, q + step
+        joints = [*self._mechanism.attachments, *self._mechanism.slides]
         for part in tree.order:
             if tree.joints[part] == NOTHING:
                 continue
-            slide = None
-            if tree.joints[part] >= len(pins):
-                slide = mechanism.slides[tree.joints[part] - len(pins)]
-            joint = slide or pins[tree.joints[part]]
-            own, other, way = joint.second, joint.first, 1.0
-            if own.part != part:
-                own, other, way = joint.first, joint.second, -1.0
+            joint = joints[tree.joints[part]]
+            way = 1 if joint.second.part == part else -1
+            other, own = (joint.first, joint.second)[::way]
             found[part, :2] += anchor_position(other, found) - anchor_position(own, found)
-            if slide is not None:
-                length = length_along(slide, q) + speed_along(slide, q, step)
-                found[part, :2] += way * length * line_of(slide, found)
+            if isinstance(joint, Slide):
+                length = length_along(joint, q) + speed_along(joint, q, step)
+                found[part, :2] += way * length * line_of(joint, found)
         return found
 
 
@@ -298,14 +293,8 @@ def _pressing(mechanism: Mechanism) -> Iterator[Contact]:
 
 def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
     """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
-    moving = [(part, axis) for part in contact.parts if part != GROUND for axis in range(3)]
-    speeds = np.zeros((len(moving), *q.shape))
-    for number, (part, axis) in enumerate(moving):
-        speeds[number, part, axis] = 1.0
-    rates, found = approach(contact, q, speeds).gap_rate, np.zeros_like(q)
-    for rate, at in zip(np.broadcast_to(rates, len(moving)).tolist(), moving, strict=True):
-        found[at] += rate
-    return found.ravel()
+    units = np.eye(q.size).reshape(-1, *q.shape)
+    return approach(contact, q, units).gap_rate
 
 
 def _resting(assembly: Assembly, at: _Look, unstable: list[_Look]) -> Rest:
