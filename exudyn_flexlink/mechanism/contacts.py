@@ -202,7 +202,7 @@ def _of_face(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
     normal = side[..., None] * left
     relative = anchor_velocity(contact.point, q, v) - anchor_velocity(contact.start, q, v)
     gap, place = np.sum(normal * between, axis=-1), np.sum(along * between, axis=-1)
-    turning = v[..., contact.start.part, 2]
+    turning = angle_of(contact.start.part, v)
     # The face turns under the point: what is along it becomes normal to it and the reverse.
     gap_rate = np.sum(normal * relative, axis=-1) - side * turning * place
     slip = np.sum(along * relative, axis=-1) + side * turning * gap
