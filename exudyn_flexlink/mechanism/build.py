@@ -9,7 +9,7 @@ from typing import TypeVar
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import Friction, Impulse
+from exudyn_flexlink.laws import Friction
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -38,7 +38,7 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-from exudyn_flexlink.mechanism.penalties import penalty_of
+from exudyn_flexlink.mechanism.penalties import penalty_of, pressing_law
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
 from exudyn_flexlink.mechanism.straight_faces import ends_of, hollow_mistakes, line_mistakes
@@ -210,14 +210,8 @@ def _contact(
     bodies: Bodies, name: str, contact: specs.Contact, curves: Mapping[str, Curve]
 ) -> Contact:
     """Return a point and a face or a curve, or two circles, that may strike each other."""
-    law = contact.law
     radii = contact.radii if isinstance(contact, specs.CircleOnCircle) else None
-    laws = (
-        Impulse(law.restitution, law.tangential_restitution)
-        if isinstance(law, RubbingImpulse)
-        else penalty_of(bodies.scene, law, radii),
-        _friction(law),
-    )
+    laws = pressing_law(bodies.scene, contact.law, radii), _friction(contact.law)
     if isinstance(contact, specs.CircleOnCircle):
         first, second = contact.inner_and_outer
         return CircleContact(

@@ -240,7 +240,7 @@ class _Spring:
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, law: SpringLaw, sense: Sense
     ) -> None:
-        senses = () if isinstance(law.applied, Formula) and not law.senses else (sense,)
+        senses = (sense,) if law.senses else ()
         self._size = LoadSize(layout, kinematics, Size(law.applied, senses))
         sensor = _sensor(layout, kinematics, sense)
         assert not isinstance(sensor, _Place)  # a spring has a length or an angle
