@@ -125,25 +125,13 @@ def in_guides(
             yield name, *(end_of(along, axis=0) / (end.x - start.x) for end_of in (np.min, np.max))
 
 
-@dataclass(frozen=True)
-class Swing:
-    """A struck lever that turns on the ground: its inertia (kg m^2) about the pivot, and a time.
+def swings(mechanism: Mechanism) -> list[float]:
+    """How long struck levers, with all that is welded to them, turn an error of speed into angles.
 
-    The `time` (s) is how long it turns an error of its speed into one of its angle: 1/omega on its
-    springs, infinite without a spring.
+    That is 1/omega (s) on their springs, infinite without a spring. A contact with what has no
+    pivot of its own, or is so heavy that a strike hardly moves it, has none.
     """
-
-    inertia: float
-    time: float
-
-
-def swings(mechanism: Mechanism) -> dict[str, Swing]:
-    """How a struck lever swings with all that is welded to it, by contact.
-
-    A contact with what has no pivot of its own, or is so heavy that a strike hardly moves it, has
-    none.
-    """
-    found, all_mass = {}, sum(part.mass for part in mechanism.parts)
+    found, all_mass = [], sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:
         lever = contact.parts[1]
         pivot = _pivot(mechanism, lever)
@@ -156,8 +144,7 @@ def swings(mechanism: Mechanism) -> dict[str, Swing]:
             continue
         held = {lever, GROUND}
         stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
-        time = float(np.sqrt(inertia / stiffness)) if stiffness > 0 else inf
-        found[contact.name] = Swing(inertia, time)
+        found.append(float(np.sqrt(inertia / stiffness)) if stiffness > 0 else inf)
     return found
 
 
