@@ -229,9 +229,7 @@ class _Search:
 
     def downhill(self, at: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Go along a step so far that the forces do not yet drive back by half of what they did."""
-        size = self.size(step)
-        mass = mass_blocks(self._mechanism, at.q)
-        first = float(np.einsum("ni,nij,nj", at.accelerations, mass, step))
+        size, first = self.size(step), self._power((at.q, at.places), step)
         step = step * min(1.0, LONGEST / max(size, 1e-300))
         for _ in range(HALVINGS):
             moved = self.moved(at.q, at.places, step)
