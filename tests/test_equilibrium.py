@@ -147,6 +147,11 @@ RESTING = {
     "link": LINK.replace("STRETCH", "false"),
     "rope": BALL + "springs: {rope: {type: linear, points: [ground, ball.c], at: [0, 0], "
     "acts: tension, length: 0.2, stiffness: 500}}\n",
+    "soft": BALL
+    + """
+joints: {way: {type: prismatic, points: [ground, ball.c], at: [0, 0], axis: [0, -1]}}
+springs: {rope: {type: linear, joint: way, acts: tension, length: 0.1, stiffness: 20}}
+""",
     "journal": UPRIGHT.replace(
         "at: [0, 0]", "at: [0, 0], clearance: 1 mm, law: {stiffness: 1.0e6, restitution: 0.8}"
     ),

@@ -43,7 +43,7 @@ class FaceContact(_Pair):
 
     `side` is +1 if the free side is left of the direction from start to end, -1 if right, and 0 if
     neither is: the point is held on the line. What came behind the face beside its ends may pass;
-    pairs of a `Channel` push it back.
+    pairs of a `Channel` push it back. Nothing comes round one `across` the slide of its point.
     """
 
     name: str
@@ -53,6 +53,7 @@ class FaceContact(_Pair):
     side: float
     law: PressingLaw
     friction: Friction | None = None
+    across: bool = False
 
     @property
     def length(self) -> float:

@@ -9,7 +9,6 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.laws import OneSided
 from exudyn_flexlink.mechanism.contact_pairs import (
     CircleContact,
     Contact,
@@ -71,8 +70,10 @@ def on_the_contact(contact: Contact, place: float) -> bool:
 def far_behind(contact: Contact, at: Approach) -> bool:
     """Tell whether a point is behind a face or a curve, and farther from it than that is long.
 
-    There it counts as one that came beside the face: the contact lets it pass.
+    There it counts as one that came beside the face, if it can: the contact lets it pass.
     """
+    if isinstance(contact, FaceContact) and contact.across:
+        return False
     opposite = on_the_contact(contact, float(at.place))
     return opposite and float(at.gap) <= -contact.length
 
@@ -98,7 +99,7 @@ def idle_at_start(
     """
     for contact in mechanism.contacts:
         at = approach(contact, q, v)
-        if far_behind(contact, at) and not isinstance(contact.law, OneSided):  # a taut rope is
+        if far_behind(contact, at):
             what = "line" if isinstance(contact, FaceContact) else "curve"
             yield (
                 contact,

@@ -25,7 +25,8 @@ def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
     joint = bodies.scene.joints[spec.joint]
     if isinstance(joint, RevoluteJoint):
         return TurnStop(name, *bodies.ends(joint), spec.at, way, law)
-    return FaceContact(name, *_across(bodies, bodies.slide(spec.joint), spec.at), -way, law)
+    face = _across(bodies, bodies.slide(spec.joint), spec.at)
+    return FaceContact(name, *face, -way, law, across=True)
 
 
 def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
@@ -38,7 +39,7 @@ def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
         law = SpringTable(depths, forces, spec.damping)
     if spec.joint is not None:
         face = _across(bodies, bodies.slide(spec.joint), length)
-        return FaceContact(name, *face, 1.0 if pulls else -1.0, law)
+        return FaceContact(name, *face, 1.0 if pulls else -1.0, law, across=True)
     assert spec.points is not None  # the scene checks that there is one of both
     first, second = (bodies.anchor(point, spec.at) for point in spec.points)
     return CircleContact(name, first, second, (0.0, length), pulls, law)
