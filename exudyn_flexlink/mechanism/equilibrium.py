@@ -10,7 +10,6 @@ on an unstable balance, it is pushed off that.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -77,7 +76,7 @@ def rest_of(assembly: Assembly) -> Rest:
             before = size if at.balanced else np.inf
             moved = search.downhill(at, step)
         elif at.lowest >= 0 or len(unstable) == KICKS:
-            return _resting(assembly, at, unstable)
+            return search.resting(at, unstable)
         else:
             unstable.append(at)
             step, before = at.upset, np.inf
@@ -86,7 +85,7 @@ def rest_of(assembly: Assembly) -> Rest:
             break
         q, places = moved
     if unstable:  # nothing is below it
-        return _resting(assembly, unstable[0], [])
+        return search.resting(unstable[0], [])
     raise _not_found(assembly.mechanism, at)
 
 
@@ -108,11 +107,6 @@ class _Look:
     def balanced(self) -> bool:
         """Whether nothing is left of the forces but rounding."""
         return bool(np.abs(self.slope).max(initial=0.0) <= self.rounding)
-
-    @property
-    def accelerations(self) -> FloatArray:
-        """Those (parts, 3) that the forces cause."""
-        return np.asarray(-self.motions @ self.slope)
 
     @property
     def squares(self) -> FloatArray:
@@ -160,7 +154,8 @@ class _Search:
     """A mechanism whose drives and gears hold what they have at first; the scale of its motions."""
 
     def __init__(self, assembly: Assembly) -> None:
-        mechanism, q = assembly.mechanism, assembly.state.q
+        self._assembly, q = assembly, assembly.state.q
+        mechanism = assembly.mechanism
         motors = mechanism.speed_motors
         held = tuple(replace(motor, start=float(motor_place(motor, q))) for motor in motors)
         joints = constraint_rows(mechanism, q, assembly.state.places)
@@ -168,7 +163,8 @@ class _Search:
         meshed = iter(joints.residual[[row for kind, row in firsts if kind == "gear"]].tolist())
         gears = tuple(replace(gear, start=next(meshed)) for gear in mechanism.gears)
         self._mechanism = replace(mechanism, speed_motors=held, gears=gears)
-        self._tree, self._contacts = spanning_tree(mechanism), list(_pressing(mechanism))
+        walls = [pair for channel in mechanism.channels for pair in pairs(channel)]
+        self._tree, self._contacts = spanning_tree(mechanism), [*mechanism.touching, *walls]
         self._reach = max(part.reach for part in mechanism.parts)
 
     def size(self, step: FloatArray) -> float:
@@ -224,6 +220,19 @@ class _Search:
             columns.append((before - after) / (2 * dt))
         changes = np.array(columns).reshape(-1, q.size)
         return np.asarray(motions.reshape(q.size, -1).T @ changes.T)
+
+    def resting(self, at: _Look, unstable: list[_Look]) -> Rest:
+        """Put together what is known of a rest, and of those that were left for it."""
+        mechanism, laps = self._assembly.mechanism, self._assembly.state.laps
+        for k in pressed_among(self._contacts, at.q):
+            if isinstance(self._contacts[k].law, Impulse):
+                raise NoRestError("contact", self._contacts[k].name)
+        slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
+        places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
+        whole = standing_at(mechanism, at.q, places, laps)
+        exponents = np.sqrt(-at.squares.astype(complex))
+        growing = (float(np.sqrt(-left.lowest)) for left in unstable)
+        return Rest(whole, at.joints, at.multipliers, at.presses, exponents, tuple(growing))
 
     # --- steps --------------------------------------------------------------------------------
 
@@ -282,37 +291,15 @@ class _Search:
         return found
 
 
-def _pressing(mechanism: Mechanism) -> Iterator[Contact]:
-    """All contacts, also those of bearings and sleeves."""
-    yield from mechanism.touching
-    for channel in mechanism.channels:
-        yield from pairs(channel)
-
-
 def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
     """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
     units = np.eye(q.size).reshape(-1, *q.shape)
     return approach(contact, q, units).gap_rate
 
 
-def _resting(assembly: Assembly, at: _Look, unstable: list[_Look]) -> Rest:
-    """Put together what is known of a rest, and of those that were left for it."""
-    mechanism, laps = assembly.mechanism, assembly.state.laps
-    contacts = list(_pressing(mechanism))
-    for k in pressed_among(contacts, at.q):
-        if isinstance(contacts[k].law, Impulse):
-            raise NoRestError("contact", contacts[k].name)
-    slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
-    places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
-    whole = standing_at(mechanism, at.q, places, laps)
-    exponents = np.sqrt(-at.squares.astype(complex))
-    growing = (float(np.sqrt(-left.lowest)) for left in unstable)
-    return Rest(whole, at.joints, at.multipliers, at.presses, exponents, tuple(growing))
-
-
 def _not_found(mechanism: Mechanism, at: _Look) -> NoRestError:
     """Name the body that forces drive on most."""
-    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), at.accelerations)
+    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), -at.motions @ at.slope)
     part = int(np.argmax(np.linalg.norm(driven[:, :2], axis=1)))
     far = float(np.linalg.norm(driven[part, :2]))
     return NoRestError("body", mechanism.parts[part].body, far)
