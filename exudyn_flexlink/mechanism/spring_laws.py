@@ -60,6 +60,10 @@ class PlaceTable(Applied):
         """Values (kinks, n) that are zero at inner rows."""
         return np.asarray(sensed[0] - self._rows[:, None])
 
+    def knots(self, end: float) -> list[float]:  # noqa: ARG002
+        """Return none: no time is known before."""
+        return []
+
 
 @dataclass(frozen=True)
 class SpringLaw:
