@@ -23,7 +23,7 @@ CEILINGS = {
     "engines/exudyn/minimal": 6_070,
     "engines/exudyn/redundant": 3_535,
     "engines/lagrangian": 2_090,
-    "mechanism": 6_185,
+    "mechanism": 6_070,
     "scene": 4_255,
     "expressions": 1_250,
     "curves": 1_505,

@@ -147,6 +147,11 @@ RESTING = {
     "link": LINK.replace("STRETCH", "false"),
     "rope": BALL + "springs: {rope: {type: linear, points: [ground, ball.c], at: [0, 0], "
     "acts: tension, length: 0.2, stiffness: 500}}\n",
+    "soft": BALL
+    + """
+joints: {way: {type: prismatic, points: [ground, ball.c], at: [0, 0], axis: [0, -1]}}
+springs: {rope: {type: linear, joint: way, acts: tension, length: 0.1, stiffness: 20}}
+""",
     "journal": UPRIGHT.replace(
         "at: [0, 0]", "at: [0, 0], clearance: 1 mm, law: {stiffness: 1.0e6, restitution: 0.8}"
     ),
@@ -156,11 +161,15 @@ RESTING = {
 
 def test_gears_at_rest_push_as_they_do_in_a_run():
     """A rack's spring holds T/r of the motor, which the pinion's shaft bears."""
-    own = load_scene(MODELS / "textbook" / "rack_with_spring.yaml")
-    found = fl.equilibrium(own)
+    path = MODELS / "textbook" / "rack_with_spring.yaml"
+    found = fl.equilibrium(load_scene(path))
     assert found.gears == {"teeth": pytest.approx(6 / 0.04, rel=1e-12)}
     assert found.forces["shaft"] == pytest.approx([150, 0], abs=1e-9)
     assert "teeth  150 N" in found.summary()
+    # Teeth mesh as they are where the search begins.
+    turned = load_scene(path, ["initial={at_rest: true, guesses: {pinion: 0.3}}"])
+    for own, angle in ((found, 0), (fl.equilibrium(turned), 0.3)):
+        assert own.poses["pinion"][2] == pytest.approx(angle + 150 / 800 / 0.04, abs=1e-10)
 
 
 def test_what_falls_into_a_rope_hangs_below_it():

@@ -224,7 +224,4 @@ def test_a_struck_lever_swings_with_what_is_welded_to_it():
         + "initial: {angles: {lever: 0, striker: 170 deg}}\n"
     )
     inertia = MASS * LENGTH**2 / 3 + 2e-4 + 0.3 * LENGTH**2
-    swing = swings(found.mechanism).get("hit")
-    assert swing is not None
-    assert swing.inertia == pytest.approx(inertia)
-    assert swing.time == pytest.approx((inertia / 2) ** 0.5)
+    assert swings(found.mechanism) == pytest.approx([(inertia / 2) ** 0.5])

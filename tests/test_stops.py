@@ -179,12 +179,15 @@ def test_a_slide_comes_back_from_its_stop_with_its_restitution(formulation, law,
     """Both formulations: e of the speed, above the transition speed, without gravity."""
     text = SLIDE.format(law=law, time=0.3)
     text = text.replace("gravity: 9.81", "").replace(
-        "guide: 0.5}", "guide: 0.5}, speeds_along: {guide: -3}"
+        "guide: 0.5}", "guide: 0.5}, speeds_along: {guide: -3}, speeds: {wheel: 40}"
     )
+    wheel = "  wheel: {type: rigid, mass: 1, inertia: 1, points: {c: [0, 0]}}\n"
+    text = text.replace("joints:\n", f"{wheel}joints:\n")  # which has nothing to do with it
     result = alone(text, f"solver.formulation={formulation}", "accuracy.tolerance=1e-6")
     (touch,) = result.intervals["guide.from"]
     assert touch.begin == pytest.approx(0.5 / 3, abs=1e-6)
     assert touch.separation_speed == pytest.approx(3 * returned, rel=2e-3)
+    assert touch.energy_lost == pytest.approx(9 - touch.separation_speed**2, abs=0.03)
 
 
 def test_without_impact_joints_are_free_and_impulses_take_the_restitution():

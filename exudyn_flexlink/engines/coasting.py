@@ -11,6 +11,6 @@ FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long 
 
 def error_times(mechanism: Mechanism, end: float) -> ErrorTimes:
     """Times that turn errors of speeds into errors of places, in a run to `end` (s)."""
-    longest = max((swing.time for swing in swings(mechanism).values()), default=0.0)
+    longest = max(swings(mechanism), default=0.0)
     tau = max(SHORTEST_SWING, min(longest, end))
     return ErrorTimes(tau, tau - (1 - FREE) * SHORTEST_SWING)

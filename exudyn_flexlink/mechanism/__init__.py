@@ -26,11 +26,9 @@ from exudyn_flexlink.mechanism.contact_pairs import (
 from exudyn_flexlink.mechanism.contacts import (
     TOUCHING,
     approach,
-    far_behind,
     grip_of,
     idle_at_start,
     in_guides,
-    on_the_contact,
     pressed_among,
     pressed_at,
     swings,
@@ -47,7 +45,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     wound_at_start,
 )
 from exudyn_flexlink.mechanism.equilibrium import rest_of
-from exudyn_flexlink.mechanism.gears import ToothPush, tooth_pushes, without_teeth
+from exudyn_flexlink.mechanism.gears import tooth_pushes, without_teeth
 from exudyn_flexlink.mechanism.input_checks import drive_mistakes, input_notes
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
@@ -60,7 +58,6 @@ from exudyn_flexlink.mechanism.kinematics import (
     length_along,
     line_of,
     motor_place,
-    motor_speed,
     sensed,
     size_at,
     sizes_at,
@@ -74,7 +71,6 @@ from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches, 
 from exudyn_flexlink.mechanism.model import (
     Apart,
     Gear,
-    Geared,
     JointFriction,
     LinearSpring,
     Mechanism,

@@ -21,12 +21,7 @@ from exudyn_flexlink.mechanism.constraints import (
     along_slots,
     constraint_rows,
 )
-from exudyn_flexlink.mechanism.dynamics import (
-    accelerations,
-    constraints_at,
-    length_of,
-    started,
-)
+from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at, length_of, started
 from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots

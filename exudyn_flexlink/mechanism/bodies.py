@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import atan2, hypot, isclose, sqrt
 
 from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise
@@ -11,6 +11,8 @@ from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (
     FlexibleBody,
+    LineOnCurve,
+    PointOnLine,
     PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
@@ -18,6 +20,7 @@ from exudyn_flexlink.scene import (
     RodBody,
     Scene,
     SleeveJoint,
+    split_point,
     stays_a_point,
 )
 from exudyn_flexlink.scene.lookup import Parts
@@ -88,7 +91,7 @@ class Bodies:
             return Anchor(GROUND, *(at or (0.0, 0.0)))
         return self.points[point]
 
-    def on_one_rod(self, one: Anchor, other: Anchor) -> tuple[Anchor, Anchor]:
+    def _on_one_rod(self, one: Anchor, other: Anchor) -> tuple[Anchor, Anchor]:
         """Two points of a body, as points of one of its rods where a hinge lets them be."""
         for pin in self.pins:
             parts = pin.first.part, pin.second.part
@@ -97,6 +100,28 @@ class Bodies:
             if (other.part, one.part) == parts and isclose(other.x, pin.first.x):
                 return one, pin.second
         return one, other
+
+    def face(self, contact: PointOnLine | LineOnCurve) -> tuple[Anchor, Anchor]:
+        """Both ends of a straight face, on one part if there is one that has both."""
+        start, end = (self.anchor(point) for point in contact.line)
+        return self._on_one_rod(start, end)
+
+    def bent_faces(self) -> Iterator[Mistake]:
+        """Refuse lines of contacts that are no straight faces: that bend, or have no length."""
+        for name, contact in self.scene.contacts.items():
+            if not isinstance(contact, PointOnLine | LineOnCurve):
+                continue
+            path = ("contacts", name, "line")
+            start, end = self.face(contact)
+            if start.part != end.part:
+                body = split_point(contact.line[0])[0]
+                own = range(self.first_part(body), min(start.part, end.part) + 1)
+                place = sum(self.parts[part].reach for part in own)
+                message = f"'{body}' gives way at {place:g} m, between the two points"
+                hint = "a face is straight: take both on one side of that place"
+                yield Mistake(path, message, hint)
+            elif (start.x, start.y) == (end.x, end.y):
+                yield Mistake(path, "both points are at one place: a line needs a length")
 
     def carrier(self, curve: str) -> int:
         """Index of the part that carries a curve, GROUND where none does."""

@@ -9,7 +9,7 @@ from typing import TypeVar
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import Friction, Impulse
+from exudyn_flexlink.laws import Friction
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -38,21 +38,12 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-from exudyn_flexlink.mechanism.penalties import penalty_of
+from exudyn_flexlink.mechanism.penalties import penalty_of, pressing_law
 from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
-from exudyn_flexlink.mechanism.straight_faces import ends_of, hollow_mistakes, line_mistakes
-from exudyn_flexlink.mechanism.tracks import build_curves
+from exudyn_flexlink.mechanism.tracks import build_curves, hollow_mistakes
 from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
 from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.scene import (
-    PenaltyLaw,
-    RevoluteJoint,
-    RubbingImpulse,
-    SleeveJoint,
-    Table,
-    Value,
-)
 from exudyn_flexlink.source import SceneError
 
 Spec = TypeVar("Spec")
@@ -70,11 +61,11 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
     """
     bodies = Bodies(scene)
     curves, mistakes = build_curves(scene.curves)
-    mistakes += [*bodies.mistakes, *line_mistakes(bodies), *hollow_mistakes(scene, curves)]
+    mistakes += [*bodies.mistakes, *bodies.bent_faces(), *hollow_mistakes(scene, curves)]
     if mistakes:
         raise SceneError(scene.document, mistakes)
     joints, springs, drives = scene.joints, scene.springs, scene.drives
-    pinned, sleeves = _of(joints, RevoluteJoint), _of(joints, SleeveJoint)
+    pinned, sleeves = _of(joints, specs.RevoluteJoint), _of(joints, specs.SleeveJoint)
     pins = [Pin(n, *bodies.ends(j)) for n, j in pinned.items() if j.clearance == 0]
     sliding = {n for n, j in sleeves.items() if j.clearance == 0}
     sliding |= set(_of(joints, specs.PrismaticJoint))
@@ -128,7 +119,9 @@ def _of(named: Mapping[str, object], kind: type[Spec]) -> dict[str, Spec]:
     return {name: one for name, one in named.items() if isinstance(one, kind)}
 
 
-def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: PenaltyLaw) -> CircleContact:
+def _bearing(
+    bodies: Bodies, name: str, joint: specs.RevoluteJoint, law: specs.PenaltyLaw
+) -> CircleContact:
     """Return a journal in its bearing; without a radius the journal is a point."""
     radius = joint.radius or 0.0
     return CircleContact(
@@ -141,7 +134,7 @@ def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: PenaltyLaw) -
     )
 
 
-def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: PenaltyLaw) -> Channel:
+def _channel(bodies: Bodies, name: str, joint: specs.SleeveJoint, law: specs.PenaltyLaw) -> Channel:
     start, end = bodies.anchor(f"{joint.guide}.start"), bodies.anchor(f"{joint.guide}.end")
     first, last = bodies.first_part(joint.link), bodies.anchor(f"{joint.link}.end")
     rods = tuple(range(first, last.part + 1))
@@ -161,7 +154,7 @@ def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: PenaltyLaw) -> 
 def _joint_frictions(bodies: Bodies) -> Iterator[JointFriction]:
     """Return the friction of pins and slides that have some."""
     for name, joint in bodies.scene.joints.items():
-        if isinstance(joint, RevoluteJoint) and joint.friction and joint.friction.acts:
+        if isinstance(joint, specs.RevoluteJoint) and joint.friction and joint.friction.acts:
             own = joint.friction
             share = own.coefficient * (own.radius or 0.0)
             pin = Pin(name, *bodies.ends(joint))
@@ -210,14 +203,8 @@ def _contact(
     bodies: Bodies, name: str, contact: specs.Contact, curves: Mapping[str, Curve]
 ) -> Contact:
     """Return a point and a face or a curve, or two circles, that may strike each other."""
-    law = contact.law
     radii = contact.radii if isinstance(contact, specs.CircleOnCircle) else None
-    laws = (
-        Impulse(law.restitution, law.tangential_restitution)
-        if isinstance(law, RubbingImpulse)
-        else penalty_of(bodies.scene, law, radii),
-        _friction(law),
-    )
+    laws = pressing_law(bodies.scene, contact.law, radii), _friction(contact.law)
     if isinstance(contact, specs.CircleOnCircle):
         first, second = contact.inner_and_outer
         return CircleContact(
@@ -231,15 +218,15 @@ def _contact(
     side = 1.0 if contact.side == "left" else -1.0
     if isinstance(contact, specs.LineOnCurve):
         curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
-        return FlatContact(name, *ends_of(bodies, contact), side, curve, carrier, *laws)
+        return FlatContact(name, *bodies.face(contact), side, curve, carrier, *laws)
     point = bodies.anchor(contact.point)
     if isinstance(contact, specs.PointOnCurve):
         curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
         return CurveContact(name, point, curve, carrier, side, contact.radius, *laws)
-    return FaceContact(name, point, *ends_of(bodies, contact), side, *laws)
+    return FaceContact(name, point, *bodies.face(contact), side, *laws)
 
 
-def _friction(law: PenaltyLaw | RubbingImpulse) -> Friction | None:
+def _friction(law: specs.PenaltyLaw | specs.RubbingImpulse) -> Friction | None:
     """Return the friction of a law, None where it is smooth."""
     if law.friction == 0:
         return None
@@ -249,7 +236,7 @@ def _friction(law: PenaltyLaw | RubbingImpulse) -> Friction | None:
 def _moving_end(bodies: Bodies, joint: str) -> Anchor:
     """Point by which a joint of the scene holds a body on the ground."""
     found = bodies.scene.joints[joint]
-    assert isinstance(found, RevoluteJoint)
+    assert isinstance(found, specs.RevoluteJoint)
     return next(anchor for anchor in bodies.ends(found) if anchor.part != GROUND)
 
 
@@ -261,7 +248,7 @@ TimeFunction = Formula | Tabled
 def _motor(bodies: Bodies, name: str, drive: specs.SpeedDrive | specs.MotionDrive) -> Motor:
     """Return a drive that prescribes how a joint turns or slides."""
     slide, clock = None, bodies.scene.initial.clock
-    if isinstance(bodies.scene.joints[drive.joint], RevoluteJoint):
+    if isinstance(bodies.scene.joints[drive.joint], specs.RevoluteJoint):
         first, second = bodies.joint_parts(drive.joint)
     else:
         slide = bodies.slide(drive.joint)
@@ -285,20 +272,20 @@ def _force(bodies: Bodies, name: str, drive: specs.ForceDrive) -> PointForce:
     return PointForce(name, point, axes, (x, y))
 
 
-def _size(bodies: Bodies, value: Value, ramp: float = 0.0) -> Size:
+def _size(bodies: Bodies, value: specs.Value, ramp: float = 0.0) -> Size:
     sensed = value.sensed if isinstance(value, Expression) else ()
     function = _ramp_or_function(value, ramp, bodies.scene.initial.clock)
     return Size(function, tuple(_sense(bodies, one) for one in sensed))
 
 
-def _ramp_or_function(value: Value, ramp: float, clock: float) -> Ramp | TimeFunction:
+def _ramp_or_function(value: specs.Value, ramp: float, clock: float) -> Ramp | TimeFunction:
     """What a drive does in time; a run that goes on begins after its ramp."""
     if isinstance(value, float):
         return Ramp(value, 0.0 if clock > 0 else ramp)
     return _function(value, clock)
 
 
-def _function(value: Expression | Table, clock: float) -> TimeFunction:
+def _function(value: Expression | specs.Table, clock: float) -> TimeFunction:
     """Function of a drive whose t is `clock` (s) as the run begins."""
     if isinstance(value, Expression):
         return Formula(value, clock)
@@ -306,13 +293,13 @@ def _function(value: Expression | Table, clock: float) -> TimeFunction:
     return Tabled(value.points, value.rule, clock)
 
 
-def _as_expression(value: Value) -> Expression | Table:
+def _as_expression(value: specs.Value) -> Expression | specs.Table:
     return parse_expression(repr(value)) if isinstance(value, float) else value
 
 
 def _sense(bodies: Bodies, sensed: Sensed) -> Sense:
     if sensed.axis:
         return Placed(bodies.anchor(sensed.of), "xy".index(sensed.axis))
-    if not isinstance(bodies.scene.joints[sensed.of], RevoluteJoint):
+    if not isinstance(bodies.scene.joints[sensed.of], specs.RevoluteJoint):
         return Sliding(bodies.slide(sensed.of), sensed.kind == "speed")
     return Turning(*bodies.joint_parts(sensed.of), sensed.kind == "speed")

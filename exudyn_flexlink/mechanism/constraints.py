@@ -109,7 +109,9 @@ def constraint_rows(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
     that of gears.
     """
     motors, gears = mechanism.speed_motors, mechanism.gears
-    families = [*_families(mechanism, places), _driven(motors)]
+    starts = np.array([motor.start or 0.0 for motor in motors])
+    pairs, lines = [(one.first, one.second) for one in motors], [one.slide for one in motors]
+    families = [*_families(mechanism, places), _moving(pairs, lines, starts)]
     joints: list[Pin | Weld | Slide | Slot | Gear | Motor]
     joints = [*mechanism.attachments, *mechanism.slides, *mechanism.slots, *gears, *motors]
     kinds = [kind for kind, own in zip(_KINDS, families, strict=False) for _ in own.parts]
@@ -255,13 +257,6 @@ def _slotted(slots: Sequence[Slot], places: FloatArray, across: bool) -> _Family
     return _family([(slot.carrier, slot.anchor.part) for slot in slots], open_at)
 
 
-def _driven(motors: Sequence[Motor]) -> _Family:
-    """How far each motor is from its start: an angle, or a length along a slide."""
-    starts = np.array([motor.start or 0.0 for motor in motors])
-    parts = [(motor.first, motor.second) for motor in motors]
-    return _moving(parts, [motor.slide for motor in motors], starts)
-
-
 def _moving(
     parts: Sequence[tuple[int, int]], slides: Sequence[Slide | None], starts: FloatArray
 ) -> _Family:
@@ -286,7 +281,7 @@ def _geared(gears: Sequence[Gear], q: FloatArray) -> _Block:
     weights = np.array([gear.weights for gear in gears])
     shared = weights[:, :, None, None] * slopes.reshape(-1, 2, 2, 3)
     return (
-        np.sum(weights * residual.reshape(-1, 2), axis=1),
+        np.sum(weights * residual.reshape(-1, 2), axis=1) - [gear.start for gear in gears],
         ends.reshape(-1, 4),
         shared.reshape(-1, 4, 3),
     )
@@ -307,10 +302,8 @@ def _widened(block: _Block, width: int) -> _Block:
 
 def along_slides(slides: Sequence[Slide], lengths: FloatArray, q: FloatArray) -> _Block:
     """How far slides are out, less the `lengths` (m) they should be: residual, parts, slopes."""
-    on_line, parts = _on_line(slides), [(own.first.part, own.second.part) for own in slides]
-    return _rows_of(
-        _family(parts, lambda one, other: on_line(one, other)[..., :1] - lengths[:, None]), q
-    )
+    parts = [(own.first.part, own.second.part) for own in slides]
+    return _rows_of(_moving(parts, slides, lengths), q)
 
 
 def along_slots(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Block:

@@ -14,15 +14,36 @@ MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does th
 UPPER, LOWER = 1.0, -1.0
 _WALLS = {UPPER: "upper wall", LOWER: "lower wall", 0.0: "axis"}
 _CORNERS = {UPPER: "upper corner", LOWER: "lower corner", 0.0: "middle"}
+Anchors = tuple[tuple[Anchor, ...], tuple[Anchor, ...]]
+
+
+class _Pair:
+    """What two parts strike with: anchors of each, and how long what is struck is."""
+
+    @property
+    def anchors(self) -> Anchors:
+        """Anchors of the part that is pushed, and of that pushed back, where they may touch."""
+        raise NotImplementedError
+
+    @cached_property
+    def parts(self) -> tuple[int, int]:
+        """Part that the contact pushes, or turns, and the one that it pushes back."""
+        pushed, back = self.anchors
+        return pushed[0].part, back[0].part
+
+    @property
+    def length(self) -> float:
+        """Length of what is struck, m; infinite if it has no ends."""
+        return inf
 
 
 @dataclass(frozen=True)
-class FaceContact:
+class FaceContact(_Pair):
     """An anchor that cannot cross the segment from `start` to `end` of another part.
 
     `side` is +1 if the free side is left of the direction from start to end, -1 if right, and 0 if
     neither is: the point is held on the line. What came behind the face beside its ends may pass;
-    pairs of a `Channel` push it back.
+    pairs of a `Channel` push it back. Nothing comes round one `across` the slide of its point.
     """
 
     name: str
@@ -32,6 +53,7 @@ class FaceContact:
     side: float
     law: PressingLaw
     friction: Friction | None = None
+    across: bool = False
 
     @property
     def length(self) -> float:
@@ -39,18 +61,13 @@ class FaceContact:
         return hypot(self.end.x - self.start.x, self.end.y - self.start.y)
 
     @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the contact pushes, and the one that it pushes back."""
-        return self.point.part, self.start.part
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+    def anchors(self) -> Anchors:
         """Anchors of both parts between which the contact may push."""
         return (self.point,), (self.start, self.end)
 
 
 @dataclass(frozen=True)
-class CircleContact:
+class CircleContact(_Pair):
     """Two circles that cannot cross, the first outside or `inside` the second.
 
     By the anchors of their centres and their radii, m; one of 0 is a point. A journal in the
@@ -72,17 +89,7 @@ class CircleContact:
         return second - first if self.inside else second + first
 
     @property
-    def length(self) -> float:
-        """Length of what is struck, m: infinite, as a circle has no ends."""
-        return inf
-
-    @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the contact pushes, and the one that it pushes back."""
-        return self.first.part, self.second.part
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+    def anchors(self) -> Anchors:
         """Anchors of both parts between which the contact may push."""
         return (self.first,), (self.second,)
 
@@ -94,7 +101,7 @@ def _along(curve: Curve, carrier: int) -> tuple[Anchor, ...]:
 
 
 @dataclass(frozen=True)
-class CurveContact:
+class CurveContact(_Pair):
     """An anchor that cannot cross a curve in the axes of the part `carrier`, GROUND: fixed.
 
     `side` is +1 if the free side is left of the curve, in the direction of its parameter, -1 if
@@ -116,18 +123,13 @@ class CurveContact:
         return inf if self.curve.closed else self.curve.arc_length.whole
 
     @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the contact pushes, and the one that it pushes back."""
-        return self.point.part, self.carrier
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+    def anchors(self) -> Anchors:
         """Anchors of both parts between which the contact may push: some along the curve."""
         return (self.point,), _along(self.curve, self.carrier)
 
 
 @dataclass(frozen=True)
-class FlatContact:
+class FlatContact(_Pair):
     """A straight face through two anchors that can't cross a convex curve of the part `carrier`.
 
     `side` is +1 if the curve is left of the direction from start to end, -1 if right. The face goes
@@ -160,23 +162,13 @@ class FlatContact:
         return hypot(self.end.x - self.start.x, self.end.y - self.start.y)
 
     @property
-    def length(self) -> float:
-        """Length of what is struck: infinite, as the face goes on."""
-        return inf
-
-    @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the contact pushes, and the one that it pushes back."""
-        return self.start.part, self.carrier
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+    def anchors(self) -> Anchors:
         """Anchors of both parts between which the contact may push: some along the curve."""
         return (self.start, self.end), _along(self.curve, self.carrier)
 
 
 @dataclass(frozen=True)
-class TurnStop:
+class TurnStop(_Pair):
     """A hinge that can't turn beyond the angle `bound` (rad): its gap is an angle, as is its depth.
 
     `way` is +1 if greater angles of the second part against the first are free, -1 if smaller ones
@@ -197,17 +189,7 @@ class TurnStop:
         return self.second
 
     @property
-    def length(self) -> float:
-        """Length of what is struck: infinite, as there are no ends."""
-        return inf
-
-    @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the stop turns, and the one that it turns back."""
-        return self.second.part, self.first.part
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+    def anchors(self) -> Anchors:
         """Anchors of both parts, where the hinge is."""
         return (self.second,), (self.first,)
 
@@ -239,7 +221,7 @@ class Channel:
         return (*starts, Anchor(self.rods[-1], self.lengths[-1], 0.0))
 
     @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+    def anchors(self) -> Anchors:
         """Anchors of link and guide between which a wall may push."""
         guide = self.guide
         return self.nodes, (guide, Anchor(guide.part, guide.x + self.length, guide.y))

@@ -9,7 +9,6 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.laws import OneSided
 from exudyn_flexlink.mechanism.contact_pairs import (
     CircleContact,
     Contact,
@@ -71,8 +70,10 @@ def on_the_contact(contact: Contact, place: float) -> bool:
 def far_behind(contact: Contact, at: Approach) -> bool:
     """Tell whether a point is behind a face or a curve, and farther from it than that is long.
 
-    There it counts as one that came beside the face: the contact lets it pass.
+    There it counts as one that came beside the face, if it can: the contact lets it pass.
     """
+    if isinstance(contact, FaceContact) and contact.across:
+        return False
     opposite = on_the_contact(contact, float(at.place))
     return opposite and float(at.gap) <= -contact.length
 
@@ -98,7 +99,7 @@ def idle_at_start(
     """
     for contact in mechanism.contacts:
         at = approach(contact, q, v)
-        if far_behind(contact, at) and not isinstance(contact.law, OneSided):  # a taut rope is
+        if far_behind(contact, at):
             what = "line" if isinstance(contact, FaceContact) else "curve"
             yield (
                 contact,
@@ -125,25 +126,13 @@ def in_guides(
             yield name, *(end_of(along, axis=0) / (end.x - start.x) for end_of in (np.min, np.max))
 
 
-@dataclass(frozen=True)
-class Swing:
-    """A struck lever that turns on the ground: its inertia (kg m^2) about the pivot, and a time.
+def swings(mechanism: Mechanism) -> list[float]:
+    """How long struck levers, with all that is welded to them, turn an error of speed into angles.
 
-    The `time` (s) is how long it turns an error of its speed into one of its angle: 1/omega on its
-    springs, infinite without a spring.
+    That is 1/omega (s) on their springs, infinite without a spring. A contact with what has no
+    pivot of its own, or is so heavy that a strike hardly moves it, has none.
     """
-
-    inertia: float
-    time: float
-
-
-def swings(mechanism: Mechanism) -> dict[str, Swing]:
-    """How a struck lever swings with all that is welded to it, by contact.
-
-    A contact with what has no pivot of its own, or is so heavy that a strike hardly moves it, has
-    none.
-    """
-    found, all_mass = {}, sum(part.mass for part in mechanism.parts)
+    found, all_mass = [], sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:
         lever = contact.parts[1]
         pivot = _pivot(mechanism, lever)
@@ -156,18 +145,14 @@ def swings(mechanism: Mechanism) -> dict[str, Swing]:
             continue
         held = {lever, GROUND}
         stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
-        time = float(np.sqrt(inertia / stiffness)) if stiffness > 0 else inf
-        found[contact.name] = Swing(inertia, time)
+        found.append(float(np.sqrt(inertia / stiffness)) if stiffness > 0 else inf)
     return found
 
 
 def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:
     """Point of a part that is pinned to the ground."""
-    for pin in mechanism.pins:
-        for mine, other in ((pin.first, pin.second), (pin.second, pin.first)):
-            if part == mine.part != GROUND == other.part:
-                return mine
-    return None
+    ends = [(pin.first, pin.second)[::way] for pin in mechanism.pins for way in (1, -1)]
+    return next((own for own, other in ends if part == own.part != GROUND == other.part), None)
 
 
 def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
@@ -202,7 +187,7 @@ def _of_face(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
     normal = side[..., None] * left
     relative = anchor_velocity(contact.point, q, v) - anchor_velocity(contact.start, q, v)
     gap, place = np.sum(normal * between, axis=-1), np.sum(along * between, axis=-1)
-    turning = v[..., contact.start.part, 2]
+    turning = angle_of(contact.start.part, v)
     # The face turns under the point: what is along it becomes normal to it and the reverse.
     gap_rate = np.sum(normal * relative, axis=-1) - side * turning * place
     slip = np.sum(along * relative, axis=-1) + side * turning * gap

@@ -20,6 +20,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     length_along,
     line_of,
     places_near,
+    sensed,
     size_at,
     speed_along,
     turned,
@@ -150,8 +151,7 @@ def pushed(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, forces: FloatArray
 ) -> FloatArray:
     """Accelerations (parts, 3) by generalised forces (3 parts,) alone, from rest."""
-    rest = np.zeros(len(constraints_at(mechanism, q, places)))
-    return _moving(mechanism, q, places, rest).nearest(forces)
+    return _moving(mechanism, q, places).nearest(forces)
 
 
 def contact_mass(
@@ -195,15 +195,6 @@ def spring_force(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArr
 def length_of(spring: LinearSpring, q: FloatArray) -> float:
     """Distance of its anchors, or how far its slide is out, m, at coordinates (parts, 3)."""
     return float(_stretched(spring, q, q)[0]) + (spring.length or 0.0)
-
-
-def stored_energy(spring: LinearSpring, q: FloatArray) -> FloatArray:
-    """Energy (...,) of the spring, J, at coordinates (..., parts, 3)."""
-    stretched, _, _ = _stretched(spring, q, q)
-    stored = 0.5 * spring.stiffness * stretched**2
-    if spring.law is not None:
-        stored = stored + spring.law.energy(stretched + (spring.length or 0.0))
-    return np.asarray(stored)
 
 
 def damping_power(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArray:
@@ -264,8 +255,7 @@ class EnergyMeter:
 
     def __init__(self, mechanism: Mechanism) -> None:
         parts, springs = mechanism.parts, mechanism.springs
-        self._linear = mechanism.linear_springs
-        self._turned_by_law = [spring for spring in springs if spring.law is not None]
+        self._linear, self._laws = mechanism.linear_springs, mechanism.spring_laws
         self._mass = np.array([part.mass for part in parts])
         self._inertia = np.array([part.inertia_about_origin for part in parts])
         self._centre = np.array([part.centre for part in parts])
@@ -289,10 +279,9 @@ class EnergyMeter:
         height = (q[..., :2] + turned(self._centre, q[..., 2])) @ self._gravity
         stored = 0.5 * np.sum(self._stiffness * (self._turned(q) - self._rest) ** 2, axis=-1)
         for spring in self._linear:
-            stored = stored + stored_energy(spring, q)
-        for own in self._turned_by_law:
-            if own.law is not None:
-                stored = stored + own.law.energy(turning(own.first, own.second, q))
+            stored = stored + 0.5 * spring.stiffness * _stretched(spring, q, q)[0] ** 2
+        for law, sense in self._laws:
+            stored = stored + law.energy(sensed(sense, q, q))
         return np.asarray(stored - np.sum(self._mass * height, axis=-1))
 
     def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:

@@ -10,7 +10,6 @@ on an unstable balance, it is pushed off that.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,7 +19,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly, standing_at
 from exudyn_flexlink.mechanism.closing import CLOSED, kept_in
-from exudyn_flexlink.mechanism.constraints import Constraints
+from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.contact_pairs import Contact, pairs
 from exudyn_flexlink.mechanism.contacts import approach, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
@@ -39,8 +38,7 @@ from exudyn_flexlink.mechanism.least_motion import (
     scale_roots,
     spanning_tree,
 )
-from exudyn_flexlink.mechanism.model import Mechanism
-from exudyn_flexlink.mechanism.parts import GROUND
+from exudyn_flexlink.mechanism.model import Mechanism, Slide
 from exudyn_flexlink.mechanism.resting import NoRestError, Rest
 
 STEPS, HALVINGS, CLOSING = 400, 40, 12
@@ -78,7 +76,7 @@ def rest_of(assembly: Assembly) -> Rest:
             before = size if at.balanced else np.inf
             moved = search.downhill(at, step)
         elif at.lowest >= 0 or len(unstable) == KICKS:
-            return _resting(assembly, at, unstable)
+            return search.resting(at, unstable)
         else:
             unstable.append(at)
             step, before = at.upset, np.inf
@@ -87,7 +85,7 @@ def rest_of(assembly: Assembly) -> Rest:
             break
         q, places = moved
     if unstable:  # nothing is below it
-        return _resting(assembly, unstable[0], [])
+        return search.resting(unstable[0], [])
     raise _not_found(assembly.mechanism, at)
 
 
@@ -109,11 +107,6 @@ class _Look:
     def balanced(self) -> bool:
         """Whether nothing is left of the forces but rounding."""
         return bool(np.abs(self.slope).max(initial=0.0) <= self.rounding)
-
-    @property
-    def accelerations(self) -> FloatArray:
-        """Those (parts, 3) that the forces cause."""
-        return np.asarray(-self.motions @ self.slope)
 
     @property
     def squares(self) -> FloatArray:
@@ -158,14 +151,20 @@ class _Look:
 
 
 class _Search:
-    """A mechanism whose drives hold what they have at first, and the scale of its motions."""
+    """A mechanism whose drives and gears hold what they have at first; the scale of its motions."""
 
     def __init__(self, assembly: Assembly) -> None:
-        mechanism, q = assembly.mechanism, assembly.state.q
+        self._assembly, q = assembly, assembly.state.q
+        mechanism = assembly.mechanism
         motors = mechanism.speed_motors
         held = tuple(replace(motor, start=float(motor_place(motor, q))) for motor in motors)
-        self._mechanism = replace(mechanism, speed_motors=held)
-        self._tree, self._contacts = spanning_tree(mechanism), list(_pressing(mechanism))
+        joints = constraint_rows(mechanism, q, assembly.state.places)
+        firsts = zip(joints.kinds, joints.first_rows.tolist(), strict=False)
+        meshed = iter(joints.residual[[row for kind, row in firsts if kind == "gear"]].tolist())
+        gears = tuple(replace(gear, start=next(meshed)) for gear in mechanism.gears)
+        self._mechanism = replace(mechanism, speed_motors=held, gears=gears)
+        walls = [pair for channel in mechanism.channels for pair in pairs(channel)]
+        self._tree, self._contacts = spanning_tree(mechanism), [*mechanism.touching, *walls]
         self._reach = max(part.reach for part in mechanism.parts)
 
     def size(self, step: FloatArray) -> float:
@@ -222,13 +221,24 @@ class _Search:
         changes = np.array(columns).reshape(-1, q.size)
         return np.asarray(motions.reshape(q.size, -1).T @ changes.T)
 
+    def resting(self, at: _Look, unstable: list[_Look]) -> Rest:
+        """Put together what is known of a rest, and of those that were left for it."""
+        mechanism, laps = self._assembly.mechanism, self._assembly.state.laps
+        for k in pressed_among(self._contacts, at.q):
+            if isinstance(self._contacts[k].law, Impulse):
+                raise NoRestError("contact", self._contacts[k].name)
+        slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
+        places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
+        whole = standing_at(mechanism, at.q, places, laps)
+        exponents = np.sqrt(-at.squares.astype(complex))
+        growing = (float(np.sqrt(-left.lowest)) for left in unstable)
+        return Rest(whole, at.joints, at.multipliers, at.presses, exponents, tuple(growing))
+
     # --- steps --------------------------------------------------------------------------------
 
     def downhill(self, at: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Go along a step so far that the forces do not yet drive back by half of what they did."""
-        size = self.size(step)
-        mass = mass_blocks(self._mechanism, at.q)
-        first = float(np.einsum("ni,nij,nj", at.accelerations, mass, step))
+        size, first = self.size(step), self._power((at.q, at.places), step)
         step = step * min(1.0, LONGEST / max(size, 1e-300))
         for _ in range(HALVINGS):
             moved = self.moved(at.q, at.places, step)
@@ -266,62 +276,30 @@ class _Search:
 
     def _on_arcs(self, q: FloatArray, step: FloatArray) -> FloatArray:
         """Turn and slide joints of the spanning tree: straight moves would stretch what turns."""
-        mechanism, tree, found = self._mechanism, self._tree, q + step
-        pins = mechanism.attachments
+        tree, found = self._tree, q + step
+        joints = [*self._mechanism.attachments, *self._mechanism.slides]
         for part in tree.order:
             if tree.joints[part] == NOTHING:
                 continue
-            slide = None
-            if tree.joints[part] >= len(pins):
-                slide = mechanism.slides[tree.joints[part] - len(pins)]
-            joint = slide or pins[tree.joints[part]]
-            own, other, way = joint.second, joint.first, 1.0
-            if own.part != part:
-                own, other, way = joint.first, joint.second, -1.0
+            joint = joints[tree.joints[part]]
+            way = 1 if joint.second.part == part else -1
+            other, own = (joint.first, joint.second)[::way]
             found[part, :2] += anchor_position(other, found) - anchor_position(own, found)
-            if slide is not None:
-                length = length_along(slide, q) + speed_along(slide, q, step)
-                found[part, :2] += way * length * line_of(slide, found)
+            if isinstance(joint, Slide):
+                length = length_along(joint, q) + speed_along(joint, q, step)
+                found[part, :2] += way * length * line_of(joint, found)
         return found
-
-
-def _pressing(mechanism: Mechanism) -> Iterator[Contact]:
-    """All contacts, also those of bearings and sleeves."""
-    yield from mechanism.touching
-    for channel in mechanism.channels:
-        yield from pairs(channel)
 
 
 def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
     """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
-    moving = [(part, axis) for part in contact.parts if part != GROUND for axis in range(3)]
-    speeds = np.zeros((len(moving), *q.shape))
-    for number, (part, axis) in enumerate(moving):
-        speeds[number, part, axis] = 1.0
-    rates, found = approach(contact, q, speeds).gap_rate, np.zeros_like(q)
-    for rate, at in zip(np.broadcast_to(rates, len(moving)).tolist(), moving, strict=True):
-        found[at] += rate
-    return found.ravel()
-
-
-def _resting(assembly: Assembly, at: _Look, unstable: list[_Look]) -> Rest:
-    """Put together what is known of a rest, and of those that were left for it."""
-    mechanism, laps = assembly.mechanism, assembly.state.laps
-    contacts = list(_pressing(mechanism))
-    for k in pressed_among(contacts, at.q):
-        if isinstance(contacts[k].law, Impulse):
-            raise NoRestError("contact", contacts[k].name)
-    slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
-    places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
-    whole = standing_at(mechanism, at.q, places, laps)
-    exponents = np.sqrt(-at.squares.astype(complex))
-    growing = (float(np.sqrt(-left.lowest)) for left in unstable)
-    return Rest(whole, at.joints, at.multipliers, at.presses, exponents, tuple(growing))
+    units = np.eye(q.size).reshape(-1, *q.shape)
+    return approach(contact, q, units).gap_rate
 
 
 def _not_found(mechanism: Mechanism, at: _Look) -> NoRestError:
     """Name the body that forces drive on most."""
-    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), at.accelerations)
+    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), -at.motions @ at.slope)
     part = int(np.argmax(np.linalg.norm(driven[:, :2], axis=1)))
     far = float(np.linalg.norm(driven[part, :2]))
     return NoRestError("body", mechanism.parts[part].body, far)

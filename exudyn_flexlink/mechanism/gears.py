@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import hypot
 
@@ -48,11 +48,10 @@ def build_gears(bodies: Bodies) -> Iterator[Gear]:
 
 def _geared(bodies: Bodies, arm: str, mesh: Mesh) -> Geared:
     joints = bodies.scene.joints
-    hinges = tuple((name, _on_second(joints[name], arm, mesh)) for name in mesh.hinges)
-    near = _end(bodies, mesh.hinges[-1], arm)
-    far = _end(bodies, mesh.joint, mesh.body)
+    near, far = _end(bodies, mesh.hinges[-1], arm), _end(bodies, mesh.joint, mesh.body)
     if isinstance(joints[mesh.joint], PrismaticJoint):
         return Geared(near, far, bodies.slide(mesh.joint), ())
+    hinges = tuple((name, _on_second(joints[name], arm, mesh)) for name in mesh.hinges)
     return Geared(near, far, None, hinges)
 
 
@@ -76,8 +75,7 @@ def _radii(spec: GearJoint, one: Geared, other: Geared) -> tuple[float | None, f
     There are none where both turn about one axis, or on an arm that bends, and none of racks.
     """
     if one.slide is not None or other.slide is not None:
-        first, second = (None if tie.slide is not None else spec.radius for tie in (one, other))
-        return first, second
+        return None if one.slide else spec.radius, None if other.slide else spec.radius
     near, beside = one.near, other.near
     apart = hypot(beside.x - near.x, beside.y - near.y)
     both = abs(1.0 - spec.turns) if spec.internal else 1.0 + spec.turns
@@ -96,30 +94,37 @@ class ToothPush:
     hinges: tuple[tuple[str, bool], ...]
 
 
-def tooth_pushes(gear: Gear, force: FloatArray, q: FloatArray) -> list[ToothPush]:
-    """What teeth push on both gears, by the tangential force (n,), N, at coordinates (n, parts, 3).
+def tooth_pushes(
+    gears: Iterable[Gear], forces: Mapping[str, FloatArray], q: FloatArray
+) -> list[ToothPush]:
+    """What teeth push on their gears, by tangential forces (n,), N, at coordinates (n, parts, 3).
 
     Nothing is told of a belt, whose pull on a wheel depends on how tight it is, nor of gears
     without a pitch circle.
     """
-    if not (gear.meshes and gear.in_newtons):
-        return []
-    first, second = (
-        None if tie.slide is None else weight * tie.side * force[:, None] * line_of(tie.slide, q)
-        for tie, weight in zip(gear.ties, gear.weights, strict=True)
-    )
-    if first is None and second is None:
-        one, other = (anchor_position(tie.far, q) for tie in gear.ties)
-        across = left_of((other - one) / np.linalg.norm(other - one, axis=-1, keepdims=True))
-        first = gear.beyond * force[:, None] * across
-    elif first is None and second is not None:
-        first = -second
-    assert first is not None
-    pushes = first, -first if second is None else second
-    return [
-        ToothPush(push, tie.far.part, tie.hinges)
-        for push, tie in zip(pushes, gear.ties, strict=True)
-    ]
+    found = []
+    for gear in gears:
+        if not (gear.meshes and gear.in_newtons):
+            continue
+        force = forces[gear.name][:, None]
+        first, second = (
+            None if tie.slide is None else weight * tie.side * force * line_of(tie.slide, q)
+            for tie, weight in zip(gear.ties, gear.weights, strict=True)
+        )
+        if first is None:
+            first = gear.beyond * force * _across(gear, q) if second is None else -second
+        pushes = first, -first if second is None else second
+        found += [
+            ToothPush(push, tie.far.part, tie.hinges)
+            for push, tie in zip(pushes, gear.ties, strict=True)
+        ]
+    return found
+
+
+def _across(gear: Gear, q: FloatArray) -> FloatArray:
+    """Directions (n, 2) left of the line from the first gear's axis to the second's."""
+    one, other = (anchor_position(tie.far, q) for tie in gear.ties)
+    return left_of((other - one) / np.linalg.norm(other - one, axis=-1, keepdims=True))
 
 
 def without_teeth(joint: str, force: FloatArray, teeth: Iterable[ToothPush]) -> FloatArray:

@@ -10,6 +10,7 @@ joints that the tree leaves over, slots and drives are solved together, by least
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -289,11 +290,12 @@ def spanning_tree(mechanism: Mechanism) -> Spanning:
 
     A body's own hinges come first: it is the joints of the scene that close its loops.
     """
-    ends = [
-        *((joint.first.part, joint.second.part) for joint in mechanism.attachments),
-        *((slide.first.part, slide.second.part) for slide in mechanism.slides),
-    ]
-    neighbours = _neighbours(_without_loops(mechanism, ends), ends)
+    held = (*mechanism.attachments, *mechanism.slides)
+    ends = [(joint.first.part, joint.second.part) for joint in held]
+    neighbours = defaultdict[int, list[tuple[int, int]]](list)
+    for joint in _without_loops(mechanism, ends):
+        for part, other in (ends[joint], ends[joint][::-1]):
+            neighbours[part].append((joint, other))
     count = len(mechanism.parts)
     parents, joints, order = [GROUND] * count, [NOTHING] * count, list[int]()
     seen = {GROUND}
@@ -304,7 +306,7 @@ def spanning_tree(mechanism: Mechanism) -> Spanning:
             if part != GROUND:
                 order.append(part)
             seen.add(part)
-            for joint, other in neighbours.get(part, []):
+            for joint, other in neighbours[part]:
                 if other not in seen:
                     parents[other], joints[other] = part, joint
                     waiting.append(other)
@@ -334,15 +336,3 @@ def _without_loops(mechanism: Mechanism, ends: Sequence[tuple[int, int]]) -> lis
             leader[first] = second
             kept.append(joint)
     return kept
-
-
-def _neighbours(
-    kept: Sequence[int], ends: Sequence[tuple[int, int]]
-) -> dict[int, list[tuple[int, int]]]:
-    """By part, the joints kept and the parts they lead to."""
-    found: dict[int, list[tuple[int, int]]] = {}
-    for joint in kept:
-        first, second = ends[joint]
-        found.setdefault(first, []).append((joint, second))
-        found.setdefault(second, []).append((joint, first))
-    return found

@@ -95,6 +95,7 @@ class Gear:
 
     The c are angles (rad) or lengths (m), the weights w in m where pitch circles have `radii` (m).
     `meshes`: teeth push, a belt does not. `beyond`: -1 if the first is inside the second, else 1.
+    `start` is what the sum is kept at, 0 where only its changes count.
     """
 
     name: str
@@ -103,6 +104,7 @@ class Gear:
     radii: tuple[float | None, float | None] = (None, None)
     meshes: bool = True
     beyond: float = 1.0
+    start: float = 0.0
 
     @property
     def in_newtons(self) -> bool:

@@ -30,12 +30,8 @@ class RigidPart:
 
     @property
     def inertia_about_origin(self) -> float:
-        """Moment of inertia about the part's origin, kg m^2."""
-        return self.inertia_about(0.0, 0.0)
-
-    def inertia_about(self, x: float, y: float) -> float:
-        """Moment of inertia about a point of the part, kg m^2 (Steiner)."""
-        return self.inertia + self.mass * ((self.centre[0] - x) ** 2 + (self.centre[1] - y) ** 2)
+        """Moment of inertia about the part's origin, kg m^2 (Steiner)."""
+        return self.inertia + self.mass * (self.centre[0] ** 2 + self.centre[1] ** 2)
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,43 @@
-"""Pressing forces of the laws that a scene gives: by a stiffness, or by materials and radii."""
+"""Pressing forces and impulses of the laws that a scene gives, also by materials and radii."""
 
 from __future__ import annotations
 
 from math import e, exp, pi, sqrt
 
-from exudyn_flexlink.laws import LineContact, Penalty, PowerPenalty, RestitutionPenalty
-from exudyn_flexlink.scene import ContactLaw, DampedLaw, HertzLaw, PenaltyLaw, Scene
+from exudyn_flexlink.laws import (
+    Impulse,
+    LineContact,
+    Penalty,
+    PowerPenalty,
+    PressingLaw,
+    RestitutionPenalty,
+    SpringDamper,
+)
+from exudyn_flexlink.scene import (
+    ContactLaw,
+    DampedLaw,
+    HertzLaw,
+    ImpulseLaw,
+    PenaltyLaw,
+    RubbingImpulse,
+    Scene,
+    StopLaw,
+)
+
+
+def pressing_law(
+    scene: Scene, law: PenaltyLaw | StopLaw, radii: tuple[float, float] | None = None
+) -> PressingLaw:
+    """As `penalty_of`, also of stops of joints, and of impulses."""
+    if isinstance(law, ImpulseLaw):
+        slip = law.tangential_restitution if isinstance(law, RubbingImpulse) else 0.0
+        return Impulse(law.restitution, slip)
+    if isinstance(law, PenaltyLaw):
+        return penalty_of(scene, law, radii)
+    if law.restitution is None:
+        return SpringDamper(law.stiffness, law.damping or 0.0)
+    slow = law.transition_speed or RestitutionPenalty.transition_speed
+    return RestitutionPenalty(law.stiffness, law.restitution, slow)
 
 
 def penalty_of(scene: Scene, law: PenaltyLaw, radii: tuple[float, float] | None = None) -> Penalty:

@@ -164,17 +164,7 @@ class Tabled(Prescribed):
         times, values = np.array(rows, dtype=float).T
         times = times - clock
         self.times: list[float] = times.tolist()
-        # Only who has a table waits for SciPy.
-        from scipy.interpolate import CubicSpline, PPoly  # noqa: PLC0415
-
-        self._values: Any
-        if rule == "cubic":
-            self._values = CubicSpline(times, values)
-        elif rule == "linear":
-            slopes = np.diff(values) / np.diff(times)
-            self._values = PPoly(np.array([slopes, values[:-1]]), times)
-        else:
-            self._values = PPoly(values[None, :-1], times)
+        self._values = interpolant(times, values, rule)
         self._integrals = self._values.antiderivative()
         self._before = float(self._integrals(0.0))
 
@@ -187,6 +177,19 @@ class Tabled(Prescribed):
     def knots(self, end: float) -> list[float]:
         """Instants of rows before `end` (s): a derivative jumps at each."""
         return [time for time in self.times if 0 < time < end]
+
+
+def interpolant(places: FloatArray, values: FloatArray, rule: str) -> Any:
+    """Piecewise polynomials through the rows of a table: `rule` linear, cubic or step."""
+    # Only who has a table waits for SciPy.
+    from scipy.interpolate import CubicSpline, PPoly  # noqa: PLC0415
+
+    if rule == "cubic":
+        return CubicSpline(places, values)
+    if rule == "linear":
+        slopes = np.diff(values) / np.diff(places)
+        return PPoly(np.array([slopes, values[:-1]]), places)
+    return PPoly(values[None, :-1], places)
 
 
 class Antiderivative:

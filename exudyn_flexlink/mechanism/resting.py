@@ -79,12 +79,8 @@ class Rest:
         """Force [x, y] (N) in every joint, on the body of its second point."""
         pushes = self.joints.slopes[:, 1, :2] * self.multipliers[:, None]
         kinds, mechanism = ("revolute", "weld", "slide", "slot"), self.assembly.mechanism
-        carried, q = self.gears, self.assembly.state.q[None]
-        teeth = [
-            push
-            for gear in mechanism.gears
-            for push in tooth_pushes(gear, np.array([carried[gear.name]]), q)
-        ]
+        carried = {name: np.array([force]) for name, force in self.gears.items()}
+        teeth = tooth_pushes(mechanism.gears, carried, self.assembly.state.q[None])
         return {
             name: without_teeth(name, pushes[rows].sum(axis=0)[None], teeth)[0]
             for name, rows in self._rows(*kinds)

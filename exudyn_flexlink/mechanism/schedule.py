@@ -20,10 +20,7 @@ from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.mechanism.unknown_to_exudyn import beyond_redundant, rubbing_joints
-from exudyn_flexlink.scene import (
-    Scene,
-    SpeedDrive,
-)
+from exudyn_flexlink.scene import Scene, SpeedDrive
 
 FEWEST = 2000  # of a run, however short: enough for any figure
 PER_TURN = 500  # of a drive, or of what turns as the run starts
@@ -181,9 +178,9 @@ def _needs(scene: Scene, mechanism: Mechanism, end: float) -> Iterator[float]:
     for speed in (*speeds, *scene.initial.speeds.values()):
         if speed:
             yield 2 * pi / abs(speed) / PER_TURN
-    for swing in swings(mechanism).values():
-        if isfinite(swing.time):
-            yield 2 * pi * swing.time / PER_SWING
+    for time in swings(mechanism):
+        if isfinite(time):
+            yield 2 * pi * time / PER_SWING
     weight = hypot(*mechanism.gravity)
     reach = min((part.reach for part in mechanism.parts if part.reach > 0), default=inf)
     if weight > 0 and isfinite(reach):

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import NoValueError
-from exudyn_flexlink.mechanism.prescribed import Antiderivative, Applied, Formula
+from exudyn_flexlink.mechanism.prescribed import Antiderivative, Applied, Formula, interpolant
 
 ROUNDED = 1e-12  # of a table's range: so little beyond its end is its end
 
@@ -37,15 +36,7 @@ class PlaceTable(Applied):
 
     def __init__(self, name: str, rows: Sequence[tuple[float, float]], rule: str) -> None:
         self._name, (places, values) = name, np.array(rows, dtype=float).T
-        # Only who has a table waits for SciPy.
-        from scipy.interpolate import CubicSpline, PPoly  # noqa: PLC0415
-
-        self._values: Any
-        if rule == "cubic":
-            self._values = CubicSpline(places, values)
-        else:
-            slopes = np.diff(values) / np.diff(places)
-            self._values = PPoly(np.array([slopes, values[:-1]]), places)
+        self._values = interpolant(places, values, rule)
         self.ends = float(places[0]), float(places[-1])
         self._rows = places[1:-1]
         self.kinks = len(self._rows)
@@ -88,13 +79,13 @@ class SpringLaw:
     def at(self, place: FloatArray) -> FloatArray:
         """Forces at lengths, or torques at angles, of one shape."""
         flat = np.ravel(np.asarray(place, dtype=float))
-        sensed = [flat] if isinstance(self.applied, PlaceTable) or self.senses else []
+        sensed = [flat] if self.senses else []
         return self.applied.values(np.zeros(len(flat)), sensed).reshape(np.shape(place))
 
     @property
     def senses(self) -> bool:
-        """Whether a formula is of the length or the angle, and no number."""
-        return isinstance(self.applied, Formula) and bool(self.applied.expression.sensed)
+        """Whether it is of the length or the angle, and no number."""
+        return isinstance(self.applied, PlaceTable) or bool(self.applied.expression.sensed)
 
     def energy(self, place: FloatArray) -> FloatArray:
         """Energy stored (J) at lengths or angles, of one shape: the integral of the force."""

@@ -6,43 +6,27 @@ from math import cos, sin
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.laws import (
-    Impulse,
-    PressingLaw,
-    RestitutionPenalty,
-    SpringDamper,
-    SpringTable,
-)
+from exudyn_flexlink.laws import PressingLaw, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.contact_pairs import CircleContact, Contact, FaceContact, TurnStop
 from exudyn_flexlink.mechanism.model import Slide
 from exudyn_flexlink.mechanism.parts import Anchor
-from exudyn_flexlink.mechanism.penalties import penalty_of
+from exudyn_flexlink.mechanism.penalties import pressing_law
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.mechanism.spring_laws import PlaceTable, SpringLaw
-from exudyn_flexlink.scene import DampedLaw, ForceTable, HertzLaw, ImpulseLaw, RevoluteJoint
+from exudyn_flexlink.scene import ForceTable, RevoluteJoint
 
 FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
 
 
 def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
     """Return a hinge's stop, or a face across a slide at a length of it."""
-    way, law = 1.0 if spec.end == "from" else -1.0, spec.law
-    pressing: PressingLaw
-    if isinstance(law, ImpulseLaw):
-        pressing = Impulse(law.restitution)
-    elif isinstance(law, DampedLaw | HertzLaw):
-        pressing = penalty_of(bodies.scene, law)
-    elif law.restitution is None:
-        pressing = SpringDamper(law.stiffness, law.damping or 0.0)
-    else:
-        slow = law.transition_speed or RestitutionPenalty.transition_speed
-        pressing = RestitutionPenalty(law.stiffness, law.restitution, slow)
+    way, law = 1.0 if spec.end == "from" else -1.0, pressing_law(bodies.scene, spec.law)
     joint = bodies.scene.joints[spec.joint]
     if isinstance(joint, RevoluteJoint):
-        return TurnStop(name, *bodies.ends(joint), spec.at, way, pressing)
+        return TurnStop(name, *bodies.ends(joint), spec.at, way, law)
     face = _across(bodies, bodies.slide(spec.joint), spec.at)
-    return FaceContact(name, *face, -way, pressing)
+    return FaceContact(name, *face, -way, law, across=True)
 
 
 def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
@@ -55,7 +39,7 @@ def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
         law = SpringTable(depths, forces, spec.damping)
     if spec.joint is not None:
         face = _across(bodies, bodies.slide(spec.joint), length)
-        return FaceContact(name, *face, 1.0 if pulls else -1.0, law)
+        return FaceContact(name, *face, 1.0 if pulls else -1.0, law, across=True)
     assert spec.points is not None  # the scene checks that there is one of both
     first, second = (bodies.anchor(point, spec.at) for point in spec.points)
     return CircleContact(name, first, second, (0.0, length), pulls, law)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from math import pi
 
 import numpy as np
@@ -17,6 +17,7 @@ from exudyn_flexlink.curves import (
     LineSegment,
     Spline,
     closing,
+    is_convex,
 )
 from exudyn_flexlink.scene import (
     CircleSpec,
@@ -24,7 +25,9 @@ from exudyn_flexlink.scene import (
     EllipseSpec,
     JoinedSpec,
     LapsSpec,
+    LineOnCurve,
     LineSpec,
+    Scene,
     SplineSpec,
 )
 from exudyn_flexlink.source import KeyPath, Mistake
@@ -41,6 +44,19 @@ def build_curves(
     builder = _CurveBuilder(specs)
     built = {name: builder.named(name) for name in specs}
     return {name: curve for name, curve in built.items() if curve is not None}, builder.mistakes
+
+
+def hollow_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mistake]:
+    """Refuse curves on which a straight face would have no one place, or an end."""
+    for name, contact in scene.contacts.items():
+        if isinstance(contact, LineOnCurve) and contact.curve in curves:
+            path, curve = ("contacts", name, "curve"), curves[contact.curve]
+            if not curve.closed:
+                yield Mistake(path, f"'{contact.curve}' is open: a face lies on a closed curve")
+            elif not is_convex(curve):
+                message = f"'{contact.curve}' is not convex everywhere, or straight somewhere"
+                hint = "a face touches hollows nowhere, and straight stretches all along"
+                yield Mistake(path, message, f"{hint}; 'point_on_curve' is for them")
 
 
 class _CurveBuilder:

@@ -16,7 +16,7 @@ from exudyn_flexlink.scene import (
     SlideFriction,
     TorsionalSpring,
 )
-from exudyn_flexlink.source import Mistake
+from exudyn_flexlink.source import KeyPath, Mistake
 
 NO_JUMPS = (
     "redundant coordinates need a penalty law; speeds that jump are for the formulation 'minimal' "
@@ -47,39 +47,28 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
         for name, own in rubbing_joints(scene)
         if own.coefficient > 0
     ]
-    found += _laws_beyond_redundant(scene)
-    message = "a beam bends otherwise than the rods whose rest is known: take 'redundant'"
-    bent = scene.initial.at_rest and scene.solver.formulation == "beam"
-    found += [Mistake(("initial", "at_rest"), message)] * bent
-    for name, contact in scene.contacts.items():
-        if isinstance(contact, (PointOnCurve, LineOnCurve)):
-            message = "Exudyn's own solver has no contacts on curves: take 'formulation: minimal'"
-            found.append(Mistake(("contacts", name), message))
+    laws = {scene.law_path(name): law for name, law in scene.laws.items()}
+    found += [Mistake(path, NO_JUMPS) for path, law in laws.items() if isinstance(law, ImpulseLaw)]
+    if scene.initial.at_rest and scene.solver.formulation == "beam":
+        message = "a beam bends otherwise than the rods whose rest is known: take 'redundant'"
+        found.append(Mistake(("initial", "at_rest"), message))
+    minimal = "Exudyn's own solver has {}: take 'formulation: minimal'"
+    return found + [Mistake(path, minimal.format(what)) for path, what in _for_minimal(scene)]
+
+
+def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
+    """Where a scene has what minimal coordinates alone know, and what Exudyn has of it."""
+    for name, law in scene.laws.items():
+        if isinstance(law, HertzLaw) and law.length is not None:
+            yield (*scene.law_path(name), "formula"), f"no formula '{law.formula}', but 'sphere'"
+    curved = [n for n, own in scene.contacts.items() if isinstance(own, PointOnCurve | LineOnCurve)]
+    yield from ((("contacts", name), "no contacts on curves") for name in curved)
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"
-        if getattr(spring, key) is not None and name not in scene.ropes:
-            message = "Exudyn's own solver has linear springs alone: take 'formulation: minimal'"
-            found.append(Mistake(("springs", name, key), message))
-    for name in scene.ropes:
-        message = "Exudyn's own solver has no springs of one side: take 'formulation: minimal'"
-        found.append(Mistake(("springs", name, "acts"), message))
+        if name in scene.ropes:
+            yield ("springs", name, "acts"), "no springs of one side"
+        elif getattr(spring, key) is not None:
+            yield ("springs", name, key), "linear springs alone"
     for stop in scene.stops.values():
         if stop.turns or getattr(stop.law, "restitution", None) is None:
-            what = "of hinges" if stop.turns else "with a damper"
-            message = f"Exudyn's own solver has no stops {what}: take 'formulation: minimal'"
-            found.append(Mistake(stop.path, message))
-    return found
-
-
-def _laws_beyond_redundant(scene: Scene) -> Iterator[Mistake]:
-    """Laws of contacts and stops that Exudyn's own solver does not know."""
-    laws = {scene.law_path(name): law for name, law in scene.laws.items()}
-    for path, law in laws.items():
-        if isinstance(law, ImpulseLaw):
-            yield Mistake(path, NO_JUMPS)
-        elif isinstance(law, HertzLaw) and law.length is not None:
-            message = (
-                f"Exudyn's own solver has no formula '{law.formula}': take 'formulation: minimal', "
-                "or 'formula: sphere'"
-            )
-            yield Mistake((*path, "formula"), message)
+            yield stop.path, f"no stops {'of hinges' if stop.turns else 'with a damper'}"

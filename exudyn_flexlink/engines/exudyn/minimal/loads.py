@@ -240,7 +240,7 @@ class _Spring:
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, law: SpringLaw, sense: Sense
     ) -> None:
-        senses = () if isinstance(law.applied, Formula) and not law.senses else (sense,)
+        senses = (sense,) if law.senses else ()
         self._size = LoadSize(layout, kinematics, Size(law.applied, senses))
         sensor = _sensor(layout, kinematics, sense)
         assert not isinstance(sensor, _Place)  # a spring has a length or an angle
@@ -269,10 +269,7 @@ class Loads:
             *(_Force(layout, kinematics, force) for force in mechanism.forces),
         ]
         self._all = [*self._drives, *self._springs]
-        sizes = [
-            *(motor.size for motor in mechanism.torque_motors),
-            *(size for force in mechanism.forces for size in force.sizes),
-        ]
+        sizes = [size for _, size in mechanism.sizes]
         self.any = bool(self._all)
         self.by_formula = [size for size in sizes if isinstance(size.value, Formula)]
         every = [size for load in self._all for size in load.sizes]

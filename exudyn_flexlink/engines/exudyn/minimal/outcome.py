@@ -122,11 +122,7 @@ def _of_closures(
     multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
     found = Reactions()
     found.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
-    teeth = [
-        push
-        for _, gear in closures.gears
-        for push in tooth_pushes(gear, found.gears[gear.name], poses)
-    ]
+    teeth = tooth_pushes((gear for _, gear in closures.gears), found.gears, poses)
     found.on_parts += [(push.part, push.force) for push in teeth]
     in_joints = closures.forces(at, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.

@@ -187,12 +187,8 @@ class _RunReader:
     def _joint_forces(self) -> dict[str, FloatArray]:
         """Force of each joint of two points of the scene on its second one, N, global axes."""
         system, joints, found = self.system, self.prepared.scene.joints, {}
-        mechanism, of_gears = self.mechanism, self._of_gears()
-        teeth = [
-            push
-            for gear in mechanism.gears
-            for push in tooth_pushes(gear, of_gears[gear.name], self.poses)
-        ]
+        mechanism = self.mechanism
+        teeth = tooth_pushes(mechanism.gears, self._of_gears(), self.poses)
         held: list[Pin | Weld | Slide] = [*mechanism.pins, *mechanism.welds, *mechanism.slides]
         for joint in held:
             if not isinstance(joints.get(joint.name), PointsJoint):
