@@ -185,6 +185,7 @@ def test_a_slide_comes_back_from_its_stop_with_its_restitution(formulation, law,
     (touch,) = result.intervals["guide.from"]
     assert touch.begin == pytest.approx(0.5 / 3, abs=1e-6)
     assert touch.separation_speed == pytest.approx(3 * returned, rel=2e-3)
+    assert result.checks.largest_penetration == 0  # of contacts: a stop gives way
 
 
 def test_without_impact_joints_are_free_and_impulses_take_the_restitution():

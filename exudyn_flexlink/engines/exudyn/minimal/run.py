@@ -12,7 +12,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, of_turns
+from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, outcome_of
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.friction import LOCKS_ADVICE, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -185,13 +185,12 @@ def _goal(
 
 
 def _outcome(run: MinimalRun, complaint: str, advice: str) -> Outcome:
-    problem, time = run.problem, run.stepper.time
-    if run.asked.is_set():
-        return Outcome(False, time, INTERRUPTED)
-    if problem.stop_reason:
-        return Outcome(False, time, problem.stop_reason, problem.stop_advice)
-    if reason := problem.bounds.passed(run.recorder.seeker.deepest):  # within a step
-        return Outcome(False, time, reason, TOO_DEEP_ADVICE)
-    if complaint:
-        return Outcome(False, time, complaint, advice)
-    return of_turns(run.scene, run.model.assembly.mechanism, time, problem.left)
+    problem = run.problem
+    reasons = (
+        (INTERRUPTED if run.asked.is_set() else "", ""),
+        (problem.stop_reason, problem.stop_advice),
+        (problem.bounds.passed(run.recorder.seeker.deepest), TOO_DEEP_ADVICE),  # within a step
+        (complaint, advice),
+    )
+    mechanism = run.model.assembly.mechanism
+    return outcome_of(run.scene, mechanism, run.stepper.time, problem.left, reasons)
