@@ -27,10 +27,10 @@ from exudyn_flexlink.engines.pair_events import (
 )
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment, Side
 from exudyn_flexlink.integrate.collocation import WEIGHTS
+from exudyn_flexlink.integrate.control import slow_motions
 from exudyn_flexlink.integrate.events import Event, fall
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.slow_motions import slow_motions
 from exudyn_flexlink.integrate.stepper import HybridProblem
 from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed, pressed_among
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from threading import Event as Asked
 
 from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
@@ -63,7 +62,6 @@ class Prepared:
     problem: Problem
     stepper: ImplicitStepper | ExplicitStepper
     solution: Solution
-    asked: Asked  # whether the user asked to stop
     laps: list[Event]
     tolerance: float  # m: error in positions that the run may make
 
@@ -109,11 +107,8 @@ def prepare(
     else:
         control = ErrorControl(tolerance, limits=limits)
         stepper = ImplicitStepper(system, problem, control, error_times(mechanism, end), end)
-    asked = Asked()
-    solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress, asked.is_set)
-    return Prepared(
-        scene, model, system, recorder, problem, stepper, solution, asked, laps, tolerance
-    )
+    solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress)
+    return Prepared(scene, model, system, recorder, problem, stepper, solution, laps, tolerance)
 
 
 def explicit(scene: Scene, mechanism: Mechanism) -> bool:
@@ -129,7 +124,7 @@ def solve(prepared: Prepared) -> str:
     """Integrate to the end; return what went wrong, empty if nothing."""
     problem, recorder = prepared.problem, prepared.recorder
     complaint = ""
-    with interrupts(prepared.asked.set):
+    with interrupts(prepared.solution.interrupt):
         try:
             prepared.solution.run()
         except DeadCentreError as error:
@@ -169,7 +164,7 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     problem, recorder = prepared.problem, prepared.recorder
     gross = recorder.energy_residual > recorder.largest_kinetic_energy
     reasons = (
-        (INTERRUPTED if prepared.asked.is_set() else "", ""),
+        (INTERRUPTED if prepared.solution.interrupted else "", ""),
         (problem.stop_reason, problem.stop_advice),
         (problem.bounds.passed(recorder.seeker.deepest), TOO_DEEP_ADVICE),  # within a step
         (complaint, f"{TIGHTEN}{ADVICE}" if gross else ADVICE),

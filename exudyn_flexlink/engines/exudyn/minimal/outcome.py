@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from threading import Event as Asked
 
 import numpy as np
 
@@ -167,7 +166,6 @@ class MinimalRun:
     problem: MinimalProblem
     stepper: ImplicitStepper
     solution: Solution
-    asked: Asked  # whether the user asked to stop
     recorder: Recorder
     events: list[Event]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from threading import Event as Asked
 
 import numpy as np
 
@@ -82,16 +81,16 @@ def prepare(
         raise SceneError(scene.document, [own]) from error
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
-    knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
+    knots, leap = mechanism.knots(end), model.window.go_on
     leap(0.0, min(knots, default=inf))
-    solution = Solution(stepper, problem, [*knots, end], progress, asked.is_set, leap)
-    return MinimalRun(scene, model, problem, stepper, solution, asked, recorder, events)
+    solution = Solution(stepper, problem, [*knots, end], progress, leap)
+    return MinimalRun(scene, model, problem, stepper, solution, recorder, events)
 
 
 def solve(run: MinimalRun) -> tuple[str, str]:
     """Integrate to the end; return what went wrong and what to try, empty if nothing."""
     complaint = "", ""
-    with interrupts(run.asked.set):
+    with interrupts(run.solution.interrupt):
         try:
             run.solution.run()
             run.recorder.work_off()
@@ -187,7 +186,7 @@ def _goal(
 def _outcome(run: MinimalRun, complaint: str, advice: str) -> Outcome:
     problem = run.problem
     reasons = (
-        (INTERRUPTED if run.asked.is_set() else "", ""),
+        (INTERRUPTED if run.solution.interrupted else "", ""),
         (problem.stop_reason, problem.stop_advice),
         (problem.bounds.passed(run.recorder.seeker.deepest), TOO_DEEP_ADVICE),  # within a step
         (complaint, advice),

@@ -30,7 +30,7 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
-from exudyn_flexlink.integrate.progress import ProgressMeter
+from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,

@@ -27,7 +27,7 @@ from exudyn_flexlink.engines.exudyn.redundant.events import Kinks, StepEnd, end_
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.integrate.clock import instant
-from exudyn_flexlink.integrate.progress import ProgressMeter
+from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
