@@ -253,10 +253,11 @@ def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) ->
     assert isinstance(law, RestitutionPenalty | PowerPenalty | Friction)  # `run` refuses others
     key = law, free, kind
     if key not in system.laws:
-        if isinstance(law, PowerPenalty):
-            force = _pressing_by_power(law, free)
+        if isinstance(law, Friction):
+            force = _sliding(law)
         else:
-            force = _sliding(law) if isinstance(law, Friction) else _pressing(law, free)
+            of_law = _pressing_by_power if isinstance(law, PowerPenalty) else _pressing
+            force = of_law(law, free)  # type: ignore[operator]
         system.laws[key] = utilities.CreateSymbolicUserFunction(
             system.mbs, force, "springForceUserFunction", itemTypeName=kind
         )
@@ -315,27 +316,24 @@ def _pressing(law: RestitutionPenalty, free: float) -> Law:
     elastic, lossy = law.elastic, law.lossy
     symbolic = Engine.symbolic
 
-    def one_side(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
-        pressed = u * (elastic - lossy * symbolic.tanh(free * v / law.transition_speed))
-        return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u)
+    def press(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
+        outward = free or -symbolic.sign(u)
+        pressed = u * (elastic - lossy * symbolic.tanh(outward * v / law.transition_speed))
+        return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u) if free else pressed
 
-    def both_sides(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
-        deeper = symbolic.sign(u) * v / law.transition_speed
-        return u * (elastic + lossy * symbolic.tanh(deeper))
-
-    return one_side if free else both_sides
+    return press
 
 
 def _pressing_by_power(law: PowerPenalty, free: float) -> Law:
     """Likewise of `laws.PowerPenalty`; the damping is the factor over the approach speed, s/m."""
     symbolic = Engine.symbolic
 
-    def one_side(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, by: Any, _o: Any) -> Any:
+    def press(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, by: Any, _o: Any) -> Any:
         damped = symbolic.max(0.0, 1.0 - free * by * v)
         pressed = -free * law.stiffness * symbolic.pow(symbolic.abs(u), law.exponent) * damped
         return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u)
 
-    return one_side
+    return press
 
 
 def _sliding(friction: Friction) -> Law:

@@ -21,12 +21,7 @@ from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
 from exudyn_flexlink.engines.exudyn.redundant.pressing import add_joint_friction
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.stepping import (
-    ErrorControl,
-    FixedStep,
-    Loop,
-    StepChooser,
-)
+from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
@@ -73,7 +68,8 @@ def prepare(
         ExtremeSeeker(watched, pressing, HERMITE),
         contacts.touches,
     )
-    chooser, goal = _chooser(scene, system, end, limits), turn_goal(scene, assembly)
+    chooser = ErrorControl(scene.accuracy, end, system.coordinates.weights, limits)
+    goal = turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
     meter = ProgressMeter(progress, end)
     kinks = Kinks(assembly.mechanism, window)
@@ -120,13 +116,6 @@ def _contacts(scene: Scene, system: System) -> Contacts:
         for k, pair in enumerate(pairs(channel), start=len(contacts)):
             contacts.append(ContactItem(system, pair, k, resolution, channel))
     return Contacts(contacts)
-
-
-def _chooser(scene: Scene, system: System, end: float, limits: float) -> StepChooser:
-    if scene.accuracy.step is not None:
-        return FixedStep(scene.accuracy.step)
-    assert scene.accuracy.tolerance is not None  # a scene has one of both
-    return ErrorControl(scene.accuracy.tolerance, end, system.coordinates.weights, limits)
 
 
 def solve(prepared: Prepared) -> str:
