@@ -27,6 +27,10 @@ class Touch:
     gap_bend: float = 0.0
     slip_bend: float = 0.0
 
+    def gap_after(self, step: float) -> float:
+        """Gap (m) at the end of a step (s)."""
+        return self.gap + step * (self.gap_rate + 0.5 * step * self.gap_bend)
+
 
 def distance_from_ends(place: float, length: float) -> float:
     """How far (m) a place is from the nearer end of a face, negative beside it."""

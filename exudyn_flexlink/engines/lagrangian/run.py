@@ -58,9 +58,7 @@ class Prepared:
     scene: Scene
     model: Model
     system: System
-    recorder: Recorder
     problem: Problem
-    stepper: ImplicitStepper | ExplicitStepper
     solution: Solution
     laps: list[Event]
     tolerance: float  # m: error in positions that the run may make
@@ -108,7 +106,7 @@ def prepare(
         control = ErrorControl(tolerance, limits=limits)
         stepper = ImplicitStepper(system, problem, control, error_times(mechanism, end), end)
     solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress)
-    return Prepared(scene, model, system, recorder, problem, stepper, solution, laps, tolerance)
+    return Prepared(scene, model, system, problem, solution, laps, tolerance)
 
 
 def explicit(scene: Scene, mechanism: Mechanism) -> bool:
@@ -122,7 +120,7 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
 
 def solve(prepared: Prepared) -> str:
     """Integrate to the end; return what went wrong, empty if nothing."""
-    problem, recorder = prepared.problem, prepared.recorder
+    problem, recorder = prepared.problem, prepared.problem.recorder
     complaint = ""
     with interrupts(prepared.solution.interrupt):
         try:
@@ -139,13 +137,13 @@ def solve(prepared: Prepared) -> str:
 
 def finish(prepared: Prepared, complaint: str) -> Result:
     """Put the Result together; its versions and timings are still to come."""
-    recorder, model = prepared.recorder, prepared.model
+    recorder, model = prepared.problem.recorder, prepared.model
     kept = recorder.all_kept()
     forces = Forces(model, kept)
-    method = DOP853 if isinstance(prepared.stepper, ExplicitStepper) else RADAU
+    method = DOP853 if isinstance(prepared.solution.stepper, ExplicitStepper) else RADAU
     places = prepared.problem.seen.place
     histories = Histories(
-        prepared.scene, prepared.stepper, recorder, kept, *recorder.motion(kept), places
+        prepared.scene, prepared.solution.stepper, recorder, kept, *recorder.motion(kept), places
     )
     return histories.result(
         prepared.laps,
@@ -161,7 +159,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
-    problem, recorder = prepared.problem, prepared.recorder
+    problem, recorder = prepared.problem, prepared.problem.recorder
     gross = recorder.energy_residual > recorder.largest_kinetic_energy
     reasons = (
         (INTERRUPTED if prepared.solution.interrupted else "", ""),

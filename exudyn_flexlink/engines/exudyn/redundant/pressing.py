@@ -110,9 +110,8 @@ class Pressing(ABC):
         places = ("localPosition0", aim.struck), ("localPosition1", aim.striking)
         for name, (x, y) in (*places, ("axis0", aim.along)):
             self._mbs.SetMarkerParameter(self._slip_marker, name, [x, y, 0.0])
-        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
         rate = -touch.gap_rate - step * touch.gap_bend
-        pressing = float(self._law.force(-gap, rate, self._approach))
+        pressing = float(self._law.force(-touch.gap_after(step), rate, self._approach))
         self._mbs.SetObjectParameter(self._slip, "stiffness", aim.grip * pressing)
         self._mbs.SetObjectParameter(self._slip, "damping", aim.grip)
 
@@ -158,8 +157,7 @@ class PressingFace(Pressing):
     def _aim(self, touch: Touch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
         (x, y), (ex, ey) = self._ahead(touch, step), self._faces.along
-        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
-        lateral = self._side * gap
+        lateral = self._side * touch.gap_after(step)
         return Aim((x - lateral * ey, y + lateral * ex), self._point.own, (ex, ey))
 
 
@@ -216,7 +214,7 @@ class PressingCircles(Pressing):
         """Where they touch at the end of a step (s) that begins at `touch`."""
         ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]
-        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
+        gap = touch.gap_after(step)
         part, arm = self._circles.grip(gap)
         arm /= part
         edge = self._circles.distance + self._circles.way * gap + arm
