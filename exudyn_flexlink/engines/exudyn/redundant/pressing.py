@@ -17,9 +17,8 @@ from collections.abc import Callable, Sequence
 from math import atan2, cos, inf, sin, sqrt
 from typing import Any, NamedTuple
 
-from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
-from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector
+from exudyn_flexlink.engines.exudyn.faces import Circles, Faces, Touch, Vector
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import (
     Friction,

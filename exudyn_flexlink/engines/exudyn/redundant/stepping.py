@@ -26,9 +26,8 @@ from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import Kinks, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.clock import Window, instant
 from exudyn_flexlink.integrate.solve import ProgressMeter
-from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.scene import Accuracy
