@@ -12,14 +12,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.recording import BlockRecorder, Kept
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.mechanism import (
-    Contact,
-    Mechanism,
-    approach,
-    pair_sides,
-    pairs,
-    spring_force,
-)
+from exudyn_flexlink.mechanism import Contact, Mechanism, approach, pair_sides, pairs, spring_force
 from exudyn_flexlink.result import (
     Checks,
     ContactHistory,

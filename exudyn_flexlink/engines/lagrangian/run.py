@@ -30,13 +30,7 @@ from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import (
-    Mechanism,
-    end_of_run,
-    half_periods,
-    sample_times,
-    turn_goal,
-)
+from exudyn_flexlink.mechanism import Mechanism, end_of_run, half_periods, sample_times, turn_goal
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Event, Integrator, Outcome, Result
 from exudyn_flexlink.scene import Scene

@@ -25,15 +25,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import CubicBeam, Elastic
-from exudyn_flexlink.mechanism import (
-    GROUND,
-    Anchor,
-    FaceContact,
-    Mechanism,
-    Placed,
-    State,
-    beam_of,
-)
+from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, Placed, State, beam_of
 from exudyn_flexlink.scene import FlexibleBody, Scene, SleeveJoint
 
 Refusal = tuple[tuple[str, ...], str]

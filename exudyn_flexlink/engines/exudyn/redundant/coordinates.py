@@ -11,13 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import (
-    Assembly,
-    Channel,
-    Contact,
-    accelerations,
-    half_period,
-)
+from exudyn_flexlink.mechanism import Assembly, Channel, Contact, accelerations, half_period
 
 
 class OfBeams(NamedTuple):

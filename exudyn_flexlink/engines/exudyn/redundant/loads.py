@@ -11,15 +11,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.mechanism import (
-    GROUND,
-    PointForce,
-    Ramp,
-    Size,
-    TorqueMotor,
-    force_at,
-    size_at,
-)
+from exudyn_flexlink.mechanism import GROUND, PointForce, Ramp, Size, TorqueMotor, force_at, size_at
 
 
 def add_loads(system: System) -> None:

@@ -14,11 +14,7 @@ from exudyn_flexlink.engines.ending import outcome_of
 from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept
 from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.engines.exudyn.reporting import (
-    LOCKED_ADVICE,
-    NO_SOLUTION,
-    no_solution_advice,
-)
+from exudyn_flexlink.engines.exudyn.reporting import LOCKED_ADVICE, NO_SOLUTION, no_solution_advice
 from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.mechanism import (

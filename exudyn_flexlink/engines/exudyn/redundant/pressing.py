@@ -20,13 +20,7 @@ from typing import Any, NamedTuple
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
 from exudyn_flexlink.engines.exudyn.faces import Circles, Faces, Touch, Vector
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.laws import (
-    Friction,
-    Impulse,
-    PowerPenalty,
-    PressingLaw,
-    RestitutionPenalty,
-)
+from exudyn_flexlink.laws import Friction, Impulse, PowerPenalty, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,

@@ -129,10 +129,7 @@ class Recorder(BlockRecorder):
         self._rows = self._rows[-1:]
 
     def _take_steps(
-        self,
-        ends: _States,
-        balanced: _Balanced,
-        pressing: tuple[BoolArray, BoolArray, FloatArray],
+        self, ends: _States, balanced: _Balanced, pressing: tuple[BoolArray, BoolArray, FloatArray]
     ) -> FloatArray:
         """Take the steps between `ends`; return the totals there."""
         count, (begun, ended, speeds) = len(ends.t) - 1, pressing

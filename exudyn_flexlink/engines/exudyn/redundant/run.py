@@ -44,10 +44,7 @@ from exudyn_flexlink.scene import Scene
 
 
 def prepare(
-    scene: Scene,
-    assembly: Assembly,
-    progress: Callable[[float], None] | None,
-    limits: float = 1.0,
+    scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None, limits: float = 1.0
 ) -> Prepared:
     """Build the system, the loop and what records it.
 
