@@ -74,6 +74,7 @@ class Histories:
         """
         poses, rates, mechanism, recorder = self.poses, self.rates, self.mechanism, self.recorder
         energies = recorder.energies(self.kept, poses, rates)
+        toothed = [(gear, gears[gear.name]) for gear in mechanism.gears] if gears else []
         return Result(
             scene=self.scene,
             versions={},
@@ -96,8 +97,8 @@ class Histories:
             laps=tuple(lap for lap in laps if lap.time < recorder.grid[-1]),
             checks=self._checks(steps_per_contact),
             frictions={} if frictions is None else self._frictions(*frictions),
-            gear_forces=self._of_gears(gears or {}, in_newtons=True),
-            gear_torques=self._of_gears(gears or {}, in_newtons=False),
+            gear_forces={gear.name: own for gear, own in toothed if gear.in_newtons},
+            gear_torques={gear.name: own for gear, own in toothed if not gear.in_newtons},
             **own,
         )
 
@@ -162,13 +163,6 @@ class Histories:
             lasts = end > begin
             found[friction.name] = FrictionHistory(torque, lost, begin[lasts], end[lasts])
         return found
-
-    def _of_gears(
-        self, multipliers: Mapping[str, FloatArray], *, in_newtons: bool
-    ) -> dict[str, FloatArray]:
-        """Tangential forces (samples,), N, or torques, N m, of the gears that have them."""
-        gears = [gear.name for gear in self.mechanism.gears if gear.in_newtons == in_newtons]
-        return {name: multipliers[name] for name in gears}
 
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:

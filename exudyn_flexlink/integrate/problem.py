@@ -63,6 +63,9 @@ class Equations(Protocol):
     may follow curves.
     """
 
+    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrix and force at one instant (s)."""
+
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrices and forces at a step's stages (n,) s, of coordinates and speeds (n, ...).
 

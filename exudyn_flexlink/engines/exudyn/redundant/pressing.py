@@ -246,9 +246,10 @@ def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) ->
     if key not in system.laws:
         if isinstance(law, Friction):
             force = _sliding(law)
+        elif isinstance(law, PowerPenalty):
+            force = _pressing_by_power(law, free)
         else:
-            of_law = _pressing_by_power if isinstance(law, PowerPenalty) else _pressing
-            force = of_law(law, free)  # type: ignore[operator]
+            force = _pressing(law, free)
         system.laws[key] = utilities.CreateSymbolicUserFunction(
             system.mbs, force, "springForceUserFunction", itemTypeName=kind
         )

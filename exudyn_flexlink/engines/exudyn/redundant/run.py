@@ -15,7 +15,6 @@ from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import Kinks
-from exudyn_flexlink.engines.exudyn.redundant.gears import add_gear
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
 from exudyn_flexlink.engines.exudyn.redundant.pressing import add_joint_friction
@@ -89,7 +88,6 @@ def built(
     as_beam = scene.solver.formulation == "beam"
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
-    system.gears = [add_gear(system, gear) for gear in system.mechanism.gears]
     for friction in system.mechanism.frictions:
         add_joint_friction(system, friction)
     add_loads(system)
@@ -101,17 +99,16 @@ def built(
 def _contacts(scene: Scene, system: System) -> Contacts:
     """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
     mechanism = system.mechanism
-    found = iter(resolutions(scene, system.assembly, system.coordinates.half_period))
+    found = resolutions(scene, system.assembly, system.coordinates.half_period)
+    count = len(mechanism.touching)
     contacts = []
-    for i, contact in enumerate(mechanism.touching):
-        assert not isinstance(
-            contact, (CurveContact, FlatContact, TurnStop)
-        )  # `prepare` refuses them
-        contacts.append(ContactItem(system, contact, i, next(found)))
-    for channel in mechanism.channels:
-        resolution = next(found)
-        for k, pair in enumerate(pairs(channel), start=len(contacts)):
-            contacts.append(ContactItem(system, pair, k, resolution, channel))
+    for i, (contact, resolution) in enumerate(zip(mechanism.touching, found, strict=False)):
+        # `prepare` refuses them
+        assert not isinstance(contact, (CurveContact, FlatContact, TurnStop))
+        contacts.append(ContactItem(system, contact, i, resolution))
+    for channel, resolution in zip(mechanism.channels, found[count:], strict=True):
+        for pair in pairs(channel):
+            contacts.append(ContactItem(system, pair, len(contacts), resolution, channel))
     return Contacts(contacts)
 
 
