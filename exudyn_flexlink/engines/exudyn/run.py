@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from types import ModuleType
 
 from exudyn_flexlink.engines import NotRepresentableError
@@ -11,7 +12,7 @@ from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, beyond_redundant, fittest, formulation
+from exudyn_flexlink.mechanism import beyond_redundant, fittest, formulation
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -55,11 +56,7 @@ def formulations(scene: Scene) -> tuple[str, ...]:
         return ("minimal",)
     first = fittest(scene)
     found = (first, "redundant" if first == "minimal" else "minimal")
-    return (*found, "beam") if _has_beams(scene, mechanism) else found
-
-
-def _has_beams(scene: Scene, mechanism: Mechanism) -> bool:
-    try:
-        return bool(beams_of(scene, mechanism))
-    except NotRepresentableError:
-        return False
+    with suppress(NotRepresentableError):
+        if beams_of(scene, mechanism):
+            return (*found, "beam")
+    return found

@@ -12,8 +12,7 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
-from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
-from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
+from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem, Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import Kinks
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
