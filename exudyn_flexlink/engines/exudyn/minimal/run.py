@@ -129,17 +129,10 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     """Put the Result together; its timings are still to come."""
     at_once = passed_on(run.problem.impacts.together, "all of them at once")
-    told = (*_shortened(run), *_slipped(run), *_on_dead_centres(run), *at_once)
+    halves = [run.problem.half_periods[k] for k in run.model.touches.ever]
+    short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
+    told = (*short, *_slipped(run), *_on_dead_centres(run), *at_once)
     return RunReader(run).result(told, _outcome(run, *complaint))
-
-
-def _shortened(run: MinimalRun) -> list[str]:
-    """Say where the user's own step was too long for a contact that came to be."""
-    given, halves = run.problem.given, run.problem.half_periods
-    if given is None:
-        return []
-    found = [halves[k] for k in run.model.touches.ever if FIRST * halves[k] < given]
-    return [shortened(given, min(found), FIRST * min(found))] if found else []
 
 
 def _slipped(run: MinimalRun) -> list[str]:

@@ -90,7 +90,7 @@ class _RunReader:
                 slot.slot.name: slot.force(self.multipliers, self.poses, self.kept.places[:, k])
                 for k, slot in enumerate(loop.slots)
             },
-            warnings=(*_warnings(prepared), *self._creeping()),
+            warnings=(*self._shortened(), *self._creeping()),
             outcome=_outcome(prepared, complaint),
         )
 
@@ -111,6 +111,12 @@ class _RunReader:
             ]
         )
         return np.zeros_like(torques), torques
+
+    def _shortened(self) -> Iterator[str]:
+        contacts = self.prepared.loop.contacts
+        every = [(own.resolution.half_period, own.resolution.step) for own in contacts.all]
+        touched = every if contacts.touches.ever else []
+        return shortened(self.prepared.scene.accuracy.step, touched)
 
     def _creeping(self) -> Iterator[str]:
         """Say that friction holds nothing here, and how fast a joint creeps as the run ends."""
@@ -188,18 +194,6 @@ def _settings(prepared: Prepared) -> EngineSettings:
         steps_per_contact=scene.solver.steps_per_contact,
         contact_step=contact_step if isfinite(contact_step) else None,
     )
-
-
-def _warnings(prepared: Prepared) -> list[str]:
-    """Say that contacts were resolved by steps shorter than the one that the scene gives."""
-    given = prepared.scene.accuracy.step
-    touched = bool(prepared.loop.contacts.touches.ever)
-    resolutions = [contact.resolution for contact in prepared.loop.contacts.all]
-    shorter = [own for own in resolutions if given is not None and own.step < given]
-    if given is None or not (touched and shorter):
-        return []
-    shortest = min(shorter, key=lambda own: own.step)
-    return [shortened(given, shortest.half_period, shortest.step)]
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
