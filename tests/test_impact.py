@@ -221,7 +221,6 @@ def test_a_lever_swings_past_the_point_beside_its_face():
     scene = load_scene(MODELS / "rigid.yaml", ["run.turns=0.65", "accuracy.tolerance=1e-5"])
     ours, judge = (simulate(with_impact(scene, "impulse"), by) for by in ("lagrangian", "exudyn"))
     assert ours.outcome.completed
-    assert len(ours.contacts["strike"].touches) == 2
     np.testing.assert_allclose(ours.poses[-1], judge.poses[-1], atol=1e-5)
 
 
