@@ -18,11 +18,11 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
-    "integrate": 1_680,
-    "engines": 2_515,
-    "engines/exudyn/minimal": 6_070,
-    "engines/exudyn/redundant": 3_535,
-    "engines/lagrangian": 2_090,
+    "integrate": 1_610,
+    "engines": 2_535,
+    "engines/exudyn/minimal": 6_000,
+    "engines/exudyn/redundant": 3_355,
+    "engines/lagrangian": 2_015,
     "mechanism": 6_070,
     "scene": 4_255,
     "expressions": 1_250,
@@ -41,8 +41,8 @@ CEILINGS = {
     "api": 1_735,
     "": 5_315,
 }
-WHOLE = {PACKAGE: 54_160, "tests": 27_870, "scripts": 8_700}
-SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
+WHOLE = {PACKAGE: 53_370, "tests": 27_890, "scripts": 8_700}
+SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
 

@@ -216,6 +216,14 @@ def test_both_engines_bounce_alike(restitution, grown):
     assert ours.checks.energy_residual < 1e-8 * ours.checks.largest_kinetic_energy
 
 
+def test_a_lever_swings_past_the_point_beside_its_face():
+    """At 0.32125 s, where the Lagrangian's step ends 4e-11 m past the line."""
+    scene = load_scene(MODELS / "rigid.yaml", ["run.turns=0.65", "accuracy.tolerance=1e-5"])
+    ours, judge = (simulate(with_impact(scene, "impulse"), by) for by in ("lagrangian", "exudyn"))
+    assert ours.outcome.completed
+    np.testing.assert_allclose(ours.poses[-1], judge.poses[-1], atol=1e-5)
+
+
 def test_stiffness_is_no_part_of_an_impulse():
     law = "contacts.strike.law={type: impulse, restitution: 0.5, stiffness: 100}"
     with pytest.raises(SceneError, match="stiffness"):

@@ -13,13 +13,7 @@ from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.mechanism import (
-    EnergyMeter,
-    anchor_position,
-    approach,
-    build_mechanism,
-    pairs,
-)
+from exudyn_flexlink.mechanism import EnergyMeter, anchor_position, approach, build_mechanism, pairs
 from exudyn_flexlink.observables import path
 
 PIVOT = np.array([0.02, 0.0])

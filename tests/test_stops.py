@@ -121,6 +121,14 @@ accuracy: {{tolerance: 1.0e-10}}
 """
 
 
+def test_a_stop_that_gives_way_is_no_penetration():
+    for formulation in ("minimal", "redundant"):
+        text = SLIDE.format(law="{stiffness: 1e6, restitution: 0.7}", time=0.5)
+        result = alone(text, f"solver.formulation={formulation}", "accuracy.tolerance=1e-5")
+        assert result.intervals["guide.from"].penetration.max() > 1e-4
+        assert result.checks.largest_penetration == 0  # which is that of contacts
+
+
 def test_a_slide_rests_on_its_stop_after_infinitely_many_touches():
     """All flights are over at sqrt(2 h/g) (1 + e)/(1 - e); then the stop carries the weight."""
     result = alone(SLIDE.format(law="{type: impulse, restitution: 0.7}", time=2))

@@ -7,6 +7,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from functools import cache, partial
 from importlib import import_module
+from platform import python_version
 from types import ModuleType
 
 from threadpoolctl import ThreadpoolController
@@ -129,7 +130,8 @@ def _run(scene: Scene, engine: str, progress: Progress | None, share: float = 1.
     with deferrable_interrupts() as ctrl_c, threads.limit(limits=1, user_api="blas"):
         result = room.run(retuned(scene, share, limits), progress, limits)
     result = diagnosed(replace(result, scene=scene))
-    versions = {THIS: version_of(THIS), **result.versions}
+    versions = {package: version_of(package) for package in (THIS, *room.PACKAGES)}
+    versions["python"] = python_version()
     result = replace(result, versions=versions, error=unmeasured(result))
     if ctrl_c.pending and result.outcome.completed:
         raise LateInterruptError(result)

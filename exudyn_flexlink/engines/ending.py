@@ -1,57 +1,22 @@
-"""How a run ended that controls its error: what both engines tell of it, and no mechanics."""
+"""How a run is made and how it ended, of every engine; and no mechanics."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import inf, isfinite, pi
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import inf, pi
+from time import perf_counter
+from typing import TypeVar
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Contact, Mechanism, cut_off
-from exudyn_flexlink.result import Checks, Integrator, Outcome
+from exudyn_flexlink.result import Integrator, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 RADAU = Integrator("Radau IIA", 9)
-
-
-class Counted(Protocol):
-    """Steps that were made: how many, the shortest and the longest (s), iterations in them."""
-
-    steps: int
-    smallest: float
-    largest: float
-
-    @property
-    def iterations(self) -> int:
-        """Newton's iterations; 0 of an explicit method."""
-
-
-class Checked(Protocol):
-    """What a recorder found: J, J and m; see `result.Checks`."""
-
-    energy_residual: float
-    largest_kinetic_energy: float
-    constraint_error: float
-
-
-def checks(made: Counted, found: Checked, deepest: float) -> Checks:
-    """Checks of a run whose contacts went in by `deepest` (m) at most."""
-    return Checks(
-        energy_residual=found.energy_residual,
-        largest_kinetic_energy=found.largest_kinetic_energy,
-        constraint_error=found.constraint_error,
-        steps=made.steps,
-        newton_iterations=made.iterations,
-        smallest_step=made.smallest if isfinite(made.smallest) else 0.0,
-        largest_step=made.largest,
-        steps_per_contact=inf,  # the error is controlled there as everywhere
-        largest_penetration=deepest,
-    )
-
-
 TOO_DEEP_ADVICE = "take a law without such a bound: 'formula: sphere', or one with a stiffness"
 
 
@@ -75,11 +40,21 @@ class DepthBounds:
         return f"'{self._names[k]}' was pressed {depths[k]:.4g} m deep: {bound}"
 
 
-def of_turns(scene: Scene, mechanism: Mechanism, time: float, left: float | None) -> Outcome:
-    """Outcome of a run that came to its end at `time` (s): failed, if turns are still to be made.
+def outcome_of(
+    scene: Scene,
+    mechanism: Mechanism,
+    time: float,
+    left: float | None,
+    reasons: Sequence[tuple[str, str]],
+) -> Outcome:
+    """Outcome of a run that came to `time` (s): failed, if turns are still to be made.
 
-    `left` is the angle still to turn (rad); None where the end was known beforehand.
+    `left` is the angle still to turn (rad); None where the end was known beforehand. It failed for
+    the first of `reasons` that is not empty; each has an advice.
     """
+    for reason, advice in reasons:
+        if reason:
+            return Outcome(False, time, reason, advice)
     missing = cut_off(scene, mechanism) if left is None else left
     if missing <= 0:
         return Outcome(True, time)
@@ -92,3 +67,24 @@ def of_turns(scene: Scene, mechanism: Mechanism, time: float, left: float | None
         f"turns of {turns:g}",
         "raise 'at_most', or a drive's value" if scene.drives else "raise 'at_most'",
     )
+
+
+Prepared = TypeVar("Prepared")
+Complaint = TypeVar("Complaint")
+
+
+def timed(
+    prepare: Callable[[], Prepared],
+    solve: Callable[[Prepared], Complaint],
+    finish: Callable[[Prepared, Complaint], Result],
+) -> Result:
+    """Make a run, and take the time of its three parts."""
+    began = perf_counter()
+    prepared = prepare()
+    ready = perf_counter()
+    complaint = solve(prepared)
+    solved = perf_counter()
+    result = finish(prepared, complaint)
+    done = perf_counter()
+    timings = {"prepare": ready - began, "solve": solved - ready, "process": done - solved}
+    return replace(result, timings=timings)

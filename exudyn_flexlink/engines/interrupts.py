@@ -13,7 +13,7 @@ from contextvars import ContextVar, copy_context
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from threading import Thread, current_thread, main_thread
-from typing import Protocol
+from typing import Any
 
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import Result
@@ -27,22 +27,16 @@ class LateInterruptError(Sendable, KeyboardInterrupt):
         self.result = result
 
 
-class Deferred(Protocol):
-    """Tells whether the user asked for the end while the result was put together."""
-
-    pending: bool
-
-
 @dataclass(frozen=True)
 class Stopping:
     """Means to end a run: both are entered by the run itself.
 
     Inside `interrupts` the request calls a function, which ends the solve after the step under way;
-    inside `deferrable_interrupts` and after that it is only taken note of.
+    inside `deferrable_interrupts` and after that it is only taken note of: it is `pending`.
     """
 
     interrupts: Callable[[Callable[[], None]], AbstractContextManager[None]]
-    deferrable_interrupts: Callable[[], AbstractContextManager[Deferred]]
+    deferrable_interrupts: Callable[[], AbstractContextManager[Any]]  # with `pending`, a bool
 
 
 _given: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
@@ -64,7 +58,7 @@ def interrupts(end: Callable[[], None]) -> AbstractContextManager[None]:
     return nullcontext() if means is None else means.interrupts(end)
 
 
-def deferrable_interrupts() -> AbstractContextManager[Deferred]:
+def deferrable_interrupts() -> AbstractContextManager[Any]:
     """Let a request to end be taken note of after the solve, where the caller gave means to ask."""
     means = _given.get()
     return nullcontext(_Request()) if means is None else means.deferrable_interrupts()

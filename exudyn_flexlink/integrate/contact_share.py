@@ -13,15 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.integrate.collocation import (
-    FROM,
-    POWERS,
-    REAL,
-    STAGES,
-    TO,
-    WEIGHTS,
-    A,
-)
+from exudyn_flexlink.integrate.collocation import FROM, POWERS, REAL, STAGES, TO, WEIGHTS, A
 from exudyn_flexlink.integrate.problem import Press, Pressing
 
 BOTH = (FROM[:, None, :] * TO.T[None, :, :]).reshape(STAGES * STAGES, -1)

@@ -1,9 +1,13 @@
-"""How long steps are: by the error that one may make, or all alike."""
+"""How long steps are: by the error that one may make, or all alike; what errors of speeds do."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.linalg import eigh
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.collocation import STAGES
 
 SHARE = 0.07  # of the tolerance: the error estimated of one step
@@ -12,6 +16,8 @@ SAFETY = 0.9
 # RADAU5's factor (2 k + 1)/(2 k + n), of at most k = 8 rounds of which n = 2 were made.
 TWO_ROUNDS = 17 / 18
 ORDER = STAGES + 1  # of the estimated error
+PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
+FREELY = 0.3  # of the run: what moves freely keeps an error of its speed for half of it on average
 
 
 @dataclass
@@ -62,3 +68,18 @@ class ErrorControl:
             before, then = self._before
             grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / ORDER))
         return float(max(LEAST_GROWTH, min(MOST_GROWTH, grow)))
+
+
+def slow_motions(mass: FloatArray, stiffness: FloatArray, end: float, least: float) -> FloatArray:
+    """Matrix (n, n) from errors of speeds to those of places that slow motions make of them, s.
+
+    A mode of angular frequency omega turns an error of its speed into one of place within 1/omega,
+    a motion without springs until the end of the run (s). Of both a part counts, since errors of
+    steps fall on all phases and all instants. Motions that do so in less than `least` (s) are none.
+    """
+    if not len(mass):
+        return np.zeros((0, 0))
+    squares, modes = eigh(stiffness, mass)
+    free = squares <= end**-2
+    times = np.where(free, FREELY * end, PART / np.sqrt(np.where(free, 1.0, squares)))
+    return np.asarray((modes * np.where(times > least, times, 0.0)) @ modes.T @ mass)

@@ -7,8 +7,11 @@ those of one step, of every number of the state.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
 from math import inf
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -31,17 +34,20 @@ BEYOND = 1.0 / np.finfo(float).eps
 STILL = np.zeros(2)
 
 
-class DenseStep(NamedTuple):
+@dataclass(frozen=True)
+class DenseStep:
     """A step from `t` over `h`, both s, or its part up to an event, by the dense output."""
 
     t: float
     h: float
     free: int  # coordinates
-    dense: Any
+    end: float
+    finish: FloatArray  # the state at the solver's `end` (s)
+    dense: Callable[[], Any]
 
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coordinates and speeds (m, n) at times (m,) within the step."""
-        y = np.array([self.dense(t) for t in time.tolist()])
+        y = np.array([self.finish if t == self.end else self.dense()(t) for t in time.tolist()])
         return y[:, : self.free], y[:, self.free : 2 * self.free]
 
 
@@ -108,11 +114,13 @@ class ExplicitStepper:
         if solver.status == "failed":
             raise NoConvergenceError(str(complaint))
         _require_bounds(solver.y)
-        step = DenseStep(self.time, solver.t - self.time, len(self.problem.q), _Lazy(solver))
+        t, y, count = float(solver.t), solver.y, len(self.problem.q)
+        dense = cache(solver.dense_output)  # which costs three evaluations: only if asked for
+        step = DenseStep(self.time, t - self.time, count, t, y, dense)
         event = self.problem.first_event(step)
-        self.time = float(solver.t)
+        self.time = t
         if event is not None:
-            step, self.time = step._replace(h=event.time - step.t), event.time
+            step, self.time = replace(step, h=event.time - step.t), event.time
         self.steps, self.largest = self.steps + 1, max(self.largest, step.h)
         if step.h > instant(self.time, EVENT_TIME):
             self.smallest = min(self.smallest, step.h)
@@ -151,18 +159,3 @@ def _require_bounds(y: FloatArray) -> None:
     """Refuse a state that diverges, which a tolerance may be loose enough to let pass."""
     if not np.abs(y).max(initial=0.0) < BEYOND:
         raise NoConvergenceError(DIVERGED)
-
-
-class _Lazy:
-    """Dense output of the last step, which costs three evaluations, only where it is asked for."""
-
-    def __init__(self, solver: Any) -> None:
-        self._solver = solver
-        self._dense: Any = None
-
-    def __call__(self, t: float) -> FloatArray:
-        if t == self._solver.t:
-            return np.asarray(self._solver.y)
-        if self._dense is None:
-            self._dense = self._solver.dense_output()
-        return np.asarray(self._dense(t))

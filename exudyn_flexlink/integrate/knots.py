@@ -14,36 +14,19 @@ change slowly. A step goes over as many knots as may be, and else ends at one of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
-
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.collocation import A, C
-from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.integrate.problem import Equations
 from exudyn_flexlink.integrate.radau import Step
 
 AT_KNOT = 1e-7  # of the step: a knot so close to its start is there
 
 
-class Followed(Protocol):
-    """Places on curves, as the coordinates of the equations follow them."""
-
-    def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Of each curve the knots' places (k,), in order, and the jumps there (k, 2)."""
-
-    def places(self, at: Evaluation) -> Sequence[float]:
-        """Places on the curves at an evaluation."""
-
-    def moved_by_point(self, k: int, at: Evaluation) -> float:
-        """How much (m/s^2) things accelerate if curve k pushes its point by 1 m/s^2."""
-
-
 class KnotControl:
     """Keeps what knots cost below an error of the accelerations, m/s^2, of anything."""
 
-    def __init__(self, followed: Followed, allowed: float) -> None:
+    def __init__(self, followed: Equations, allowed: float) -> None:
         """Take that error of a step, on average over the step."""
         self.followed, self.allowed = followed, allowed
         self._moved: dict[int, float] = {}  # by a push of each point: the most so far

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -59,8 +59,12 @@ Press = Callable[[FloatArray], Pressing]
 class Equations(Protocol):
     """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation.
 
-    A contact is a force of one gap and its rate, along the gap's gradient; it may leap.
+    A contact is a force of one gap and its rate, along the gap's gradient; it may leap. Coordinates
+    may follow curves.
     """
+
+    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrix and force at one instant (s)."""
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrices and forces at a step's stages (n,) s, of coordinates and speeds (n, ...).
@@ -76,6 +80,15 @@ class Equations(Protocol):
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., n) of the coordinates move anything, at most."""
+
+    def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Of each curve the knots' places (k,), in order, and the jumps there (k, 2)."""
+
+    def places(self, at: Evaluation) -> Sequence[float]:
+        """Places on the curves at an evaluation."""
+
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) things accelerate if curve k pushes its point by 1 m/s^2."""
 
 
 DIVERGED = "the state went beyond all bounds: the tolerance is too loose"

@@ -101,10 +101,7 @@ class Radau:
     """Steps by some equations."""
 
     def __init__(
-        self,
-        equations: Equations,
-        error_times: ErrorTimes,
-        position_per_speed_error: FloatArray,
+        self, equations: Equations, error_times: ErrorTimes, position_per_speed_error: FloatArray
     ) -> None:
         """Take the equations, and what turns speed errors into position errors.
 
@@ -228,12 +225,7 @@ class Radau:
         return np.asarray(found.force - (found.mass @ accelerations[:, :, None])[:, :, 0])
 
     def _errors(
-        self,
-        start: Evaluation,
-        state: State,
-        w: FloatArray,
-        moved: FloatArray,
-        matrices: _Matrices,
+        self, start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
     ) -> FloatArray:
         """Estimated errors of coordinates, and of speeds in one or two ways (2 or 3, n)."""
         h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts

@@ -5,39 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Protocol
+from time import monotonic
+from typing import TYPE_CHECKING, Protocol
 
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import NoConvergenceError
-from exudyn_flexlink.integrate.progress import ProgressMeter
 
+if TYPE_CHECKING:
+    from exudyn_flexlink.integrate.explicit import ExplicitStepper
+    from exudyn_flexlink.integrate.stepper import ImplicitStepper
+
+SECONDS_BETWEEN_REPORTS = 0.1
 MOST_AT_ONCE = 200  # events at one instant before the loop gives up
-
-
-class Stepper(Protocol):
-    """Makes steps, and counts them."""
-
-    @property
-    def time(self) -> float:
-        """Where it is, s."""
-
-    def begin(self) -> None:
-        """Take up the state at time 0."""
-
-    def advance(self, stop: float) -> Event | None:
-        """Make steps, no further than to `stop` (s); return the event at their end, if any.
-
-        Raises:
-            NoConvergenceError: no step is short enough.
-
-        """
-
-    def restart(self, event: Event | None = None) -> None:
-        """Go on from the present state, after an event if any.
-
-        The equations have changed; where forces only bend the last step still tells of the next.
-        """
 
 
 class Events(Protocol):
@@ -52,18 +32,38 @@ class Events(Protocol):
 
 
 @dataclass
+class ProgressMeter:
+    """Reports which part of a run is done, if somebody listens, up to ten times a second."""
+
+    report: Callable[[float], None] | None
+    end: float  # s
+    _told: float | None = None
+
+    def tell(self, time: float) -> None:
+        """Report that the run is at a time (s); the first call begins to count."""
+        if self.report is None:
+            return
+        now = monotonic()
+        if self._told is None:
+            self._told = now
+        if now - self._told > SECONDS_BETWEEN_REPORTS:
+            self._told = now
+            self.report(min(time / self.end, 1.0))
+
+
+@dataclass
 class Solution:
     """One run over `stops` (s), where the equations bend, to the last of them.
 
     `go_on` is told two stops between which it goes on, where something may leap there.
     """
 
-    stepper: Stepper
+    stepper: ImplicitStepper | ExplicitStepper
     events: Events
     stops: Sequence[float]
     progress: Callable[[float], None] | None = None
-    should_stop: Callable[[], bool] | None = None
     go_on: Callable[[float, float], None] | None = None
+    interrupted: bool = False
     _at_once: int = 0
 
     def __post_init__(self) -> None:
@@ -78,6 +78,10 @@ class Solution:
     def end(self) -> float:
         """Where it shall end, s."""
         return self.stops[-1]
+
+    def interrupt(self) -> None:
+        """End the run after the step that is under way."""
+        self.interrupted = True
 
     def run(self) -> None:
         """Integrate to the end, or to where the run is over or asked to stop.
@@ -102,7 +106,7 @@ class Solution:
                 self._meter.tell(self.time)
 
     def _over(self) -> bool:
-        return self.events.over or (self.should_stop is not None and self.should_stop())
+        return self.events.over or self.interrupted
 
     def _cross(self, event: Event) -> None:
         self.events.cross(event)

@@ -18,7 +18,7 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
-from exudyn_flexlink.integrate.knots import Followed, KnotControl
+from exudyn_flexlink.integrate.knots import KnotControl
 from exudyn_flexlink.integrate.problem import Equations, Evaluation, NoConvergenceError, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, Step
 
@@ -28,13 +28,6 @@ RETRY_FACTORS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.7, 1.25)
 ROUNDED = 10.0
 CORRECTIONS = 3  # by Newton's method, of where a step's end is moved to an event
 END_SHIFT = 1e-2  # of a step: its end is moved along its polynomial by no more than this
-
-
-class Model(Equations, Followed, Protocol):
-    """Equations as they are between two events."""
-
-    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrix and force at one instant (s)."""
 
 
 class HybridProblem(Protocol):
@@ -101,7 +94,7 @@ class ImplicitStepper:
 
     def __init__(
         self,
-        model: Model,
+        model: Equations,
         problem: HybridProblem,
         control: ErrorControl,
         error_times: ErrorTimes,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import inf
 
 import numpy as np
@@ -29,12 +29,17 @@ ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 
 THIN = 0.25
 
 
-def shortened(given: float, half_period: float, step: float) -> str:
-    """Warn that contacts of half a period (s) were resolved by steps (s) of their own."""
-    return (
-        f"a step of {given:.3g} s is too long for a contact, which lasts {half_period:.2g} s: "
-        f"in contact steps were {step:.3g} s"
-    )
+def shortened(given: float | None, touched: Iterable[tuple[float, float]]) -> Iterator[str]:
+    """Warn that contacts asked for steps shorter than the user's own (s), if there is one.
+
+    `touched` are half periods of contacts, and the steps (s) that they asked for.
+    """
+    shorter = [own for own in touched if given is not None and own[1] < given]
+    for half_period, step in sorted(shorter, key=lambda own: own[1])[:1]:
+        yield (
+            f"a step of {given:.3g} s is too long for a contact, which lasts {half_period:.2g} s: "
+            f"in contact steps were {step:.3g} s"
+        )
 
 
 def few_steps(result: Result) -> Iterator[str]:

@@ -7,7 +7,6 @@ from math import pi
 
 import numpy as np
 
-from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, kept_interval, wanted_interval
 from exudyn_flexlink.observables import crank_angle, crank_joint
 from exudyn_flexlink.result import INTERRUPTED, Result
@@ -28,11 +27,6 @@ def many_iterations(result: Result) -> Iterator[str]:
             "steps were not solved at first, and made shorter; look for a contact, a bend of the "
             "track or a dead centre that asks for it"
         )
-
-
-def unfound_pulses(result: Result) -> Iterator[str]:
-    """Say which drives vary too fast for all their pulses to be found before the run."""
-    yield from assemble_scene(result.scene).mechanism.unfound
 
 
 def tiny_steps(result: Result) -> Iterator[str]:

@@ -1,11 +1,14 @@
-"""Where a point is against a face, in plain floats: what the step loop asks after every step."""
+"""Where a point is against a face, and two circles, in plain floats.
+
+The step loop asks for that after every step.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, inf, sin
+from math import atan2, cos, hypot, inf, pi, sin
 
-from exudyn_flexlink.mechanism import FaceContact
+from exudyn_flexlink.mechanism import CircleContact, FaceContact, grip_of
 
 Vector = tuple[float, float]
 
@@ -26,6 +29,10 @@ class Touch:
     inside: float = inf
     gap_bend: float = 0.0
     slip_bend: float = 0.0
+
+    def gap_after(self, step: float) -> float:
+        """Gap (m) at the end of a step (s)."""
+        return self.gap + step * (self.gap_rate + 0.5 * step * self.gap_bend)
 
 
 def distance_from_ends(place: float, length: float) -> float:
@@ -68,3 +75,40 @@ class Faces:
             distance_from_ends(at, self.length),
         )
         return touch, (tx, ty), side
+
+
+class Circles:
+    """Gap, place and slip of two circles, the first outside or inside the second."""
+
+    def __init__(self, contact: CircleContact) -> None:
+        self.distance, (self.radius, self.edge) = contact.distance, contact.radii
+        self.way = -1.0 if contact.inside else 1.0
+
+    def grip(self, gap: float) -> tuple[float, float]:
+        """Return the grip and the friction's arm (m), by the gap (m)."""
+        pressed = self.distance + self.way * min(gap, 0.0)
+        return grip_of(-self.way * self.radius, self.distance, pressed)
+
+    def touch(
+        self, place: Vector, velocity: Vector, spins: Vector, angle: float
+    ) -> tuple[Touch, Vector, float]:
+        """Return how they touch, the direction from the second centre to the first, its length.
+
+        `place` (m) and `velocity` (m/s) are those of the first centre, from and against those of
+        the second, `spins` (rad/s) of both parts; `angle` (rad) is that of the second's axes.
+        """
+        (dx, dy), (ux, uy), (first, second) = place, velocity, spins
+        far, speed = hypot(dx, dy), hypot(ux, uy)
+        if far > 0:
+            nx, ny = dx / far, dy / far
+        else:  # concentric circles part the way they move, or along x
+            nx, ny = (ux / speed, uy / speed) if speed > 0 else (1.0, 0.0)
+        past, gap = nx * uy - ny * ux, self.way * (far - self.distance)
+        part, arm = self.grip(gap)
+        touch = Touch(
+            gap,
+            self.edge * ((atan2(ny, nx) - angle) % (2 * pi)),
+            self.way * (nx * ux + ny * uy),
+            part * (past - second * far) + arm * (first - second),
+        )
+        return touch, (nx, ny), far

@@ -1,23 +1,14 @@
-"""What both formulations tell of a run that stopped, and of what computed it."""
+"""What both formulations tell of a run that stopped."""
 
 from __future__ import annotations
 
-from platform import python_version
-
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Assembly, least_tolerance
-from exudyn_flexlink.versions import version_of
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter
 NEAR_ROUNDING = 1e3  # times the least tolerance: from there on it is no help to tighten one
 LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
-
-
-def versions() -> dict[str, str]:
-    """Versions of what computes."""
-    used = {package: version_of(package) for package in ("exudyn", "numpy")}
-    return {**used, "python": python_version()}
 
 
 def no_solution_advice(

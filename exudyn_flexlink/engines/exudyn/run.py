@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from time import perf_counter
+from contextlib import suppress
 from types import ModuleType
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.ending import RADAU
+from exudyn_flexlink.engines.ending import RADAU, timed
 from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, beyond_redundant, fittest, formulation
+from exudyn_flexlink.mechanism import beyond_redundant, fittest, formulation
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
+
+PACKAGES = "exudyn", "numpy"
 
 
 def order(scene: Scene) -> int:
@@ -35,20 +36,12 @@ def run(
         SceneError: the scene can't be put together.
 
     """
-    began = perf_counter()
-    assembly = assemble_scene(scene)
     room: ModuleType = minimal if formulation(scene) == "minimal" else redundant
-    prepared = room.prepare(scene, assembly, progress, limits)
-    ready = perf_counter()
-    complaint = room.solve(prepared)
-    solved = perf_counter()
-    result: Result = room.finish(prepared, complaint)
-    timings = {
-        "prepare": ready - began,
-        "solve": solved - ready,
-        "process": perf_counter() - solved,
-    }
-    return replace(result, timings=timings)
+
+    def prepared() -> object:
+        return room.prepare(scene, assemble_scene(scene), progress, limits)
+
+    return timed(prepared, room.solve, room.finish)
 
 
 def formulations(scene: Scene) -> tuple[str, ...]:
@@ -63,11 +56,7 @@ def formulations(scene: Scene) -> tuple[str, ...]:
         return ("minimal",)
     first = fittest(scene)
     found = (first, "redundant" if first == "minimal" else "minimal")
-    return (*found, "beam") if _has_beams(scene, mechanism) else found
-
-
-def _has_beams(scene: Scene, mechanism: Mechanism) -> bool:
-    try:
-        return bool(beams_of(scene, mechanism))
-    except NotRepresentableError:
-        return False
+    with suppress(NotRepresentableError):
+        if beams_of(scene, mechanism):
+            return (*found, "beam")
+    return found

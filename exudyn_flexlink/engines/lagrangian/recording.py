@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,21 +11,10 @@ from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.lagrangian.equations import momentum_rate
 from exudyn_flexlink.engines.lagrangian.system import Motion, System, joined
 from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps
+from exudyn_flexlink.integrate.explicit import DenseStep
+from exudyn_flexlink.integrate.radau import Step
 
-
-class Path(Protocol):
-    """A step: from `t` over `h` (s), and what it is in between."""
-
-    @property
-    def t(self) -> float:
-        """Its start, s."""
-
-    @property
-    def h(self) -> float:
-        """Its length, s."""
-
-    def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Free coordinates and speeds (m, n) at times (m,) within the step."""
+Path = Step | DenseStep
 
 
 class LinkKept(NamedTuple):

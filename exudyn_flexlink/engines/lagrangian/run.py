@@ -9,16 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from platform import python_version
-from threading import Event as Asked
-from time import perf_counter
-
-import numpy as np
-import scipy
 
 from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
-from exudyn_flexlink.engines.ending import RADAU, TOO_DEEP_ADVICE, checks, of_turns
+from exudyn_flexlink.engines.ending import RADAU, TOO_DEEP_ADVICE, outcome_of, timed
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.engines.interrupts import interrupts
@@ -36,25 +30,12 @@ from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import (
-    Mechanism,
-    end_of_run,
-    half_periods,
-    sample_times,
-    turn_goal,
-)
+from exudyn_flexlink.mechanism import Mechanism, end_of_run, half_periods, sample_times, turn_goal
 from exudyn_flexlink.observables import Watched
-from exudyn_flexlink.result import (
-    INTERRUPTED,
-    EnergyHistory,
-    EngineSettings,
-    Event,
-    Integrator,
-    Outcome,
-    Result,
-)
+from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Event, Integrator, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
+PACKAGES = "scipy", "numpy"
 DOP853 = Integrator("DOP853", 8)
 WITHOUT_TOLERANCE = 1e-7  # m: where the scene gives a step, of which the Lagrangian has no use
 TIGHTEN = "tighten the tolerance, since more energy is missing than there is; then "
@@ -71,11 +52,8 @@ class Prepared:
     scene: Scene
     model: Model
     system: System
-    recorder: Recorder
     problem: Problem
-    stepper: ImplicitStepper | ExplicitStepper
     solution: Solution
-    asked: Asked  # whether the user asked to stop
     laps: list[Event]
     tolerance: float  # m: error in positions that the run may make
 
@@ -98,14 +76,7 @@ def run(
         SceneError: the scene can't be put together.
 
     """
-    began = perf_counter()
-    prepared = prepare(scene, progress, limits)
-    solving = perf_counter()
-    complaint = solve(prepared)
-    solved = perf_counter()
-    result = finish(prepared, complaint)
-    timings = {"prepare": solving - began, "solve": solved - solving}
-    return replace(result, timings={**timings, "process": perf_counter() - solved})
+    return timed(lambda: prepare(scene, progress, limits), solve, finish)
 
 
 def prepare(
@@ -128,11 +99,8 @@ def prepare(
     else:
         control = ErrorControl(tolerance, limits=limits)
         stepper = ImplicitStepper(system, problem, control, error_times(mechanism, end), end)
-    asked = Asked()
-    solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress, asked.is_set)
-    return Prepared(
-        scene, model, system, recorder, problem, stepper, solution, asked, laps, tolerance
-    )
+    solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress)
+    return Prepared(scene, model, system, problem, solution, laps, tolerance)
 
 
 def explicit(scene: Scene, mechanism: Mechanism) -> bool:
@@ -146,9 +114,9 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
 
 def solve(prepared: Prepared) -> str:
     """Integrate to the end; return what went wrong, empty if nothing."""
-    problem, recorder = prepared.problem, prepared.recorder
+    problem, recorder = prepared.problem, prepared.problem.recorder
     complaint = ""
-    with interrupts(prepared.asked.set):
+    with interrupts(prepared.solution.interrupt):
         try:
             prepared.solution.run()
         except DeadCentreError as error:
@@ -162,60 +130,35 @@ def solve(prepared: Prepared) -> str:
 
 
 def finish(prepared: Prepared, complaint: str) -> Result:
-    """Put the Result together; its timings are still to come."""
-    recorder, model, mechanism = prepared.recorder, prepared.model, prepared.model.mechanism
+    """Put the Result together; its versions and timings are still to come."""
+    recorder, model = prepared.problem.recorder, prepared.model
     kept = recorder.all_kept()
-    (poses, rates), forces, deepest = (
-        recorder.motion(kept),
-        Forces(model, kept),
-        recorder.seeker.deepest,
-    )
+    forces = Forces(model, kept)
+    method = DOP853 if isinstance(prepared.solution.stepper, ExplicitStepper) else RADAU
     places = prepared.problem.seen.place
     histories = Histories(
-        mechanism, poses, rates, kept.press, deepest,
-        lambda first, count: recorder.intervals(first, places[first:][:count]),
-    )  # fmt: skip
-    method = DOP853 if isinstance(prepared.stepper, ExplicitStepper) else RADAU
-    energies = recorder.energies(kept, poses, rates)
-    return Result(
-        scene=prepared.scene,
+        prepared.scene, prepared.solution.stepper, recorder, kept, *recorder.motion(kept), places
+    )
+    return histories.result(
+        prepared.laps,
+        forces.joints(),
         engine="lagrangian",
         settings=EngineSettings(replace(method, tolerance=prepared.tolerance)),
-        versions={
-            "scipy": scipy.__version__, "numpy": np.__version__, "python": python_version(),
-        },
-        timings={},
-        part_names=tuple(part.name for part in mechanism.parts),
-        time=kept.t,
-        poses=poses,
-        rates=rates,
         drive_torques=forces.drive_torques(),
         drive_forces={},
-        joint_forces=forces.joints(),
-        slot_forces={mechanism.slots[0].name: forces.slot},
-        spring_forces={},  # linear springs are refused
-        contacts=histories.contacts(),
-        bearings={},
-        sleeves=histories.sleeves(),
-        energy=EnergyHistory(*energies.T),
-        extremes=recorder.seeker.extremes(),
-        laps=tuple(lap for lap in prepared.laps if lap.time < prepared.solution.end),
-        checks=checks(prepared.stepper, recorder, float(deepest.max(initial=0.0))),
+        slot_forces={model.mechanism.slots[0].name: forces.slot},
         warnings=tuple(passed_on(prepared.problem.impacts.together, "each in turn")),
         outcome=_outcome(prepared, complaint),
-    )  # fmt: skip
+    )
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
-    problem, time = prepared.problem, prepared.problem.time
-    if prepared.asked.is_set():
-        return Outcome(False, time, INTERRUPTED)
-    if problem.stop_reason:
-        return Outcome(False, time, problem.stop_reason, problem.stop_advice)
-    if reason := problem.bounds.passed(prepared.recorder.seeker.deepest):  # within a step
-        return Outcome(False, time, reason, TOO_DEEP_ADVICE)
-    if complaint:
-        recorder = prepared.recorder
-        gross = recorder.energy_residual > recorder.largest_kinetic_energy
-        return Outcome(False, time, complaint, f"{TIGHTEN}{ADVICE}" if gross else ADVICE)
-    return of_turns(prepared.scene, prepared.model.mechanism, time, problem.left)
+    problem, recorder = prepared.problem, prepared.problem.recorder
+    gross = recorder.energy_residual > recorder.largest_kinetic_energy
+    reasons = (
+        (INTERRUPTED if prepared.solution.interrupted else "", ""),
+        (problem.stop_reason, problem.stop_advice),
+        (problem.bounds.passed(recorder.seeker.deepest), TOO_DEEP_ADVICE),  # within a step
+        (complaint, f"{TIGHTEN}{ADVICE}" if gross else ADVICE),
+    )
+    return outcome_of(prepared.scene, prepared.model.mechanism, problem.time, problem.left, reasons)

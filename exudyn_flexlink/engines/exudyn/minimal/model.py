@@ -43,8 +43,8 @@ from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.expressions import NoValueError
+from exudyn_flexlink.integrate.clock import Window
 from exudyn_flexlink.integrate.problem import Evaluation, Press
-from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from threading import Event as Asked
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.ending import RADAU, checks
+from exudyn_flexlink.engines.ending import RADAU
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.closure_solver import RANK
 from exudyn_flexlink.engines.exudyn.minimal.closures import Track
@@ -16,13 +15,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, m
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder, TreeKept
-from exudyn_flexlink.engines.exudyn.reporting import versions
-from exudyn_flexlink.engines.histories import (
-    Histories,
-    friction_histories,
-    gear_forces,
-    push_of,
-)
+from exudyn_flexlink.engines.histories import Histories, push_of
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
@@ -38,14 +31,7 @@ from exudyn_flexlink.mechanism import (
     without_teeth,
 )
 from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
-from exudyn_flexlink.result import (
-    EnergyHistory,
-    EngineSettings,
-    Event,
-    FrictionHistory,
-    Outcome,
-    Result,
-)
+from exudyn_flexlink.result import EngineSettings, Event, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 
@@ -176,7 +162,6 @@ class MinimalRun:
     problem: MinimalProblem
     stepper: ImplicitStepper
     solution: Solution
-    asked: Asked  # whether the user asked to stop
     recorder: Recorder
     events: list[Event]
 
@@ -196,15 +181,6 @@ class RunReader:
             for spring in self.mechanism.linear_springs
         }
         self.on_points = self._pressing()
-        recorder = run.recorder
-        self.histories = Histories(
-            self.mechanism,
-            self.moved.poses,
-            self.moved.rates,
-            self.kept.press,
-            recorder.seeker.deepest,
-            lambda first, count: recorder.intervals(first, run.problem.places[first:][:count]),
-        )
         self.forces = {
             force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
             for force in self.mechanism.forces
@@ -231,57 +207,25 @@ class RunReader:
         return found
 
     def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
-        """Return the Result; its timings are still to come."""
-        poses, rates = self.moved.poses, self.moved.rates
-        recorder = self.run.recorder
-        energies = recorder.energies(self.kept, poses, rates)
-        return Result(
-            scene=self.run.scene,
+        """Return the Result; its versions and timings are still to come."""
+        run, poses, rates = self.run, self.moved.poses, self.moved.rates
+        own: TreeKept = self.kept.own
+        histories = Histories(
+            run.scene, run.stepper, run.recorder, self.kept, poses, rates, run.problem.places
+        )
+        return histories.result(
+            run.events,
+            self._joint_forces(),
+            gears=self.reactions.gears,
+            frictions=(own.rests, own.friction),
             engine="exudyn",
             settings=self._settings(),
-            versions=versions(),
-            timings={},
-            part_names=tuple(part.name for part in self.mechanism.parts),
-            time=self.time,
-            poses=poses,
-            rates=rates,
             drive_torques=self._torques(),
             drive_forces=self.forces,
-            joint_forces=self._joint_forces(),
             slot_forces={s.name: self.reactions.forces[s.name] for s in self.mechanism.slots},
-            spring_forces={
-                spring.name: force
-                for spring, force in self.pulls.items()
-                if spring.name in self.run.scene.springs
-            },
-            contacts=self.histories.contacts(),
-            bearings=self.histories.bearings(),
-            sleeves=self.histories.sleeves(),
-            energy=EnergyHistory(*energies.T),
-            extremes=recorder.seeker.extremes(),
-            laps=tuple(lap for lap in self.run.events if lap.time < self.run.problem.end),
-            checks=checks(
-                self.run.stepper,
-                recorder,
-                self._deepest(),
-            ),
             warnings=warnings,
             outcome=outcome,
-            frictions=self._frictions(),
-            gear_forces=gear_forces(self.mechanism, self.reactions.gears, in_newtons=True),
-            gear_torques=gear_forces(self.mechanism, self.reactions.gears, in_newtons=False),
         )
-
-    def _deepest(self) -> float:
-        """Largest penetration, m; of stops and ropes it is a stretch, or an angle."""
-        scene, seeker = self.run.scene, self.run.recorder.seeker
-        others = {*scene.stops, *scene.ropes}
-        own = [contact.name not in others for contact in seeker.contacts]
-        return float(seeker.deepest[own].max(initial=0.0))
-
-    def _frictions(self) -> dict[str, FrictionHistory]:
-        own, lost = self.kept.own, self.kept.totals[:, 2:]
-        return friction_histories(self.mechanism, self.time, own.rests, own.friction, lost)
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step
@@ -313,7 +257,7 @@ class RunReader:
                 forces[name] = sign * force
             elif name in self.reactions.forces:
                 forces[name] = self.reactions.forces[name]
-        return forces | self.histories.bearing_forces()
+        return forces
 
     def _momentum_rate(self, part: int) -> FloatArray:
         """Mass times acceleration of a part's centre, less its weight, N."""

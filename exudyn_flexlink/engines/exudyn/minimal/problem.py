@@ -38,10 +38,10 @@ from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Ov
 from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
+from exudyn_flexlink.integrate.control import FREELY, PART, slow_motions
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 from exudyn_flexlink.mechanism import pressed_among
 
 GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from threading import Event as Asked
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import error_times
 from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, of_turns
+from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, outcome_of
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.friction import LOCKS_ADVICE, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -82,16 +81,16 @@ def prepare(
         raise SceneError(scene.document, [own]) from error
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
-    knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
+    knots, leap = mechanism.knots(end), model.window.go_on
     leap(0.0, min(knots, default=inf))
-    solution = Solution(stepper, problem, [*knots, end], progress, asked.is_set, leap)
-    return MinimalRun(scene, model, problem, stepper, solution, asked, recorder, events)
+    solution = Solution(stepper, problem, [*knots, end], progress, leap)
+    return MinimalRun(scene, model, problem, stepper, solution, recorder, events)
 
 
 def solve(run: MinimalRun) -> tuple[str, str]:
     """Integrate to the end; return what went wrong and what to try, empty if nothing."""
     complaint = "", ""
-    with interrupts(run.asked.set):
+    with interrupts(run.solution.interrupt):
         try:
             run.solution.run()
             run.recorder.work_off()
@@ -130,17 +129,10 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     """Put the Result together; its timings are still to come."""
     at_once = passed_on(run.problem.impacts.together, "all of them at once")
-    told = (*_shortened(run), *_slipped(run), *_on_dead_centres(run), *at_once)
+    halves = [run.problem.half_periods[k] for k in run.model.touches.ever]
+    short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
+    told = (*short, *_slipped(run), *_on_dead_centres(run), *at_once)
     return RunReader(run).result(told, _outcome(run, *complaint))
-
-
-def _shortened(run: MinimalRun) -> list[str]:
-    """Say where the user's own step was too long for a contact that came to be."""
-    given, halves = run.problem.given, run.problem.half_periods
-    if given is None:
-        return []
-    found = [halves[k] for k in run.model.touches.ever if FIRST * halves[k] < given]
-    return [shortened(given, min(found), FIRST * min(found))] if found else []
 
 
 def _slipped(run: MinimalRun) -> list[str]:
@@ -185,13 +177,12 @@ def _goal(
 
 
 def _outcome(run: MinimalRun, complaint: str, advice: str) -> Outcome:
-    problem, time = run.problem, run.stepper.time
-    if run.asked.is_set():
-        return Outcome(False, time, INTERRUPTED)
-    if problem.stop_reason:
-        return Outcome(False, time, problem.stop_reason, problem.stop_advice)
-    if reason := problem.bounds.passed(run.recorder.seeker.deepest):  # within a step
-        return Outcome(False, time, reason, TOO_DEEP_ADVICE)
-    if complaint:
-        return Outcome(False, time, complaint, advice)
-    return of_turns(run.scene, run.model.assembly.mechanism, time, problem.left)
+    problem = run.problem
+    reasons = (
+        (INTERRUPTED if run.solution.interrupted else "", ""),
+        (problem.stop_reason, problem.stop_advice),
+        (problem.bounds.passed(run.recorder.seeker.deepest), TOO_DEEP_ADVICE),  # within a step
+        (complaint, advice),
+    )
+    mechanism = run.model.assembly.mechanism
+    return outcome_of(run.scene, mechanism, run.stepper.time, problem.left, reasons)

@@ -10,8 +10,7 @@ from math import cos, hypot, inf, pi, sin
 from typing import NamedTuple, Protocol
 
 from exudyn_flexlink.curves import Closest
-from exudyn_flexlink.engines.exudyn.circles import Circles
-from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector, distance_from_ends
+from exudyn_flexlink.engines.exudyn.faces import Circles, Faces, Touch, Vector, distance_from_ends
 from exudyn_flexlink.engines.exudyn.minimal.carriers import Carrier, Row
 from exudyn_flexlink.mechanism import (
     Anchor,

@@ -1,4 +1,10 @@
-"""All contacts of a run: which are looked at after a step, and what they ask of the next one."""
+"""Contacts of a run: when each acts, what its begin and end are, and the steps it asks for.
+
+A contact of the scene remembers on which side the point came: one that passed beside the face and
+is behind it is not in contact until it is back on the free side. The pairs of a sleeve are walled:
+whatever is behind the face, within its length, is pressed back. Of these only the near ones are
+looked at after a step.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +14,205 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.redundant.contact_item import AHEAD, BESIDE, ContactItem
-from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, StepEnd, end_on, first_zero
+from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingCircles, PressingFace
 from exudyn_flexlink.engines.exudyn.redundant.recording import Changed
-from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.mechanism import Channel, FaceContact
+from exudyn_flexlink.engines.exudyn.redundant.system import System
+from exudyn_flexlink.engines.touching import BECOMES, Change, Moment, Side, Touches
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism import (
+    TOUCHING,
+    Channel,
+    CircleContact,
+    FaceContact,
+    Resolution,
+    deepest_allowed,
+    pressed_among,
+)
 
+EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
+OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
+# Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
+# to step, and what a far shorter step leaves in them disturbs the next.
+SHORTEST = 0.1
+OVERSHOOT = 0.005  # of a contact's step: the step that ends so far behind a face sees the contact
+BESIDE = 0.05  # of the face's length beyond its ends, where a point may still come over it
+AHEAD = 4  # steps before a contact can begin, from which on its items act
 RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations settle in it
 # Steps ahead for which pairs of link and guide are looked at one by one: a look tells the gap's
 # acceleration by the look before, and what it asks of a step should be asked in time.
 LOOK_AHEAD = AHEAD + 2
 # Of a pair's own step, likewise: where a gap closes within so much, a step ends before that.
 MARGIN = 1.5
+
+
+class ContactItem:
+    """The state of one contact; `index` is its number among all contacts of the run."""
+
+    def __init__(
+        self,
+        system: System,
+        contact: FaceContact | CircleContact,
+        index: int,
+        resolution: Resolution,
+        channel: Channel | None = None,
+    ) -> None:
+        """`channel` is that whose link and guide it is a pair of."""
+        self.index = index
+        self.contact = contact
+        # Circles are walls all around: nothing comes beside or behind them.
+        self.walled = isinstance(contact, CircleContact) or channel is not None
+        self.resolution, self.contact_step = resolution, resolution.step
+        self._shortest = SHORTEST * resolution.step
+        self.items: PressingCircles | PressingFace
+        if isinstance(contact, CircleContact):
+            self.items = PressingCircles(system, contact)
+        else:
+            self.items = PressingFace(system, contact)
+        self.channel = channel
+        self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
+        self.touch: Touch | None = None  # at the last look
+        state = system.assembly.state
+        start = self.items.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
+        behind = not self.walled and start.gap < -TOUCHING
+        behind = behind and not pressed_among([contact], state.q)
+        self.side = Side.BEHIND if behind else Side.APART
+        self.changed: Changed | None = None  # what happened to it as the last step ended
+
+    @property
+    def broken(self) -> bool:
+        """Whether the link is so deep in a wall that it can't come back."""
+        if self.channel is None or self.touch is None or self.side is not Side.PRESSED:
+            return False
+        return -self.touch.gap > deepest_allowed(self.channel)
+
+    def after_step(self, now: StepEnd, step: float) -> float:
+        """Tell what began or ended with the last step; return the next step (s)."""
+        touch, before = self.items.touch(now.q_list, now.v_list), self.touch
+        self.changed = self._change(touch, now, before)
+        if self.changed is not None:
+            self.side = BECOMES[self.side, self.changed.what]
+            if self.side is Side.PRESSED:
+                self.items.begin(-self.changed.now.gap_rate)
+        if before is not None and now.step > 0:
+            touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
+            touch.slip_bend = (touch.slip - before.slip) / now.step
+        self.touch = touch
+        if self.side is Side.BEHIND:
+            self.items.wake(False)
+            return self._toward_free_side(touch, step)
+        if self.side is Side.PRESSED:
+            return self._while_pressed(touch, step)
+        if touch.gap < 0 or self._two_sided:
+            return self._toward_face(touch, step)
+        return self._while_apart(touch, step)
+
+    def rest(self) -> None:
+        """Cost nothing until the next look: it can't touch before that."""
+        self.items.wake(False)
+        self.touch = self.changed = None
+
+    def aim(self, step: float) -> None:
+        """Prepare the force for the next step, which is known now."""
+        if self.items.awake and self.touch is not None:
+            self.items.aim(self.touch, step)
+
+    # --- what happened -------------------------------------------------------------------------
+
+    def _change(self, touch: Touch, now: StepEnd, before: Touch | None) -> Changed | None:
+        """Tell what happened as a step ended at `touch`."""
+        on_face = self._on_face(touch.place + REACHED * now.step * touch.slip)
+        beyond, leaps, rate = touch.gap < 0 or self._two_sided, False, touch.gap_rate
+        press = 0.0
+        if self.side is Side.PRESSED:
+            if beyond and on_face:
+                return None
+            leaps = beyond
+            what = Change.SLIDES_OFF if leaps and not self.walled else Change.OPENS
+        elif self.side is Side.APART and beyond and on_face:
+            what = Change.CLOSES
+            leaps = -touch.gap > abs(rate) * now.step + OPEN
+            law = self.contact.law
+            assert not isinstance(law, Impulse)  # refused: it has no force
+            press = float(law.force(-touch.gap, -rate, -rate))
+            if before is not None:
+                # The step that found the contact ended in it, already slowed down a little.
+                rate = min(rate, before.gap_rate)
+        elif not self.walled and beyond == (self.side is Side.APART):
+            what = Change.PASSES
+        else:
+            return None
+        moment = Moment(now.time, touch.place, rate, press=press)
+        return Changed(self.index, what, moment, leaps)
+
+    # --- steps ---------------------------------------------------------------------------------
+
+    def _while_pressed(self, touch: Touch, step: float) -> float:
+        self.items.wake(True)
+        if not self._two_sided:  # what is held on both sides strikes nothing
+            step = self._toward_release(touch, min(step, self.contact_step))
+        until = inf
+        if abs(touch.slip) * step > EDGE * self.items.length:
+            left = self.items.length - touch.place if touch.slip > 0 else touch.place
+            until = left / abs(touch.slip)
+        if until > 1.5 * self.contact_step:
+            return end_on(step, until - self.contact_step)
+        # Just before the end: a step beyond it would have no force at all.
+        return end_on(step, until - 0.5 * REACHED * min(step, until))
+
+    def _toward_release(self, touch: Touch, step: float) -> float:
+        """End a step where the point leaves the face: a step across it changes the energy."""
+        until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
+        return end_on(step, max(until, self._shortest))
+
+    def _while_apart(self, touch: Touch, step: float) -> float:
+        gap = max(touch.gap, OPEN)
+        until = self.items.meeting(touch, gap)
+        until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
+        at = touch.place + touch.slip * until if until < inf else inf
+        if not self._can_meet(touch, at):
+            self.items.wake(False)
+            return step
+        self.items.begin(-touch.gap_rate)
+        # Items that act press everywhere behind the face's line, also beyond the face's ends.
+        self.items.wake(until < AHEAD * step and self._on_face(at))
+        # The integrator spreads the force at a step's end over the whole step: the step that
+        # reaches into the face must be one of the contact's, not one of free flight. `end_on`
+        # leaves no step shorter than a part of the one before, so steps shrink one after the other.
+        margin = max(self.contact_step, 2 * REACHED * step)
+        while until <= 1.5 * margin and margin > self.contact_step:
+            step /= 4
+            margin = max(self.contact_step, 2 * REACHED * step)
+        if until > 1.5 * margin:
+            return end_on(step, until - margin)
+        return min(step, max(until + OVERSHOOT * self.contact_step, self._shortest))
+
+    def _on_face(self, at: float) -> bool:
+        """Tell whether a place is on the face; circles, of infinite length, have no ends."""
+        length = self.items.length
+        return -EDGE * length <= at <= (1 + EDGE) * length
+
+    def _can_meet(self, touch: Touch, at: float) -> bool:
+        """Tell whether the point may be over the face, `at` a place, as the gap closes."""
+        margin = BESIDE * self.items.length
+        low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
+        return at < inf and high >= 0 and low <= self.items.length
+
+    def _toward_free_side(self, touch: Touch, step: float) -> float:
+        """Behind the face nothing acts; a step ends where the point is back on the free side."""
+        if touch.gap_rate <= 0:
+            return step
+        return end_on(step, -touch.gap / touch.gap_rate + self._shortest)
+
+    def _toward_face(self, touch: Touch, step: float) -> float:
+        """Beside a wall nothing acts; a step ends where the point comes over it."""
+        self.items.wake(False)
+        if touch.place < 0 < touch.slip:
+            return end_on(step, -touch.place / touch.slip)
+        if touch.place > self.items.length and touch.slip < 0:
+            return end_on(step, (self.items.length - touch.place) / touch.slip)
+        return step
 
 
 class Contacts:

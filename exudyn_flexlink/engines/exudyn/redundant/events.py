@@ -13,7 +13,7 @@ from math import inf, sqrt
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.window import Window
+from exudyn_flexlink.integrate.clock import Window
 from exudyn_flexlink.mechanism import Mechanism, joint_speed, sensed
 from exudyn_flexlink.mechanism.prescribed import Formula
 

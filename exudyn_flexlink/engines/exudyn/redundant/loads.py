@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import nan
 from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.mechanism import (
-    GROUND,
-    PointForce,
-    Ramp,
-    Size,
-    TorqueMotor,
-    force_at,
-    size_at,
-)
+from exudyn_flexlink.mechanism import GROUND, PointForce, Ramp, Size, TorqueMotor, force_at, size_at
 
 
 def add_loads(system: System) -> None:
@@ -46,32 +40,23 @@ def _add_torque(system: System, motor: TorqueMotor) -> None:
         if part == GROUND:
             continue
 
-        def torque(mbs: Any, time: float, _load: float, sign: float = sign) -> float:
-            try:
-                return sign * size_at(motor.size, system.window.inside(time), *_state(system, mbs))
-            except ArithmeticError as error:
-                system.errors.append(error)
-                return nan
+        def torque(time: float, q: FloatArray, v: FloatArray, sign: float = sign) -> float:
+            return sign * size_at(motor.size, time, q, v)
 
-        load = {"loadUserFunction": torque} if constant is None else {"load": sign * constant}
+        load = {"load": sign * constant} if constant is not None else {
+            "loadUserFunction": _asked(system, torque, nan)
+        }  # fmt: skip
         marker = system.angle_marker(part)
         number = system.mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, **load))
         system.loads.setdefault(motor.name, []).append(int(number))
 
 
 def _add_force(system: System, force: PointForce) -> None:
+    def push(time: float, q: FloatArray, v: FloatArray) -> list[float]:
+        return [*force_at(force, np.array([time]), q[None], v[None])[0].tolist(), 0.0]
+
     x, y = (_constant(size) for size in force.sizes)
-
-    def push(mbs: Any, time: float, _load: list[float]) -> list[float]:
-        q, v = _state(system, mbs)
-        at = np.array([system.window.inside(time)])
-        try:
-            return [*force_at(force, at, q[None], v[None])[0].tolist(), 0.0]
-        except ArithmeticError as error:
-            system.errors.append(error)
-            return [nan] * 3
-
-    load: dict[str, Any] = {"loadVectorUserFunction": push}
+    load: dict[str, Any] = {"loadVectorUserFunction": _asked(system, push, [nan] * 3)}
     if force.axes == GROUND and x is not None and y is not None:
         load = {"loadVector": [x, y, 0.0]}
     marker = system.point_marker(force.point)
@@ -79,8 +64,17 @@ def _add_force(system: System, force: PointForce) -> None:
     system.loads[force.name] = [int(number)]
 
 
-def _state(system: System, mbs: Any) -> tuple[Any, Any]:
-    """Coordinates and speeds (parts, 3) of the parts, as the solver has them now."""
-    data = mbs.systemData
-    q, v = data.GetODE2Coordinates().tolist(), data.GetODE2Coordinates_t().tolist()
-    return tuple(np.reshape(x, (-1, 3)) for x in system.coordinates.plain(q, v))  # type: ignore[return-value]
+def _asked(system: System, load: Callable[..., Any], nothing: Any) -> Callable[..., Any]:
+    """Let Exudyn ask for a load at the state (parts, 3) of now; `nothing` where it has no value."""
+
+    def asked(mbs: Any, time: float, _load: Any) -> Any:
+        data = mbs.systemData
+        q, v = data.GetODE2Coordinates().tolist(), data.GetODE2Coordinates_t().tolist()
+        state = (np.reshape(x, (-1, 3)) for x in system.coordinates.plain(q, v))
+        try:
+            return load(system.window.inside(time), *state)
+        except ArithmeticError as error:
+            system.errors.append(error)
+            return nothing
+
+    return asked

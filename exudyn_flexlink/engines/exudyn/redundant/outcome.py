@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, isfinite
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.ending import checks, of_turns
+from exudyn_flexlink.engines.ending import outcome_of
 from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept
 from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.engines.exudyn.reporting import (
-    LOCKED_ADVICE,
-    NO_SOLUTION,
-    no_solution_advice,
-    versions,
-)
-from exudyn_flexlink.engines.histories import Histories, friction_histories, gear_forces
+from exudyn_flexlink.engines.exudyn.reporting import LOCKED_ADVICE, NO_SOLUTION, no_solution_advice
+from exudyn_flexlink.engines.histories import Histories
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -33,20 +28,10 @@ from exudyn_flexlink.mechanism import (
     left_of,
     line_of,
     sizes_at,
-    spring_force,
     tooth_pushes,
     without_teeth,
 )
-from exudyn_flexlink.result import (
-    INTERRUPTED,
-    Checks,
-    EnergyHistory,
-    EngineSettings,
-    FrictionHistory,
-    Integrator,
-    Outcome,
-    Result,
-)
+from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Integrator, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 CREEPS = 3.0  # of the slip speed: what is slower is held by less than 0.995 of the bound
@@ -83,50 +68,30 @@ class _RunReader:
 
     def result(self, complaint: str) -> Result:
         """Return the Result; its timings are still to come."""
-        prepared, recorder, loop = self.prepared, self.recorder, self.prepared.loop
+        prepared, loop = self.prepared, self.prepared.loop
+        given = prepared.scene.accuracy.step
         touching = [own.touch for own in loop.contacts.all]
         places = np.array([0.0 if own is None else own.place for own in touching])
-        deepest = recorder.seeker.deepest
-        histories = Histories(
-            self.mechanism, self.poses, self.rates, self.kept.press, deepest,
-            lambda first, count: recorder.intervals(first, places[first:][:count]),
-        )  # fmt: skip
-        energies = recorder.energies(self.kept, self.poses, self.rates)
-        return Result(
-            scene=prepared.scene,
+        return Histories(
+            prepared.scene, loop, self.recorder, self.kept, self.poses, self.rates, places
+        ).result(
+            loop.events,
+            self._joint_forces(),
+            gears=self._of_gears(),
+            frictions=self._frictions(),
+            steps_per_contact=min(
+                (own.resolution.steps(given) for own in loop.contacts.all), default=inf
+            ),
             engine="exudyn",
             settings=_settings(prepared),
-            versions=versions(),
-            timings={},
-            part_names=tuple(part.name for part in self.mechanism.parts),
-            time=self.kept.t,
-            poses=self.poses,
-            rates=self.rates,
             drive_torques=self._torques(),
             drive_forces=self._drive_forces(),
-            joint_forces=self._joint_forces() | histories.bearing_forces(),
             slot_forces={
                 slot.slot.name: slot.force(self.multipliers, self.poses, self.kept.places[:, k])
                 for k, slot in enumerate(loop.slots)
             },
-            spring_forces={
-                spring.name: spring_force(spring, self.poses, self.rates)
-                for spring in self.mechanism.linear_springs
-                if spring.name in prepared.scene.springs
-            },
-            contacts=histories.contacts(),
-            bearings=histories.bearings(),
-            sleeves=histories.sleeves(),
-            energy=EnergyHistory(*energies.T),
-            extremes=recorder.seeker.extremes(),
-            # A lap that begins as the run ends is none.
-            laps=tuple(lap for lap in loop.events if lap.time < loop.end),
-            checks=self._checks(),
-            warnings=(*_warnings(prepared), *self._creeping()),
+            warnings=(*self._shortened(), *self._creeping()),
             outcome=_outcome(prepared, complaint),
-            frictions=self._frictions(),
-            gear_forces=gear_forces(self.mechanism, self._of_gears(), in_newtons=True),
-            gear_torques=gear_forces(self.mechanism, self._of_gears(), in_newtons=False),
         )
 
     def _of_gears(self) -> dict[str, FloatArray]:
@@ -137,15 +102,21 @@ class _RunReader:
             for gear, number in numbers
         }
 
-    def _frictions(self) -> dict[str, FrictionHistory]:
-        own = self.mechanism.frictions
-        if not own:
-            return {}
-        speeds = [joint_speed(friction.joint, self.poses, self.rates) for friction in own]
-        torques = [one.regularised(speed) for one, speed in zip(own, speeds, strict=True)]
-        never, lost = np.zeros((len(self.kept.t), len(own))), self.kept.totals[:, 2:]
-        columns = never, np.transpose(torques), lost
-        return friction_histories(self.mechanism, self.kept.t, *columns)
+    def _frictions(self) -> tuple[FloatArray, FloatArray]:
+        """Joints with friction (samples, joints) never rest, and their torques or forces."""
+        torques = np.transpose(
+            [
+                own.regularised(joint_speed(own.joint, self.poses, self.rates))
+                for own in self.mechanism.frictions
+            ]
+        )
+        return np.zeros_like(torques), torques
+
+    def _shortened(self) -> Iterator[str]:
+        contacts = self.prepared.loop.contacts
+        every = [(own.resolution.half_period, own.resolution.step) for own in contacts.all]
+        touched = every if contacts.touches.ever else []
+        return shortened(self.prepared.scene.accuracy.step, touched)
 
     def _creeping(self) -> Iterator[str]:
         """Say that friction holds nothing here, and how fast a joint creeps as the run ends."""
@@ -202,13 +173,6 @@ class _RunReader:
                 found[joint.name] = without_teeth(joint.name, force, teeth)
         return found
 
-    def _checks(self) -> Checks:
-        given = self.prepared.scene.accuracy.step
-        loop, recorder = self.prepared.loop, self.recorder
-        deepest = float(recorder.seeker.deepest.max(initial=0.0))
-        per_contact = min((own.resolution.steps(given) for own in loop.contacts.all), default=inf)
-        return replace(checks(loop, recorder, deepest), steps_per_contact=per_contact)
-
 
 def _settings(prepared: Prepared) -> EngineSettings:
     scene, beams = prepared.scene, prepared.system.beams
@@ -228,29 +192,14 @@ def _settings(prepared: Prepared) -> EngineSettings:
     )
 
 
-def _warnings(prepared: Prepared) -> list[str]:
-    """Say that contacts were resolved by steps shorter than the one that the scene gives."""
-    given = prepared.scene.accuracy.step
-    touched = bool(prepared.loop.contacts.touches.ever)
-    resolutions = [contact.resolution for contact in prepared.loop.contacts.all]
-    shorter = [own for own in resolutions if given is not None and own.step < given]
-    if given is None or not (touched and shorter):
-        return []
-    shortest = min(shorter, key=lambda own: own.step)
-    return [shortened(given, shortest.half_period, shortest.step)]
-
-
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     loop = prepared.loop
-    if loop.interrupted:
-        return Outcome(False, loop.time, INTERRUPTED)
-    if loop.stop_reason:
-        return Outcome(False, loop.time, loop.stop_reason, loop.stop_advice)
+    reasons = [(INTERRUPTED if loop.interrupted else "", ""), (loop.stop_reason, loop.stop_advice)]
     if complaint:
-        return Outcome(False, loop.time, _plain(complaint), _advice(prepared, complaint))
+        reasons.append((_plain(complaint), _advice(prepared, complaint)))
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
-        return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
-    return of_turns(prepared.scene, prepared.assembly.mechanism, loop.time, loop.left)
+        reasons.append(("the solver stopped early", "report this model, please"))
+    return outcome_of(prepared.scene, prepared.assembly.mechanism, loop.time, loop.left, reasons)
 
 
 def _plain(complaint: str) -> str:

@@ -17,17 +17,10 @@ from collections.abc import Callable, Sequence
 from math import atan2, cos, inf, sin, sqrt
 from typing import Any, NamedTuple
 
-from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
-from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector
+from exudyn_flexlink.engines.exudyn.faces import Circles, Faces, Touch, Vector
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.laws import (
-    Friction,
-    Impulse,
-    PowerPenalty,
-    PressingLaw,
-    RestitutionPenalty,
-)
+from exudyn_flexlink.laws import Friction, Impulse, PowerPenalty, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -110,9 +103,8 @@ class Pressing(ABC):
         places = ("localPosition0", aim.struck), ("localPosition1", aim.striking)
         for name, (x, y) in (*places, ("axis0", aim.along)):
             self._mbs.SetMarkerParameter(self._slip_marker, name, [x, y, 0.0])
-        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
         rate = -touch.gap_rate - step * touch.gap_bend
-        pressing = float(self._law.force(-gap, rate, self._approach))
+        pressing = float(self._law.force(-touch.gap_after(step), rate, self._approach))
         self._mbs.SetObjectParameter(self._slip, "stiffness", aim.grip * pressing)
         self._mbs.SetObjectParameter(self._slip, "damping", aim.grip)
 
@@ -158,8 +150,7 @@ class PressingFace(Pressing):
     def _aim(self, touch: Touch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
         (x, y), (ex, ey) = self._ahead(touch, step), self._faces.along
-        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
-        lateral = self._side * gap
+        lateral = self._side * touch.gap_after(step)
         return Aim((x - lateral * ey, y + lateral * ex), self._point.own, (ex, ey))
 
 
@@ -216,7 +207,7 @@ class PressingCircles(Pressing):
         """Where they touch at the end of a step (s) that begins at `touch`."""
         ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]
-        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
+        gap = touch.gap_after(step)
         part, arm = self._circles.grip(gap)
         arm /= part
         edge = self._circles.distance + self._circles.way * gap + arm
@@ -253,10 +244,12 @@ def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) ->
     assert isinstance(law, RestitutionPenalty | PowerPenalty | Friction)  # `run` refuses others
     key = law, free, kind
     if key not in system.laws:
-        if isinstance(law, PowerPenalty):
+        if isinstance(law, Friction):
+            force = _sliding(law)
+        elif isinstance(law, PowerPenalty):
             force = _pressing_by_power(law, free)
         else:
-            force = _sliding(law) if isinstance(law, Friction) else _pressing(law, free)
+            force = _pressing(law, free)
         system.laws[key] = utilities.CreateSymbolicUserFunction(
             system.mbs, force, "springForceUserFunction", itemTypeName=kind
         )
@@ -315,27 +308,24 @@ def _pressing(law: RestitutionPenalty, free: float) -> Law:
     elastic, lossy = law.elastic, law.lossy
     symbolic = Engine.symbolic
 
-    def one_side(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
-        pressed = u * (elastic - lossy * symbolic.tanh(free * v / law.transition_speed))
-        return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u)
+    def press(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
+        outward = free or -symbolic.sign(u)
+        pressed = u * (elastic - lossy * symbolic.tanh(outward * v / law.transition_speed))
+        return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u) if free else pressed
 
-    def both_sides(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
-        deeper = symbolic.sign(u) * v / law.transition_speed
-        return u * (elastic + lossy * symbolic.tanh(deeper))
-
-    return one_side if free else both_sides
+    return press
 
 
 def _pressing_by_power(law: PowerPenalty, free: float) -> Law:
     """Likewise of `laws.PowerPenalty`; the damping is the factor over the approach speed, s/m."""
     symbolic = Engine.symbolic
 
-    def one_side(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, by: Any, _o: Any) -> Any:
+    def press(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, by: Any, _o: Any) -> Any:
         damped = symbolic.max(0.0, 1.0 - free * by * v)
         pressed = -free * law.stiffness * symbolic.pow(symbolic.abs(u), law.exponent) * damped
         return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u)
 
-    return one_side
+    return press
 
 
 def _sliding(friction: Friction) -> Law:

@@ -61,10 +61,6 @@ class _States(NamedTuple):
     multipliers: FloatArray
     places: FloatArray
 
-    def pick(self, which: slice) -> _States:
-        """Return some of them."""
-        return _States(*(column[which] for column in self))
-
 
 class Recorder(BlockRecorder):
     """Takes the steps of a system.
@@ -117,7 +113,8 @@ class Recorder(BlockRecorder):
         balanced, pressing = self._balance(ends.t, ends.multipliers), self._pressing(count)
         if first:
             begun, _, speeds = pressing
-            self._start(self._known(ends.pick(slice(1)), balanced, begun[:1], speeds[:1])[0])
+            at_start = _States(*(column[:1] for column in ends))
+            self._start(self._known(at_start, balanced, begun[:1], speeds[:1])[0])
         reached = self._reached[None]
         if count > 1:
             reached = self._take_steps(ends, balanced, pressing)
@@ -132,10 +129,7 @@ class Recorder(BlockRecorder):
         self._rows = self._rows[-1:]
 
     def _take_steps(
-        self,
-        ends: _States,
-        balanced: _Balanced,
-        pressing: tuple[BoolArray, BoolArray, FloatArray],
+        self, ends: _States, balanced: _Balanced, pressing: tuple[BoolArray, BoolArray, FloatArray]
     ) -> FloatArray:
         """Take the steps between `ends`; return the totals there."""
         count, (begun, ended, speeds) = len(ends.t) - 1, pressing

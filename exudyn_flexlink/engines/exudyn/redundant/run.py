@@ -12,25 +12,18 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
-from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
-from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
+from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem, Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import Kinks
-from exudyn_flexlink.engines.exudyn.redundant.gears import add_gear
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
 from exudyn_flexlink.engines.exudyn.redundant.pressing import add_joint_friction
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.stepping import (
-    ErrorControl,
-    FixedStep,
-    Loop,
-    StepChooser,
-)
+from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
-from exudyn_flexlink.integrate.progress import ProgressMeter
+from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,
@@ -49,10 +42,7 @@ from exudyn_flexlink.scene import Scene
 
 
 def prepare(
-    scene: Scene,
-    assembly: Assembly,
-    progress: Callable[[float], None] | None,
-    limits: float = 1.0,
+    scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None, limits: float = 1.0
 ) -> Prepared:
     """Build the system, the loop and what records it.
 
@@ -73,7 +63,8 @@ def prepare(
         ExtremeSeeker(watched, pressing, HERMITE),
         contacts.touches,
     )
-    chooser, goal = _chooser(scene, system, end, limits), turn_goal(scene, assembly)
+    chooser = ErrorControl(scene.accuracy, end, system.coordinates.weights, limits)
+    goal = turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
     meter = ProgressMeter(progress, end)
     kinks = Kinks(assembly.mechanism, window)
@@ -96,7 +87,6 @@ def built(
     as_beam = scene.solver.formulation == "beam"
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
-    system.gears = [add_gear(system, gear) for gear in system.mechanism.gears]
     for friction in system.mechanism.frictions:
         add_joint_friction(system, friction)
     add_loads(system)
@@ -108,25 +98,17 @@ def built(
 def _contacts(scene: Scene, system: System) -> Contacts:
     """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
     mechanism = system.mechanism
-    found = iter(resolutions(scene, system.assembly, system.coordinates.half_period))
+    found = resolutions(scene, system.assembly, system.coordinates.half_period)
+    count = len(mechanism.touching)
     contacts = []
-    for i, contact in enumerate(mechanism.touching):
-        assert not isinstance(
-            contact, (CurveContact, FlatContact, TurnStop)
-        )  # `prepare` refuses them
-        contacts.append(ContactItem(system, contact, i, next(found)))
-    for channel in mechanism.channels:
-        resolution = next(found)
-        for k, pair in enumerate(pairs(channel), start=len(contacts)):
-            contacts.append(ContactItem(system, pair, k, resolution, channel))
+    for i, (contact, resolution) in enumerate(zip(mechanism.touching, found, strict=False)):
+        # `prepare` refuses them
+        assert not isinstance(contact, (CurveContact, FlatContact, TurnStop))
+        contacts.append(ContactItem(system, contact, i, resolution))
+    for channel, resolution in zip(mechanism.channels, found[count:], strict=True):
+        for pair in pairs(channel):
+            contacts.append(ContactItem(system, pair, len(contacts), resolution, channel))
     return Contacts(contacts)
-
-
-def _chooser(scene: Scene, system: System, end: float, limits: float) -> StepChooser:
-    if scene.accuracy.step is not None:
-        return FixedStep(scene.accuracy.step)
-    assert scene.accuracy.tolerance is not None  # a scene has one of both
-    return ErrorControl(scene.accuracy.tolerance, end, system.coordinates.weights, limits)
 
 
 def solve(prepared: Prepared) -> str:

@@ -16,14 +16,7 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import (
-    Arc,
-    Curve,
-    Evaluator,
-    LineSegment,
-    evaluator,
-    foot,
-)
+from exudyn_flexlink.curves import Arc, Curve, Evaluator, LineSegment, evaluator, foot
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.system import System

@@ -26,34 +26,15 @@ from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import Kinks, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.integrate.clock import instant
-from exudyn_flexlink.integrate.progress import ProgressMeter
-from exudyn_flexlink.integrate.window import Window
+from exudyn_flexlink.integrate.clock import Window, instant
+from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.scene import Accuracy
 
 ROUNDING_OF_TURNS = 1e-9  # rad: what the search for the end of a run's turns may leave
 KNOT_TIME = 1e-12  # s: to which the solver's steps add up
 STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
-
-
-class FixedStep:
-    """The user's step, everywhere but at events: it is `first` and `largest` (s).
-
-    Nothing controls its error: there is no `tolerance` (m).
-    """
-
-    tolerance = None
-
-    def __init__(self, step: float) -> None:
-        self.first = self.largest = step
-
-    def propose(self, now: StepEnd) -> float:  # noqa: ARG002
-        """Return the fixed step."""
-        return self.first
-
-    def restart_from(self, step: float) -> None:
-        """Stay with the fixed step."""
 
 
 class ErrorControl:
@@ -66,6 +47,8 @@ class ErrorControl:
 
     Every change of the step disturbs accelerations and reactions, since generalised-alpha carries
     accelerations from step to step. So steps change by factors of `RATIO`, and rarely grow.
+
+    Without a tolerance all are as long as the user's step, but at events.
     """
 
     CONSTANT = 0.1  # C above, of generalised-alpha with a spectral radius of 0.9
@@ -78,16 +61,16 @@ class ErrorControl:
     LARGEST_TURN = 0.1
 
     def __init__(
-        self, tolerance: float, duration: float, weights: FloatArray, limits: float = 1.0
+        self, accuracy: Accuracy, duration: float, weights: FloatArray, limits: float = 1.0
     ) -> None:
         """`weights` turn coordinates into lengths: 1 for positions, a lever arm for angles.
 
         Limits of steps, but that by their error, are `limits` times as long.
         """
-        self.tolerance = tolerance
+        self.tolerance = accuracy.tolerance  # m
         self.duration = duration
-        self.largest = limits * duration / 50
-        self.first = limits * duration * 1e-5
+        self.largest = accuracy.step or limits * duration / 50
+        self.first = accuracy.step or limits * duration * 1e-5
         self._largest_turn = limits * self.LARGEST_TURN
         self._step, self._since_change = self.first, 0
         self._weights = weights
@@ -97,6 +80,8 @@ class ErrorControl:
 
     def propose(self, now: StepEnd) -> float:
         """Return the step that makes its part of the tolerance."""
+        if self.tolerance is None:
+            return self.first
         row = self._steps % 4
         self._times[row] = now.time
         np.multiply(now.q, self._weights, out=self._positions[row])
@@ -106,7 +91,8 @@ class ErrorControl:
             return self._step
         # Divided differences carry 1/6 of the derivative.
         error = 6 * self.CONSTANT * now.step**3 * self._third_difference()
-        wanted = now.step * (self._share(now.time) / max(error, 1e-300)) ** (1 / 3)
+        share = self.tolerance / (self.GROWTH * self._foreseen(now.time))
+        wanted = now.step * (share / max(error, 1e-300)) ** (1 / 3)
         turning = max(map(abs, now.v_list[2::3]))
         if turning * wanted > self._largest_turn:
             wanted = self._largest_turn / turning
@@ -124,11 +110,10 @@ class ErrorControl:
     def _change(self, step: float) -> None:
         self._step, self._since_change = step, 0
 
-    def _share(self, time: float) -> float:
-        """Error that one step may make, m."""
+    def _foreseen(self, time: float) -> float:
+        """Steps that share the tolerance."""
         ahead = self.duration / (time + 0.02 * self.duration)
-        steps = max(self.FEWEST_STEPS, self._steps * ahead)
-        return self.tolerance / (self.GROWTH * steps)
+        return max(self.FEWEST_STEPS, self._steps * ahead)
 
     def _third_difference(self) -> float:
         """Largest third divided difference of the last four weighted positions, m/s^3."""
@@ -139,14 +124,11 @@ class ErrorControl:
         return max(float(third.max()), -float(third.min()))
 
 
-StepChooser = FixedStep | ErrorControl
-
-
 @dataclass
 class Loop:
     """What happens after each step of the solver: look for events, record, set the next step."""
 
-    chooser: StepChooser
+    chooser: ErrorControl
     slots: list[SlotItems]
     contacts: Contacts
     kinks: Kinks

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, add_beam, without_rods
-from exudyn_flexlink.engines.exudyn.redundant.beam_coordinates import BeamCoordinates
-from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
-from exudyn_flexlink.integrate.window import Window
+from exudyn_flexlink.engines.exudyn.redundant.coordinates import BeamCoordinates, Coordinates
+from exudyn_flexlink.integrate.clock import Window
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
     Assembly,
+    Gear,
     LinearSpring,
     Mechanism,
     Motor,
@@ -24,6 +25,7 @@ from exudyn_flexlink.mechanism import (
     RotarySpring,
     Slide,
     Weld,
+    constraints_at,
     motor_place,
 )
 
@@ -135,10 +137,11 @@ class System:
 
 
 def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
-    """Create bodies, pins, welds, slides, springs, motors, weight; gears, slots, contacts follow.
+    """Create bodies, pins, welds, slides, springs, motors, weight, gears; slots, contacts follow.
 
     Raises:
-        NotRepresentableError: a flexible body that shall be a beam does not start straight.
+        NotRepresentableError: a flexible body that shall be a beam does not start straight, or a
+            gear is not known to Exudyn's own solver.
 
     """
     assembly = replace(assembly, mechanism=without_rods(assembly.mechanism, beams))
@@ -163,6 +166,8 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
         system.motors.append(_add_speed_motor(system, motor))
     if any(mechanism.gravity):
         _add_weight(system)
+    for gear in mechanism.gears:
+        system.gears.append(_add_gear(system, gear))
     return system
 
 
@@ -296,6 +301,41 @@ def _add_speed_motor(system: System, motor: Motor) -> int:
     else:
         markers = [system.angle_marker(motor.first), system.angle_marker(motor.second)]
         item = items.ObjectConnectorCoordinate(markerNumbers=markers, **functions)
+    return int(system.mbs.AddObject(item))
+
+
+def _add_gear(system: System, gear: Gear) -> int:
+    """Hold a sum of coordinates of up to three parts, as large as it is at the start.
+
+    Exudyn's constraint has two ends: one is the ground, the other a body without mass that has the
+    coordinates of all parts.
+
+    Raises:
+        NotRepresentableError: the sum is none that stays one, or a part is in a beam.
+
+    """
+    q, places = system.assembly.state.q, system.assembly.state.places
+    rows = constraints_at(system.mechanism, q, places)
+    first = rows.first_rows[rows.names.index(gear.name)]
+    parts = sorted({part for part in rows.parts[first].tolist() if part != GROUND})
+    carried = any(tie.slide and tie.near.part != GROUND for tie in gear.ties)
+    if carried or system.in_beams & set(parts):
+        what = "no gear of a beam" if system.in_beams & set(parts) else "no rack on a moving body"
+        message = f"Exudyn's own solver has {what}: take 'formulation: minimal'"
+        raise NotRepresentableError(("joints", gear.name), message)
+    row = rows.jacobian(np.array([first])).reshape(-1, 3)[parts].reshape(1, -1)
+    whole = items.ObjectGenericODE2(
+        nodeNumbers=[system.nodes[part] for part in parts],
+        massMatrix=np.zeros((row.size, row.size)),
+    )
+    ground = items.MarkerNodeCoordinates(nodeNumber=system.ground_node)
+    body = items.MarkerObjectODE2Coordinates(objectNumber=system.mbs.AddObject(whole))
+    item = items.ObjectConnectorCoordinateVector(
+        markerNumbers=[system.mbs.AddMarker(ground), system.mbs.AddMarker(body)],
+        scalingMarker0=[],
+        scalingMarker1=row,
+        offset=[float(row[0] @ q[parts].ravel())],
+    )
     return int(system.mbs.AddObject(item))
 
 
