@@ -61,7 +61,7 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
-from exudyn_flexlink.scene.limits import TURNED, SlidePenalty, Stop, StopLaw, TurnPenalty
+from exudyn_flexlink.scene.limits import SlidePenalty, Stop, StopLaw, TurnPenalty
 from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (
@@ -83,5 +83,4 @@ from exudyn_flexlink.scene.run import (
     Solver,
 )
 from exudyn_flexlink.scene.schema import is_schema, json_schema
-from exudyn_flexlink.scene.spring_laws import ForceLaw, ForceTable, TorqueLaw, TorqueTable
-from exudyn_flexlink.scene.varying import Table, Value
+from exudyn_flexlink.scene.varying import ForceLaw, ForceTable, Table, TorqueLaw, Value

@@ -39,14 +39,16 @@ from exudyn_flexlink.scene.base import (
     refuse,
     refuse_place,
 )
-from exudyn_flexlink.scene.spring_laws import (
+from exudyn_flexlink.scene.varying import (
     ByOwn,
     ForceLaw,
     ForceTable,
+    Table,
     TorqueLaw,
     TorqueTable,
+    Value,
+    Varying,
 )
-from exudyn_flexlink.scene.varying import Table, Value, Varying
 from exudyn_flexlink.units import Dimension
 
 
