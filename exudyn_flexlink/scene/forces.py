@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
-from pydantic_core import CoreSchema, core_schema
+from pydantic import Field, model_validator
+from pydantic.functional_validators import BeforeValidator
 
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.quantities import (
@@ -40,6 +40,7 @@ from exudyn_flexlink.scene.base import (
     refuse_place,
 )
 from exudyn_flexlink.scene.varying import (
+    OF_DRIVES,
     ByOwn,
     ForceLaw,
     ForceTable,
@@ -52,27 +53,16 @@ from exudyn_flexlink.scene.varying import (
 from exudyn_flexlink.units import Dimension
 
 
-class _DownOrVector:
-    """Annotation of gravity: a value that points down, along -y, or a vector."""
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(_as_vector, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        vector = handler(schema)
-        return {"anyOf": [vector["prefixItems"][0], vector]}
-
-
 def _as_vector(value: Any) -> Any:
+    """Let a value point down, along -y."""
     return value if isinstance(value, (list, tuple, Mapping)) else (0.0, -float(_DOWN.read(value)))
 
 
 _DOWN = Quantity(Dimension.ACCELERATION)
-Gravity = Annotated[tuple[Acceleration, Acceleration], XY, _DownOrVector()]
+_Vector = tuple[Acceleration, Acceleration]
+Gravity = Annotated[
+    _Vector, XY, BeforeValidator(_as_vector, json_schema_input_type=Acceleration | _Vector)
+]
 """Acceleration of weight, [x, y] in m/s^2."""
 
 
@@ -241,7 +231,7 @@ class SpeedDrive(_Ramped):
 
     type: Literal["speed"] = "speed"
     joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
-    value: Annotated[Value, Varying(Dimension.ANGULAR_SPEED, Dimension.SPEED)] = Field(
+    value: Annotated[Value, Varying(*OF_DRIVES["speed"])] = Field(
         description="counter-clockwise speed of the second body, or its speed along the line; of "
         "time alone"
     )
@@ -260,7 +250,7 @@ class MotionDrive(Part):
 
     type: Literal["motion"] = "motion"
     joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
-    value: Annotated[Value, Varying(Dimension.ANGLE, Dimension.LENGTH)] = Field(
+    value: Annotated[Value, Varying(*OF_DRIVES["motion"])] = Field(
         description="angle of the second body, counter-clockwise, or how far its point is along "
         "the line from the first; of time alone"
     )
@@ -280,13 +270,13 @@ class TorqueDrive(_Ramped):
     joint: Annotated[
         Name, replace(REVOLUTE, to_slides="along it pushes a drive of type force, at a point")
     ] = Field(description="name of a revolute joint")
-    value: Annotated[Value, Varying(Dimension.TORQUE)] = Field(
+    value: Annotated[Value, Varying(*OF_DRIVES["torque"])] = Field(
         description="counter-clockwise torque on the second body; of time and state"
     )
     ramp: NonNegativeDuration = Field(0.0, description="time from zero to the full torque")
 
 
-ForceValue = Annotated[Value, Varying(Dimension.FORCE)]
+ForceValue = Annotated[Value, Varying(*OF_DRIVES["force"])]
 
 
 class ForceDrive(Part):

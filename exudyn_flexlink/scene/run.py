@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, model_validator
-from pydantic_core import CoreSchema, core_schema
+from pydantic import Field, Strict, model_validator
+from pydantic.functional_validators import BeforeValidator
 
 from exudyn_flexlink.quantities import (
     Angle,
@@ -127,25 +127,14 @@ class Initial(Part):
         return self
 
 
-class _OrAtRest:
-    """Annotation of the initial state: the text 'at_rest' stands for that key alone."""
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(_as_keys, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        return {"anyOf": [{"const": "at_rest"}, handler(schema)]}
-
-
 def _as_keys(value: Any) -> Any:
+    """Let the text 'at_rest' stand for that key alone."""
     return {"at_rest": True} if value == "at_rest" else value
 
 
-InitialOrRest = Annotated[Initial, _OrAtRest()]
+InitialOrRest = Annotated[
+    Initial, BeforeValidator(_as_keys, json_schema_input_type=Literal["at_rest"] | Initial)
+]
 
 
 class Run(Part):

@@ -111,6 +111,15 @@ ForceLaw: TypeAlias = Expression | ForceTable
 TorqueLaw: TypeAlias = Expression | TorqueTable
 
 
+OF_DRIVES = {
+    "speed": (Dimension.ANGULAR_SPEED, Dimension.SPEED),
+    "motion": (Dimension.ANGLE, Dimension.LENGTH),
+    "torque": (Dimension.TORQUE,),
+    "force": (Dimension.FORCE,),
+}
+"""What drives give, by their type; of two at a revolute joint, and at any other."""
+
+
 class Measured(float):
     """A number whose unit told which of several dimensions is meant."""
 
