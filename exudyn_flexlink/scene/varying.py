@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from exudyn_flexlink import quantities as si
 from exudyn_flexlink.expressions import (
     Expression,
     ExpressionError,
@@ -20,17 +21,6 @@ from exudyn_flexlink.expressions import (
     parse_expression,
     tokens_of,
 )
-from exudyn_flexlink.quantities import (
-    NUMBER,
-    UNIT,
-    Angle,
-    Coordinate,
-    Force,
-    Number,
-    Quantity,
-    Torque,
-)
-from exudyn_flexlink.quantities import in_words as value_in_words
 from exudyn_flexlink.scene.base import NEEDS_QUOTES, TAG, Part, Text, is_cut, listed, refuse
 from exudyn_flexlink.units import Dimension
 
@@ -54,7 +44,7 @@ class _Rows(Part):
 
 
 Row = Annotated[
-    tuple[Annotated[float, Quantity(Dimension.TIME)], Annotated[float, Number()]],
+    tuple[Annotated[float, si.Quantity(Dimension.TIME)], Annotated[float, si.Number()]],
     listed("time", "value"),
 ]
 
@@ -93,15 +83,15 @@ class _SpringTable(_Rows):
 class ForceTable(_SpringTable):
     """Forces of a spring by its length."""
 
-    points: tuple[Annotated[tuple[Coordinate, Force], listed("length", "force")], ...] = Field(
-        description="[[length, force], ...], by length; the run ends where it leaves them"
+    points: tuple[Annotated[tuple[si.Coordinate, si.Force], listed("length", "force")], ...] = (
+        Field(description="[[length, force], ...], by length; the run ends where it leaves them")
     )
 
 
 class TorqueTable(_SpringTable):
     """Torques of a spring by its angle."""
 
-    points: tuple[Annotated[tuple[Angle, Torque], listed("angle", "torque")], ...] = Field(
+    points: tuple[Annotated[tuple[si.Angle, si.Torque], listed("angle", "torque")], ...] = Field(
         description="[[angle, torque], ...], by angle; the run ends where it leaves them"
     )
 
@@ -205,8 +195,8 @@ class Varying(_OrTable):
         if isinstance(value, str):
             for other in self.dimensions[1:]:
                 with suppress(PydanticCustomError):
-                    return Measured(other, float(Quantity(other).read(value)))
-        number = float(Quantity(self.dimensions[0]).read(value))
+                    return Measured(other, float(si.Quantity(other).read(value)))
+        number = float(si.Quantity(self.dimensions[0]).read(value))
         if isinstance(value, str) and len(self.dimensions) > 1:
             return Measured(self.dimensions[0], number)
         return number
@@ -215,7 +205,7 @@ class Varying(_OrTable):
         found, wanted = _parsed(text, self.dimensions)
         if found.constant is None:
             return found
-        number = float(Quantity(wanted).read(found.constant))
+        number = float(si.Quantity(wanted).read(found.constant))
         several = found.powers is not None and len(self.dimensions) > 1
         return Measured(wanted, number) if several else number
 
@@ -234,7 +224,7 @@ class ByOwn(_OrTable):
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             value = repr(value)
         if not isinstance(value, str):
-            refuse(f"expected a table or a formula of '{self._own}', got {value_in_words(value)}")
+            refuse(f"expected a table or a formula of '{self._own}', got {si.in_words(value)}")
         found, _ = _parsed(value, [self._dimension], self._own)
         if any(one.of for one in found.sensed) or any(x.text == "t" for x in tokens_of(value)):
             hint = "a drive of type force or torque may be of time and state"
@@ -246,5 +236,5 @@ def _is_meant_as_one(text: str) -> bool:
     """Tell whether a text is an expression, or fails as one and not as a number with a unit."""
     if looks_like_expression(text):
         return True
-    single = re.fullmatch(rf"\s*(?:{NUMBER}\s*(?:{UNIT})?)?\s*", text)
+    single = re.fullmatch(rf"\s*(?:{si.NUMBER}\s*(?:{si.UNIT})?)?\s*", text)
     return single is None or any(mark in text for mark in ("(", "**", " + ", " - "))
