@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -236,7 +235,7 @@ def compare(first: Result, second: Result, names: tuple[str, str] | None = None)
         observables.separations(first, second, time, points),
         _seen(names[0], first, time, contacts),
         _seen(names[1], second, time, contacts),
-        known if isfinite(known) else None,
+        known if known <= time[-1] else None,
     )
 
 

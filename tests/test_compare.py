@@ -107,6 +107,8 @@ def test_the_horizon_is_the_earlier_one_of_both(ends):
     one, other = (known(still(), end) for end in ends)
     assert compare(one, other).horizon == 0.5
     assert compare(known(still(), None), still()).horizon is None
+    longer = compare(known(still(), 1e3), still())  # it is after the end of the shorter run
+    assert (longer.horizon, longer.beyond) == (None, None)
 
 
 def test_what_comes_after_the_horizon_is_not_judged():

@@ -222,6 +222,7 @@ class ByOwn(_OrTable):
         if isinstance(value, Expression):
             return value
         if isinstance(value, (int, float)) and not isinstance(value, bool):
+            si.to_si(value, self._dimension)  # which refuses what is not finite
             value = repr(value)
         if not isinstance(value, str):
             refuse(f"expected a table or a formula of '{self._own}', got {si.in_words(value)}")
