@@ -14,7 +14,6 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     CannotAssembleError,
     CannotMoveError,
-    Channel,
     CircleContact,
     Contact,
     FaceContact,
@@ -243,11 +242,16 @@ def _apart(contact: Contact, depth: float) -> str:
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:
     """Links with clearance that start beyond a wall or a corner of their guide."""
-    found = []
+    found, state = [], assembly.state
     for channel in assembly.mechanism.channels:
-        pressed = _deepest(assembly, channel) if channel.clearance > 0 else None
-        if pressed is not None:
-            pair, depth = pressed
+        depths = {
+            contact.name.removeprefix(f"{channel.name}: "): -float(at.gap)
+            for contact in (pairs(channel) if channel.clearance > 0 else ())
+            for at in [approach(contact, state.q, state.v)]
+            if 0 <= at.place <= contact.length and at.gap < -TOUCHING
+        }
+        if depths:
+            pair, depth = max(depths.items(), key=lambda item: item[1])
             message = f"the link starts {depth:.3g} m inside its guide's walls: {pair}"
             hint = "turn the link under 'initial: angles', or widen the clearance"
             found.append(Mistake(("joints", channel.name), message, hint))
@@ -263,17 +267,6 @@ def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
         for name, low, high in in_guides(scene, assembly.mechanism, assembly.state.q)
         if (far := max(float(low) - 1, -float(high))) > CLOSED
     ]
-
-
-def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
-    """Pair that starts deepest in a wall or a corner, and its penetration in m; None without."""
-    state = assembly.state
-    depths = {}
-    for contact in pairs(channel):
-        at = approach(contact, state.q, state.v)
-        if 0 <= at.place <= contact.length and at.gap < -TOUCHING:
-            depths[contact.name.removeprefix(f"{channel.name}: ")] = -float(at.gap)
-    return max(depths.items(), key=lambda item: item[1], default=None)
 
 
 def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:

@@ -144,16 +144,11 @@ def _initial_of(
     initial: specs.Initial, bodies: Mapping[str, specs.Body], joints: Mapping[str, specs.Joint]
 ) -> specs.Initial:
     """Keep the initial values of what is there; a body and a joint may have one name."""
-    kept = {
-        key: {
-            name: each
-            for name, each in value.items()
-            if name in (joints if key in specs.INITIAL_OF_JOINTS else bodies)
-        }
-        if isinstance(value, Mapping)
-        else value
-        for key, value in initial
-    }
+    kept: dict[str, Any] = dict(initial)
+    for key, value in initial:
+        if isinstance(value, Mapping):
+            there = joints if key in specs.INITIAL_OF_JOINTS else bodies
+            kept[key] = {name: each for name, each in value.items() if name in there}
     return specs.Initial.model_validate(kept)
 
 

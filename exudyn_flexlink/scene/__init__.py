@@ -23,7 +23,6 @@ from exudyn_flexlink.scene.contact_laws import (
     RubbingImpulse,
 )
 from exudyn_flexlink.scene.contacts import (
-    Circle,
     CircleOnCircle,
     Contact,
     LineOnCurve,
@@ -65,9 +64,7 @@ from exudyn_flexlink.scene.limits import SlidePenalty, Stop, StopLaw, TurnPenalt
 from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (
-    EXCLUSIVE_KEYS,
     SECTION_OF,
-    CheckedDocument,
     apply_settings,
     check_document,
     parse_scene,

@@ -22,6 +22,8 @@ from exudyn_flexlink.scene.base import (
 )
 from exudyn_flexlink.scene.contact_laws import Law, refuse_misfit
 
+Line = Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")]
+
 
 def _require_line(line: tuple[str, str]) -> str:
     """Return the body of a line, which has two points of it."""
@@ -38,9 +40,7 @@ class PointOnLine(Part):
 
     type: Literal["point_on_line"] = "point_on_line"
     point: MovingPointName = Field(description="point 'body.point' that strikes")
-    line: Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")] = (
-        Field(description="two points of the struck body")
-    )
+    line: Line = Field(description="two points of the struck body")
     side: Literal["left", "right"] = Field(
         "left", description="which side of the line, from its first to its second point, is free"
     )
@@ -181,9 +181,7 @@ class LineOnCurve(Part):
     """A straight face of a body can't cross a closed convex curve, such as a cam."""
 
     type: Literal["line_on_curve"] = "line_on_curve"
-    line: Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")] = (
-        Field(description="two points of the face, which goes on straight beyond them")
-    )
+    line: Line = Field(description="two points of the face, which goes on straight beyond them")
     side: Literal["left", "right"] = Field(
         "left", description="which side of the line, seen along it, the curve is on"
     )

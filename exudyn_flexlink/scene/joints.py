@@ -163,18 +163,11 @@ class RevoluteJoint(PointsJoint):
             )
         if self.clearance > 0 and self.law is None:
             refuse("missing 'law', the force between journal and bearing", _EXAMPLE)
-        if not _gives_clearance(self) and self.law is not None:
-            refuse(
-                "a revolute joint without clearance has no bearing to press on",
-                "give a clearance, 0 for a law that is idle; else leave the law out",
-                at="law",
-            )
-        if not _gives_clearance(self) and self.radius is not None:
-            refuse(
-                "a revolute joint without clearance has no journal",
-                "give a clearance; else leave the radius out",
-                at="radius",
-            )
+        for key, lacking in (("law", "bearing to press on"), ("radius", "journal")):
+            if not _gives_clearance(self) and getattr(self, key) is not None:
+                message = f"a revolute joint without clearance has no {lacking}"
+                hint = f"give a clearance, 0 for one that does nothing; else leave the {key} out"
+                refuse(message, hint, at=key)
         if self.law is not None and self.law.friction > 0 and self.radius is None:
             refuse("missing 'radius', that of the journal, on which friction acts")
         by_materials = isinstance(self.law, HertzLaw) and self.law.materials
