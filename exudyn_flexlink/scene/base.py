@@ -100,6 +100,11 @@ Named = Annotated[Mapping[str, Value], AfterValidator(FrozenMapping), PlainSeria
 """A read-only mapping from names to parts."""
 
 
+def by_name(description: str) -> Any:
+    """Return the default of a mapping from names that may be left out: an empty one."""
+    return Field(default_factory=FrozenMapping, description=description)
+
+
 class ByType:
     """Annotation of a union of parts: the key `type` picks the class, a string may be a name.
 

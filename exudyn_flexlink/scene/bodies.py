@@ -11,11 +11,11 @@ from exudyn_flexlink import quantities as si
 from exudyn_flexlink.scene.base import (
     ByType,
     Flag,
-    FrozenMapping,
     MaterialName,
     Named,
     Part,
     Point,
+    by_name,
     refuse,
 )
 from exudyn_flexlink.units import Dimension
@@ -95,9 +95,8 @@ class _Straight(Part):
         description="true: inertia m l^2/12 about the centre, of each rod of a flexible body; "
         "false: adds that of the section",
     )
-    points: Named[si.PositiveLength] = Field(
-        default_factory=FrozenMapping,
-        description="named points by their distance from the start; on a hinge: of the rod before",
+    points: Named[si.PositiveLength] = by_name(
+        "named points by their distance from the start; on a hinge: of the rod before"
     )
 
     @model_validator(mode="after")
@@ -127,9 +126,8 @@ class RigidBody(Part):
     inertia: si.NonNegativeInertia = Field(
         description="moment of inertia about the centre of mass; 0: a point mass"
     )
-    points: Named[Point] = Field(
-        default_factory=FrozenMapping,
-        description="named points [x, y] in the body's axes, metres, beside 'centre', that of mass",
+    points: Named[Point] = by_name(
+        "named points [x, y] in the body's axes, metres, beside 'centre', that of mass"
     )
     centre_of_mass: Point = Field((0.0, 0.0), description="[x, y] in the body's axes, metres")
 

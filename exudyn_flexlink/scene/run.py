@@ -13,7 +13,6 @@ from exudyn_flexlink.scene.base import (
     SLIDING,
     XY,
     Flag,
-    FrozenMapping,
     MovingPointName,
     Name,
     Named,
@@ -21,6 +20,7 @@ from exudyn_flexlink.scene.base import (
     Point,
     Refers,
     Value,
+    by_name,
     listed,
     refuse,
 )
@@ -44,46 +44,34 @@ class Initial(Part):
         description="true: starts where all forces balance, nothing moves and drives hold what "
         "they have at time 0; found downhill from where the other keys put the bodies",
     )
-    positions: OfBodies[Point] = Field(
-        default_factory=FrozenMapping,
-        description="[x, y] of bodies, metres: of a rod's start, of a rigid body's own origin; "
-        "held while assembling",
+    positions: OfBodies[Point] = by_name(
+        "[x, y] of bodies, metres: of a rod's start, of a rigid body's own origin; "
+        "held while assembling"
     )
-    angles: OfBodies[si.Angle] = Field(
-        default_factory=FrozenMapping, description="of bodies from +x; held while assembling"
-    )
-    guesses: OfBodies[si.Angle] = Field(
-        default_factory=FrozenMapping, description="angles from which the assembly is searched"
-    )
-    along: Annotated[Named[si.Coordinate], replace(SLIDING, play=True)] = Field(
-        default_factory=FrozenMapping,
-        description="how far second points of prismatic joints are along their lines from the "
-        "first, or starts of links along their sleeves; held while assembling",
+    angles: OfBodies[si.Angle] = by_name("of bodies from +x; held while assembling")
+    guesses: OfBodies[si.Angle] = by_name("angles from which the assembly is searched")
+    along: Annotated[Named[si.Coordinate], replace(SLIDING, play=True)] = by_name(
+        "how far second points of prismatic joints are along their lines from the "
+        "first, or starts of links along their sleeves; held while assembling"
     )
     speeds_along: Annotated[
         Named[si.Speed], replace(SLIDING, kinds=(*SLIDING.kinds, "slot"), play=True)
-    ] = Field(
-        default_factory=FrozenMapping,
-        description="how fast second points of prismatic joints move along their lines, away from "
+    ] = by_name(
+        "how fast second points of prismatic joints move along their lines, away from "
         "the first, starts of links along their sleeves, or points of slots along their curves, "
-        "seen from what carries these",
+        "seen from what carries these"
     )
-    speeds: OfBodies[si.AngularSpeed] = Field(
-        default_factory=FrozenMapping, description="angular speeds of bodies"
+    speeds: OfBodies[si.AngularSpeed] = by_name("angular speeds of bodies")
+    velocities: OfBodies[Velocity] = by_name(
+        "[x, y] of bodies: of a rod's start, of a rigid body's own origin"
     )
-    velocities: OfBodies[Velocity] = Field(
-        default_factory=FrozenMapping,
-        description="[x, y] of bodies: of a rod's start, of a rigid body's own origin",
+    states: OfBodies[tuple[PartState, ...]] = by_name(
+        "state of another run from which this one goes on, of every body: [x, y, "
+        "angle, and the rates of these] of its part, or of each of its rods; in place of all above"
     )
-    states: OfBodies[tuple[PartState, ...]] = Field(
-        default_factory=FrozenMapping,
-        description="state of another run from which this one goes on, of every body: [x, y, "
-        "angle, and the rates of these] of its part, or of each of its rods; in place of all above",
-    )
-    laps: Annotated[Named[Annotated[int, Strict()]], Refers("joints")] = Field(
-        default_factory=FrozenMapping,
-        description="of slots on curves with laps: the lap in which the point is; left out: 1; "
-        "laps backwards from the start of lap 1 are -1, -2, ..",
+    laps: Annotated[Named[Annotated[int, Strict()]], Refers("joints")] = by_name(
+        "of slots on curves with laps: the lap in which the point is; left out: 1; "
+        "laps backwards from the start of lap 1 are -1, -2, .."
     )
     clock: si.NonNegativeDuration = Field(
         0.0, description="what t is for drives as the run begins: a run that goes on has begun then"
