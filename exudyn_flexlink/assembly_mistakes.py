@@ -28,6 +28,8 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.scene import GROUND, LinearSpring, Scene
 from exudyn_flexlink.source import Mistake
 
+NO_START = (NoValueError, CannotAssembleError, CannotMoveError, NoRestError)
+"""What keeps a mechanism from being put together, or from its rest."""
 CLOSED = 1e-9  # m or rad: less is not worth a word
 ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
 
@@ -79,6 +81,18 @@ _ELSEWHERE: dict[str, tuple[str, ...]] = {
 """Where in the file those stand that are no joints."""
 
 
+def start_mistake(scene: Scene, error: Exception) -> Mistake:
+    """Say one of `NO_START` in the words of the model file."""
+    if isinstance(error, CannotAssembleError):
+        return _open_mistake(scene, error)
+    if isinstance(error, CannotMoveError):
+        return _speed_mistake(error)
+    if isinstance(error, NoRestError):
+        return _rest_mistake(scene, error)
+    assert isinstance(error, NoValueError)
+    return _value_mistake(scene, error)
+
+
 def path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
     """Place in the file of a joint, or of the flexible body within which it is."""
     if joint in scene.joints:
@@ -105,7 +119,7 @@ def _loop_of(scene: Scene, joint: str) -> list[str]:
     return []
 
 
-def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
+def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     """A joint that can't close, or what is given that keeps it from closing."""
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
     within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
@@ -126,7 +140,7 @@ def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     return Mistake(path, f"{message}: {' and '.join(missing)} missing", hint)
 
 
-def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
+def _value_mistake(scene: Scene, error: NoValueError) -> Mistake:
     """Name the drive or the spring whose expression, or table, has no value at the start."""
     path: tuple[str | int, ...] = ("drives",)
     for name, drive in scene.drives.items():
@@ -141,7 +155,7 @@ def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
     return Mistake(path, str(error), "as the mechanism starts")
 
 
-def speed_mistake(error: CannotMoveError) -> Mistake:
+def _speed_mistake(error: CannotMoveError) -> Mistake:
     """A drive or a speed at the start that joints, or others before it, do not allow."""
     if error.path[0] == "drives":
         return Mistake(
@@ -157,7 +171,7 @@ def speed_mistake(error: CannotMoveError) -> Mistake:
     )
 
 
-def rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
+def _rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
     """No rest near the start."""
     if error.kind == "contact":
         path = scene.stops[error.name].path if error.name in scene.stops else None

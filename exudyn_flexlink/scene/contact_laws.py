@@ -65,11 +65,8 @@ class DampedLaw(Part):
     @model_validator(mode="after")
     def _has_a_factor(self) -> DampedLaw:
         if self.restitution == 0 and self.type in ("flores", "gonthier", "exact"):
-            refuse(
-                f"must be greater than 0: '{self.type}' divides by it",
-                "a small one, or 'hunt_crossley', which returns more than is asked",
-                at="restitution",
-            )
+            hint = "a small one, or 'hunt_crossley', which returns more than is asked"
+            refuse(f"must be greater than 0: '{self.type}' divides by it", hint, at="restitution")
         return self
 
     @property
@@ -154,11 +151,8 @@ class RubbingImpulse(ImpulseLaw):
     @model_validator(mode="after")
     def _turns_back_by_friction(self) -> RubbingImpulse:
         if self.tangential_restitution > 0 and self.friction == 0:
-            refuse(
-                "needs 'friction', which turns the slip back",
-                "e.g. friction: 0.5",
-                at="tangential_restitution",
-            )
+            message = "needs 'friction', which turns the slip back"
+            refuse(message, "e.g. friction: 0.5", at="tangential_restitution")
         return self
 
 

@@ -128,11 +128,9 @@ class CircleOnCircle(Part):
         if first.inside and second.inside:
             refuse("each circle can't be inside the other", "leave one 'inside' out", at="circles")
         if second.inside and not first.radius < second.radius:
-            refuse(
-                "the circle inside must be the smaller one",
-                f"a radius below {second.radius:g} m",
-                at=("circles", self.circles.index(first), "radius"),
-            )
+            hint, at = f"a radius below {second.radius:g} m", self.circles.index(first)
+            message = "the circle inside must be the smaller one"
+            refuse(message, hint, at=("circles", at, "radius"))
         refuse_misfit(self.law, self.radii)
         return self
 

@@ -197,11 +197,10 @@ class _Ramped(Part):
     @model_validator(mode="after")
     def _ramp_of_a_number(self) -> _Ramped:
         if getattr(self, "ramp", 0.0) and not isinstance(getattr(self, "value", 0.0), float):
-            refuse(
-                "a ramp belongs to a number: an expression or a table says itself how it rises",
-                "leave the ramp out",
-                at="ramp",
+            message = (
+                "a ramp belongs to a number: an expression or a table says itself how it rises"
             )
+            refuse(message, "leave the ramp out", at="ramp")
         return self
 
 
@@ -279,11 +278,8 @@ class ForceDrive(Part):
 def _refuse_state(value: Value, what: str) -> None:
     if isinstance(value, Expression) and value.sensed:
         sensed = value.sensed[0]
-        refuse(
-            f"a {what} is of t alone; '{sensed.kind}({sensed.of})' belongs to the state",
-            "a drive of type torque or force may depend on the state",
-            at="value",
-        )
+        message = f"a {what} is of t alone; '{sensed.kind}({sensed.of})' belongs to the state"
+        refuse(message, "a drive of type torque or force may depend on the state", at="value")
 
 
 Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]

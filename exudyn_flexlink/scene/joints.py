@@ -156,11 +156,8 @@ class RevoluteJoint(PointsJoint):
     @model_validator(mode="after")
     def _bearing_needs_a_law(self) -> RevoluteJoint:
         if self.clearance > 0 and self.friction is not None:
-            refuse(
-                "a joint with clearance rubs by its law",
-                "give 'friction', a coefficient, under 'law'; or no clearance",
-                at="friction",
-            )
+            hint = "give 'friction', a coefficient, under 'law'; or no clearance"
+            refuse("a joint with clearance rubs by its law", hint, at="friction")
         if self.clearance > 0 and self.law is None:
             refuse("missing 'law', the force between journal and bearing", _EXAMPLE)
         for key, lacking in (("law", "bearing to press on"), ("radius", "journal")):
@@ -256,11 +253,8 @@ class SleeveJoint(Part):
     @model_validator(mode="after")
     def _walls_need_a_law(self) -> SleeveJoint:
         if self.clearance > 0 and self.supported:
-            refuse(
-                "a supported link has no clearance",
-                "give 'clearance' or 'supported', not both",
-                at="supported",
-            )
+            hint = "give 'clearance' or 'supported', not both"
+            refuse("a supported link has no clearance", hint, at="supported")
         if self.supported and not isinstance(self.law, ContactLaw | None):
             refuse("what holds a link on its axis is a 'penalty'", _EXAMPLE, at=("law", "type"))
         walls = self.clearance > 0 or self.supported
