@@ -49,8 +49,8 @@ def absent(scene: Scene, effects: Iterable[str]) -> list[str]:
     return [name for name in effects if idealise(scene, [name]) == scene]
 
 
-def _without_clearance(scene: Scene) -> dict[str, Any]:
-    return {"joints": {name: _ideal(joint) for name, joint in scene.joints.items()}}
+def _each(parts: Mapping[str, Any], change: Callable[[Any], Any]) -> dict[str, Any]:
+    return {name: change(part) for name, part in parts.items()}
 
 
 def _ideal(joint: specs.Joint) -> specs.Joint:
@@ -60,47 +60,30 @@ def _ideal(joint: specs.Joint) -> specs.Joint:
     return joint.model_copy(update={"clearance": 0.0, "law": None} | of_journal)
 
 
-def _without_flexibility(scene: Scene) -> dict[str, Any]:
-    return {"bodies": _each_flexible(scene, _rigid)}
-
-
-def _rigid(body: specs.FlexibleBody) -> specs.RodBody:
+def _rigid(body: specs.Body) -> specs.Body:
     """What a rod has, a flexible body has, too."""
+    if not isinstance(body, specs.FlexibleBody):
+        return body
     given = {key: getattr(body, key) for key in specs.RodBody.model_fields if key != "type"}
     return specs.RodBody(**given)
 
 
-def _without_friction(scene: Scene) -> dict[str, Any]:
-    walls = {n: _smooth(j) for n, j in scene.joints.items() if getattr(j, "acting", None)}
-    rubbing = {
-        name: joint.model_copy(update={"friction": None})
-        for name, joint in scene.joints.items()
-        if isinstance(joint, (specs.RevoluteJoint, specs.PrismaticJoint))
-        and joint.friction is not None
-    }
-    return {
-        "joints": {**scene.joints, **walls, **rubbing},
-        "contacts": {name: _smooth(contact) for name, contact in scene.contacts.items()},
-    }
-
-
 def _smooth(part: Any) -> Any:
-    if not isinstance(part.law, (specs.PenaltyLaw, specs.RubbingImpulse)):
+    """Return a joint or a contact without its friction, or that of its law."""
+    if getattr(part, "friction", None) is not None:
+        return part.model_copy(update={"friction": None})
+    law = getattr(part, "acting", getattr(part, "law", None))
+    if not isinstance(law, (specs.PenaltyLaw, specs.RubbingImpulse)):
         return part
     smooth = {"friction": 0.0}
-    if isinstance(part.law, specs.RubbingImpulse):
+    if isinstance(law, specs.RubbingImpulse):
         smooth["tangential_restitution"] = 0.0
-    return part.model_copy(update={"law": part.law.model_copy(update=smooth)})
+    return part.model_copy(update={"law": law.model_copy(update=smooth)})
 
 
-def _without_damping(scene: Scene) -> dict[str, Any]:
-    return {
-        "bodies": _each_flexible(scene, _undamped),
-        "springs": {name: _lossless(spring) for name, spring in scene.springs.items()},
-    }
-
-
-def _undamped(body: specs.FlexibleBody) -> specs.FlexibleBody:
+def _undamped(body: specs.Body) -> specs.Body:
+    if not isinstance(body, specs.FlexibleBody):
+        return body
     hinges = body.hinges.model_copy(update={"damping": 0.0})
     return body.model_copy(update={"hinges": hinges})
 
@@ -114,14 +97,6 @@ def _lossless(spring: specs.Spring) -> specs.Spring:
     stiffness = 0.0 if damper else spring.stiffness
     update = {"stiffness": stiffness, "damping": None, "damping_ratio": None}
     return spring.model_copy(update=update)
-
-
-def _each_flexible(
-    scene: Scene, change: Callable[[specs.FlexibleBody], specs.Body]
-) -> dict[str, specs.Body]:
-    """Change the flexible bodies, and keep the others."""
-    bodies = scene.bodies.items()
-    return {name: change(b) if isinstance(b, specs.FlexibleBody) else b for name, b in bodies}
 
 
 def _without_impact(scene: Scene) -> dict[str, Any]:
@@ -193,11 +168,17 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
 
 
 EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
-    "clearance": _without_clearance,
-    "flexibility": _without_flexibility,
+    "clearance": lambda scene: {"joints": _each(scene.joints, _ideal)},
+    "flexibility": lambda scene: {"bodies": _each(scene.bodies, _rigid)},
     "impact": _without_impact,
-    "friction": _without_friction,
-    "damping": _without_damping,
+    "friction": lambda scene: {
+        "joints": _each(scene.joints, _smooth),
+        "contacts": _each(scene.contacts, _smooth),
+    },
+    "damping": lambda scene: {
+        "bodies": _each(scene.bodies, _undamped),
+        "springs": _each(scene.springs, _lossless),
+    },
 }
 
 

@@ -197,10 +197,8 @@ class _Ramped(Part):
     @model_validator(mode="after")
     def _ramp_of_a_number(self) -> _Ramped:
         if getattr(self, "ramp", 0.0) and not isinstance(getattr(self, "value", 0.0), float):
-            message = (
-                "a ramp belongs to a number: an expression or a table says itself how it rises"
-            )
-            refuse(message, "leave the ramp out", at="ramp")
+            why = "an expression or a table says itself how it rises"
+            refuse(f"a ramp belongs to a number: {why}", "leave the ramp out", at="ramp")
         return self
 
 
