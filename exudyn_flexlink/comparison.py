@@ -227,14 +227,16 @@ def compare(first: Result, second: Result, names: tuple[str, str] | None = None)
         raise ValueError(f"the runs have no time in common: {' and '.join(spans)}")
     time, points = observables.common_times(first, second), observables.common_points(first, second)
     contacts = [name for name in first.scene.all_contacts if name in second.scene.all_contacts]
+    ours, theirs = observables.measures(first.scene), observables.measures(second.scene)
+    struck = [body for body, measure in ours.items() if measure == theirs.get(body)]
     known = min(run.error.known_until for run in (first, second))
     return Comparison(
         point,
         points,
         time,
         observables.separations(first, second, time, points),
-        _seen(names[0], first, time, contacts),
-        _seen(names[1], second, time, contacts),
+        _seen(names[0], first, time, contacts, struck),
+        _seen(names[1], second, time, contacts, struck),
         known if known <= time[-1] else None,
     )
 
@@ -277,10 +279,12 @@ def _meant(scene: Scene) -> dict[str, Any]:
     return found
 
 
-def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) -> Seen:
+def _seen(
+    name: str, result: Result, time: FloatArray, contacts: Sequence[str], struck: Sequence[str]
+) -> Seen:
     scene = result.scene
-    struck = {body: c for body, c in observables.struck_bodies(scene).items() if c in contacts}
-    levers = {body: observables.lever_response(result, c) for body, c in struck.items()}
+    by = observables.struck_bodies(scene)
+    levers = {body: observables.lever_response(result, by[body]) for body in struck}
     return Seen(
         name=name,
         result=result,

@@ -22,6 +22,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
+from exudyn_flexlink.scene import PrismaticJoint
 from exudyn_flexlink.storage import save_comparison
 
 
@@ -225,6 +226,14 @@ def test_a_run_with_clearance_beside_one_without(tilting, first):
     told = [cell.strip() for cell in row if cell.strip()][1:]
     assert told == (["no clearance", "6"] if first else ["6", "no clearance"])
     assert comparison(found) is not None
+
+
+def test_an_angle_and_a_length_of_one_body_are_not_compared(rigid):
+    joints = dict(rigid.scene.joints)
+    (pivot,) = (name for name, joint in joints.items() if "lever" in joint.bodies)
+    joints[pivot] = PrismaticJoint(points=joints[pivot].points, at=joints[pivot].at, axis=(1, 0))
+    sliding = replace(rigid, scene=rigid.scene.changed(joints=joints, springs={}))
+    assert compare(rigid, sliding, names=("turns", "slides")).levers == ()
 
 
 # --- between samples
