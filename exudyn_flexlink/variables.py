@@ -39,9 +39,13 @@ class Member(NamedTuple):
     variable: Variable | None
 
 
-@cache
 def members(kind: Any) -> tuple[Member, ...]:
     """Return the fields of a dataclass, in order."""
+    return _members(kind)
+
+
+@cache
+def _members(kind: Any) -> tuple[Member, ...]:
     hints = get_type_hints(kind, include_extras=True)
     return tuple(_member(own.name, hints[own.name]) for own in fields(kind))
 
