@@ -83,6 +83,7 @@ class DampedLaw(Part):
 class HertzLaw(Part):
     """Penalty contact of elastic bodies without losses, by its stiffness or by their materials."""
 
+    restitution: ClassVar[float] = 1.0  # nothing is lost
     type: Literal["hertz"] = "hertz"
     one_of = (("stiffness", "materials"),)
     belonging: ClassVar = {
@@ -111,11 +112,6 @@ class HertzLaw(Part):
     length: si.PositiveLength | None = Field(None, description="of both cylinders along their axes")
     friction: Coefficient = 0.0
     slip_speed: SlipSpeed = 1e-3
-
-    @property
-    def restitution(self) -> float:
-        """Nothing is lost."""
-        return 1.0
 
     @model_validator(mode="after")
     def _fits_its_formula(self) -> HertzLaw:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -144,6 +144,7 @@ class CircleOnCircle(Part):
 class PointOnCurve(Part):
     """A point of a body, or a roller around it, can't cross a curve."""
 
+    struck: ClassVar[str | None] = None  # what carries a curve is no lever to be struck
     type: Literal["point_on_curve"] = "point_on_curve"
     point: MovingPointName = Field(description="point 'body.point' that strikes")
     curve: CurveName = Field(description="name of the curve; 'on' a body it moves with that")
@@ -159,11 +160,6 @@ class PointOnCurve(Part):
         """Point that strikes, 'body.point'."""
         return self.point
 
-    @property
-    def struck(self) -> str | None:
-        """None: what carries a curve is no lever that is there to be struck."""
-        return None
-
     def __str__(self) -> str:
         """Say what meets what, in the words of a report."""
         what = f"roller around {self.point}" if self.radius > 0 else self.point
@@ -178,6 +174,7 @@ class PointOnCurve(Part):
 class LineOnCurve(Part):
     """A straight face of a body can't cross a closed convex curve, such as a cam."""
 
+    struck: ClassVar[str | None] = None  # what carries a curve is no lever to be struck
     type: Literal["line_on_curve"] = "line_on_curve"
     line: Line = Field(description="two points of the face, which goes on straight beyond them")
     side: Literal["left", "right"] = Field(
@@ -190,11 +187,6 @@ class LineOnCurve(Part):
     def striking(self) -> str:
         """First point of the face, 'body.point'."""
         return self.line[0]
-
-    @property
-    def struck(self) -> str | None:
-        """None: what carries a curve is no lever that is there to be struck."""
-        return None
 
     def __str__(self) -> str:
         """Say what meets what, in the words of a report."""
