@@ -24,7 +24,7 @@ CEILINGS = {
     "engines/exudyn/redundant": 3_535,
     "engines/lagrangian": 2_090,
     "mechanism": 6_185,
-    "scene": 4_255,
+    "scene": 4_050,
     "expressions": 1_250,
     "curves": 1_505,
     "observables": 1_945,
@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_690,
     "cli": 2_710,
     "api": 1_785,
-    "": 5_325,
+    "": 5_215,
 }
-WHOLE = {PACKAGE: 54_160, "tests": 27_870, "scripts": 8_700}
+WHOLE = {PACKAGE: 53_845, "tests": 27_870, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
