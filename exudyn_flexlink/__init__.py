@@ -77,88 +77,48 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from exudyn_flexlink.animation import FilmError
-    from exudyn_flexlink.api.animations import Animation
-    from exudyn_flexlink.api.comparisons import (
-        Comparison,
-        Fit,
-        MeasuredComparison,
-        compare,
-        fit,
-        joined,
-    )
-    from exudyn_flexlink.api.equilibria import Equilibrium, equilibrium
-    from exudyn_flexlink.api.exudyn_systems import exudyn_system
-    from exudyn_flexlink.api.results import Result, load, simulate
-    from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
-    from exudyn_flexlink.api.stability import (
-        Branches,
-        Stability,
-        bifurcation,
-        lyapunov,
-        stability_of,
-    )
-    from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
-    from exudyn_flexlink.continuing import CannotContinueError
-    from exudyn_flexlink.engines import NotRepresentableError
-    from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem
-    from exudyn_flexlink.fitting import NoFitError, NoOverlapError
-    from exudyn_flexlink.shipped import model_names
-    from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.stability import (
-        ImpossibleLapsError,
-        NoRhythmError,
-        StoppedError,
-        TooShortError,
-    )
-    from exudyn_flexlink.storage import StorageError
-    from exudyn_flexlink.sweeps import CannotStartError, standard_row
+    from exudyn_flexlink.animation import FilmError as FilmError
+    from exudyn_flexlink.api.animations import Animation as Animation
+    from exudyn_flexlink.api.comparisons import Comparison as Comparison
+    from exudyn_flexlink.api.comparisons import Fit as Fit
+    from exudyn_flexlink.api.comparisons import MeasuredComparison as MeasuredComparison
+    from exudyn_flexlink.api.comparisons import compare as compare
+    from exudyn_flexlink.api.comparisons import fit as fit
+    from exudyn_flexlink.api.comparisons import joined as joined
+    from exudyn_flexlink.api.equilibria import Equilibrium as Equilibrium
+    from exudyn_flexlink.api.equilibria import equilibrium as equilibrium
+    from exudyn_flexlink.api.exudyn_systems import exudyn_system as exudyn_system
+    from exudyn_flexlink.api.results import Result as Result
+    from exudyn_flexlink.api.results import load as load
+    from exudyn_flexlink.api.results import simulate as simulate
+    from exudyn_flexlink.api.scenes import Scene as Scene
+    from exudyn_flexlink.api.scenes import idealise as idealise
+    from exudyn_flexlink.api.scenes import load_scene as load_scene
+    from exudyn_flexlink.api.stability import Branches as Branches
+    from exudyn_flexlink.api.stability import Stability as Stability
+    from exudyn_flexlink.api.stability import bifurcation as bifurcation
+    from exudyn_flexlink.api.stability import lyapunov as lyapunov
+    from exudyn_flexlink.api.stability import stability_of as stability_of
+    from exudyn_flexlink.api.sweeps import Simulate as Simulate
+    from exudyn_flexlink.api.sweeps import SweepTable as SweepTable
+    from exudyn_flexlink.api.sweeps import load_sweep as load_sweep
+    from exudyn_flexlink.api.sweeps import sweep as sweep
+    from exudyn_flexlink.continuing import CannotContinueError as CannotContinueError
+    from exudyn_flexlink.engines import NotRepresentableError as NotRepresentableError
+    from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem as ExudynSystem
+    from exudyn_flexlink.fitting import NoFitError as NoFitError
+    from exudyn_flexlink.fitting import NoOverlapError as NoOverlapError
+    from exudyn_flexlink.shipped import model_names as model_names
+    from exudyn_flexlink.source import SceneError as SceneError
+    from exudyn_flexlink.stability import ImpossibleLapsError as ImpossibleLapsError
+    from exudyn_flexlink.stability import NoRhythmError as NoRhythmError
+    from exudyn_flexlink.stability import StoppedError as StoppedError
+    from exudyn_flexlink.stability import TooShortError as TooShortError
+    from exudyn_flexlink.storage import StorageError as StorageError
+    from exudyn_flexlink.sweeps import CannotStartError as CannotStartError
+    from exudyn_flexlink.sweeps import standard_row as standard_row
 
     __version__: str
-
-__all__ = [
-    "Animation",
-    "Branches",
-    "CannotContinueError",
-    "CannotStartError",
-    "Comparison",
-    "Equilibrium",
-    "ExudynSystem",
-    "FilmError",
-    "Fit",
-    "ImpossibleLapsError",
-    "MeasuredComparison",
-    "NoFitError",
-    "NoOverlapError",
-    "NoRhythmError",
-    "NotRepresentableError",
-    "Result",
-    "Scene",
-    "SceneError",
-    "Simulate",
-    "Stability",
-    "StoppedError",
-    "StorageError",
-    "SweepTable",
-    "TooShortError",
-    "__version__",
-    "bifurcation",
-    "compare",
-    "equilibrium",
-    "exudyn_system",
-    "fit",
-    "idealise",
-    "joined",
-    "load",
-    "load_scene",
-    "load_sweep",
-    "lyapunov",
-    "model_names",
-    "simulate",
-    "stability_of",
-    "standard_row",
-    "sweep",
-]
 
 _HOMES = {
     "animation": ("FilmError",),
@@ -179,6 +139,9 @@ _HOMES = {
     "storage": ("StorageError",),
     "sweeps": ("CannotStartError", "standard_row"),
 }
+_NAMES = ["__version__", *(name for names in _HOMES.values() for name in names)]
+if not TYPE_CHECKING:  # type checkers take the imports above
+    __all__ = [*_NAMES]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
@@ -192,4 +155,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(_NAMES)

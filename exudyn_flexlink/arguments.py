@@ -40,7 +40,10 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
     def checked(function: Callable[Given, Made]) -> Callable[Given, Made]:
         known = inspect.signature(function)
         assert set(kinds) <= set(known.parameters)
-        plain = {name: ANNOTATED.get(_bare(own)) for name, own in known.parameters.items()}
+        plain = {
+            name: ANNOTATED.get(str(own.annotation).removesuffix(" | None"))
+            for name, own in known.parameters.items()
+        }
         all_kinds = {name: kind for name, kind in (plain | kinds).items() if kind is not None}
 
         @wraps(function)
@@ -68,10 +71,6 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
         return call
 
     return checked
-
-
-def _bare(parameter: inspect.Parameter) -> str:
-    return str(parameter.annotation).removesuffix(" | None")
 
 
 def told(value: object) -> str:

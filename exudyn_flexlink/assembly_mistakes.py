@@ -14,7 +14,6 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     CannotAssembleError,
     CannotMoveError,
-    Channel,
     CircleContact,
     Contact,
     FaceContact,
@@ -29,6 +28,8 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.scene import GROUND, LinearSpring, Scene
 from exudyn_flexlink.source import Mistake
 
+NO_START = (NoValueError, CannotAssembleError, CannotMoveError, NoRestError)
+"""What keeps a mechanism from being put together, or from its rest."""
 CLOSED = 1e-9  # m or rad: less is not worth a word
 ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
 
@@ -80,6 +81,18 @@ _ELSEWHERE: dict[str, tuple[str, ...]] = {
 """Where in the file those stand that are no joints."""
 
 
+def start_mistake(scene: Scene, error: Exception) -> Mistake:
+    """Say one of `NO_START` in the words of the model file."""
+    if isinstance(error, CannotAssembleError):
+        return _open_mistake(scene, error)
+    if isinstance(error, CannotMoveError):
+        return _speed_mistake(error)
+    if isinstance(error, NoRestError):
+        return _rest_mistake(scene, error)
+    assert isinstance(error, NoValueError)
+    return _value_mistake(scene, error)
+
+
 def path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
     """Place in the file of a joint, or of the flexible body within which it is."""
     if joint in scene.joints:
@@ -106,7 +119,7 @@ def _loop_of(scene: Scene, joint: str) -> list[str]:
     return []
 
 
-def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
+def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     """A joint that can't close, or what is given that keeps it from closing."""
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
     within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
@@ -127,7 +140,7 @@ def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     return Mistake(path, f"{message}: {' and '.join(missing)} missing", hint)
 
 
-def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
+def _value_mistake(scene: Scene, error: NoValueError) -> Mistake:
     """Name the drive or the spring whose expression, or table, has no value at the start."""
     path: tuple[str | int, ...] = ("drives",)
     for name, drive in scene.drives.items():
@@ -142,7 +155,7 @@ def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
     return Mistake(path, str(error), "as the mechanism starts")
 
 
-def speed_mistake(error: CannotMoveError) -> Mistake:
+def _speed_mistake(error: CannotMoveError) -> Mistake:
     """A drive or a speed at the start that joints, or others before it, do not allow."""
     if error.path[0] == "drives":
         return Mistake(
@@ -158,7 +171,7 @@ def speed_mistake(error: CannotMoveError) -> Mistake:
     )
 
 
-def rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
+def _rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
     """No rest near the start."""
     if error.kind == "contact":
         path = scene.stops[error.name].path if error.name in scene.stops else None
@@ -243,11 +256,16 @@ def _apart(contact: Contact, depth: float) -> str:
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:
     """Links with clearance that start beyond a wall or a corner of their guide."""
-    found = []
+    found, state = [], assembly.state
     for channel in assembly.mechanism.channels:
-        pressed = _deepest(assembly, channel) if channel.clearance > 0 else None
-        if pressed is not None:
-            pair, depth = pressed
+        depths = {
+            contact.name.removeprefix(f"{channel.name}: "): -float(at.gap)
+            for contact in (pairs(channel) if channel.clearance > 0 else ())
+            for at in [approach(contact, state.q, state.v)]
+            if 0 <= at.place <= contact.length and at.gap < -TOUCHING
+        }
+        if depths:
+            pair, depth = max(depths.items(), key=lambda item: item[1])
             message = f"the link starts {depth:.3g} m inside its guide's walls: {pair}"
             hint = "turn the link under 'initial: angles', or widen the clearance"
             found.append(Mistake(("joints", channel.name), message, hint))
@@ -263,17 +281,6 @@ def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
         for name, low, high in in_guides(scene, assembly.mechanism, assembly.state.q)
         if (far := max(float(low) - 1, -float(high))) > CLOSED
     ]
-
-
-def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
-    """Pair that starts deepest in a wall or a corner, and its penetration in m; None without."""
-    state = assembly.state
-    depths = {}
-    for contact in pairs(channel):
-        at = approach(contact, state.q, state.v)
-        if 0 <= at.place <= contact.length and at.gap < -TOUCHING:
-            depths[contact.name.removeprefix(f"{channel.name}: ")] = -float(at.gap)
-    return max(depths.items(), key=lambda item: item[1], default=None)
 
 
 def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:

@@ -13,35 +13,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink import observables
 from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.measured_error import ForceDeviation
-from exudyn_flexlink.observables import (
-    SAME_STRIKE,
-    ContactTotals,
-    Deviation,
-    LeverResponse,
-    Measure,
-    Strike,
-    common_points,
-    common_times,
-    contact_totals,
-    farthest,
-    force_deviations,
-    joints_with_play,
-    lever_response,
-    measures,
-    positions,
-    separations,
-    strikes,
-    struck_bodies,
-    watched_point,
-)
+from exudyn_flexlink.observables import Deviation, Measure, Strike, watched_point
 from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.units import Dimension
@@ -62,10 +42,10 @@ class Seen:
     name: str
     result: Result
     position: FloatArray
-    levers: Mapping[str, LeverResponse]
+    levers: Mapping[str, observables.LeverResponse]
     answers: Mapping[str, FloatArray]
     strikes: Mapping[str, tuple[Strike, ...]]
-    contact: Mapping[str, ContactTotals]
+    contact: Mapping[str, observables.ContactTotals]
 
     @property
     def accuracy(self) -> str:
@@ -142,12 +122,14 @@ class Comparison:
 
     def farthest(self, time: float) -> str:
         """Name of the point that is farthest from itself in the other run at an instant (s)."""
-        return farthest(self.judged_by, self.distances[np.searchsorted(self.time, time)])
+        return observables.farthest(
+            self.judged_by, self.distances[np.searchsorted(self.time, time)]
+        )
 
     @property
     def worst(self) -> str:
         """Name of the point that is farthest from itself in the other run at any instant."""
-        return farthest(self.judged_by, self.distances.max(axis=0))
+        return observables.farthest(self.judged_by, self.distances.max(axis=0))
 
     @property
     def answer_differences(self) -> dict[str, FloatArray]:
@@ -178,7 +160,7 @@ class Comparison:
     def forces(self) -> dict[str, ForceDeviation]:
         """How far forces are apart up to the horizon, by what they are called."""
         until = np.inf if self.horizon is None else self.horizon
-        return force_deviations(self.first.result, self.second.result, until)
+        return observables.force_deviations(self.first.result, self.second.result, until)
 
     @property
     def first_strike(self) -> float | None:
@@ -243,17 +225,19 @@ def compare(first: Result, second: Result, names: tuple[str, str] | None = None)
     if min(first.time[-1], second.time[-1]) < max(first.time[0], second.time[0]):
         spans = [f"{run.time[0]:.6g} to {run.time[-1]:.6g} s" for run in (first, second)]
         raise ValueError(f"the runs have no time in common: {' and '.join(spans)}")
-    time, points = common_times(first, second), common_points(first, second)
+    time, points = observables.common_times(first, second), observables.common_points(first, second)
     contacts = [name for name in first.scene.all_contacts if name in second.scene.all_contacts]
+    ours, theirs = observables.measures(first.scene), observables.measures(second.scene)
+    struck = [body for body, measure in ours.items() if measure == theirs.get(body)]
     known = min(run.error.known_until for run in (first, second))
     return Comparison(
         point,
         points,
         time,
-        separations(first, second, time, points),
-        _seen(names[0], first, time, contacts),
-        _seen(names[1], second, time, contacts),
-        known if isfinite(known) else None,
+        observables.separations(first, second, time, points),
+        _seen(names[0], first, time, contacts, struck),
+        _seen(names[1], second, time, contacts, struck),
+        known if known <= time[-1] else None,
     )
 
 
@@ -261,8 +245,11 @@ def _check_one_scene(first: Result, second: Result) -> None:
     for what, of in (
         ("watched points", watched_point),
         ("contacts", lambda scene: list(scene.all_contacts)),
-        ("struck bodies", struck_bodies),
-        ("struck bodies' motions", lambda scene: {b: m.word for b, m in measures(scene).items()}),
+        ("struck bodies", observables.struck_bodies),
+        (
+            "struck bodies' motions",
+            lambda scene: {b: m.word for b, m in observables.measures(scene).items()},
+        ),
     ):
         one, other = of(first.scene), of(second.scene)
         if one != other:
@@ -292,20 +279,22 @@ def _meant(scene: Scene) -> dict[str, Any]:
     return found
 
 
-def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) -> Seen:
+def _seen(
+    name: str, result: Result, time: FloatArray, contacts: Sequence[str], struck: Sequence[str]
+) -> Seen:
     scene = result.scene
-    struck = {body: c for body, c in struck_bodies(scene).items() if c in contacts}
-    levers = {body: lever_response(result, c) for body, c in struck.items()}
+    by = observables.struck_bodies(scene)
+    levers = {body: observables.lever_response(result, by[body]) for body in struck}
     return Seen(
         name=name,
         result=result,
-        position=positions(result, [watched_point(scene)], time)[:, 0],
+        position=observables.positions(result, [watched_point(scene)], time)[:, 0],
         levers=levers,
         answers={body: lever.value_at(time) for body, lever in levers.items()},
-        strikes={contact: tuple(strikes(result, contact)) for contact in contacts},
+        strikes={contact: tuple(observables.strikes(result, contact)) for contact in contacts},
         contact={
-            joint: contact_totals(result, joint, end=float(time[-1]))
-            for joint in joints_with_play(result)
+            joint: observables.contact_totals(result, joint, end=float(time[-1]))
+            for joint in observables.joints_with_play(result)
         },
     )
 
@@ -329,7 +318,7 @@ def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
     if len(earlier) > 1 and abs(later[0].begin - earlier[1].begin) < apart:
         return True
     one, other = earlier[0].crank_angle, later[0].crank_angle
-    return one is not None and other is not None and abs(one - other) > SAME_STRIKE
+    return one is not None and other is not None and abs(one - other) > observables.SAME_STRIKE
 
 
 def _statistics(seen: Seen, point: str, time: FloatArray, part: BoolArray) -> Statistics:

@@ -5,32 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from exudyn_flexlink.scene import (
-    GROUND,
-    INITIAL_OF_JOINTS,
-    Body,
-    DampedLaw,
-    FlexibleBody,
-    ImpulseLaw,
-    Initial,
-    Joint,
-    Law,
-    LinearSpring,
-    PenaltyLaw,
-    PointsJoint,
-    PrismaticJoint,
-    RevoluteJoint,
-    RodBody,
-    RubbingImpulse,
-    Scene,
-    SleeveJoint,
-    SlotJoint,
-    Spring,
-    StopLaw,
-    TorsionalSpring,
-    references,
-    split_point,
-)
+from exudyn_flexlink import scene as specs
+from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake, SceneError
 
 IMPACTS = ("penalty", "impulse")
@@ -73,67 +49,47 @@ def absent(scene: Scene, effects: Iterable[str]) -> list[str]:
     return [name for name in effects if idealise(scene, [name]) == scene]
 
 
-def _without_clearance(scene: Scene) -> dict[str, Any]:
-    return {"joints": {name: _ideal(joint) for name, joint in scene.joints.items()}}
+def _each(parts: Mapping[str, Any], change: Callable[[Any], Any]) -> dict[str, Any]:
+    return {name: change(part) for name, part in parts.items()}
 
 
-def _ideal(joint: Joint) -> Joint:
-    if not isinstance(joint, (SleeveJoint, RevoluteJoint)) or joint.clearance == 0:
+def _ideal(joint: specs.Joint) -> specs.Joint:
+    if not isinstance(joint, (specs.SleeveJoint, specs.RevoluteJoint)) or joint.clearance == 0:
         return joint
-    of_journal = {"radius": None} if isinstance(joint, RevoluteJoint) else {}
+    of_journal = {"radius": None} if isinstance(joint, specs.RevoluteJoint) else {}
     return joint.model_copy(update={"clearance": 0.0, "law": None} | of_journal)
 
 
-def _without_flexibility(scene: Scene) -> dict[str, Any]:
-    return {"bodies": _each_flexible(scene, _rigid)}
-
-
-def _rigid(body: FlexibleBody) -> RodBody:
-    return RodBody(
-        length=body.length,
-        material=body.material,
-        section=body.section,
-        slender=body.slender,
-        points=body.points,
-    )
-
-
-def _without_friction(scene: Scene) -> dict[str, Any]:
-    walls = {n: _smooth(j) for n, j in scene.joints.items() if getattr(j, "acting", None)}
-    rubbing = {
-        name: joint.model_copy(update={"friction": None})
-        for name, joint in scene.joints.items()
-        if isinstance(joint, (RevoluteJoint, PrismaticJoint)) and joint.friction is not None
-    }
-    return {
-        "joints": {**scene.joints, **walls, **rubbing},
-        "contacts": {name: _smooth(contact) for name, contact in scene.contacts.items()},
-    }
+def _rigid(body: specs.Body) -> specs.Body:
+    """What a rod has, a flexible body has, too."""
+    if not isinstance(body, specs.FlexibleBody):
+        return body
+    given = {key: getattr(body, key) for key in specs.RodBody.model_fields if key != "type"}
+    return specs.RodBody(**given)
 
 
 def _smooth(part: Any) -> Any:
-    if not isinstance(part.law, (PenaltyLaw, RubbingImpulse)):
+    """Return a joint or a contact without its friction, or that of its law."""
+    if getattr(part, "friction", None) is not None:
+        return part.model_copy(update={"friction": None})
+    law = getattr(part, "acting", getattr(part, "law", None))
+    if not isinstance(law, (specs.PenaltyLaw, specs.RubbingImpulse)):
         return part
     smooth = {"friction": 0.0}
-    if isinstance(part.law, RubbingImpulse):
+    if isinstance(law, specs.RubbingImpulse):
         smooth["tangential_restitution"] = 0.0
-    return part.model_copy(update={"law": part.law.model_copy(update=smooth)})
+    return part.model_copy(update={"law": law.model_copy(update=smooth)})
 
 
-def _without_damping(scene: Scene) -> dict[str, Any]:
-    return {
-        "bodies": _each_flexible(scene, _undamped),
-        "springs": {name: _lossless(spring) for name, spring in scene.springs.items()},
-    }
-
-
-def _undamped(body: FlexibleBody) -> FlexibleBody:
+def _undamped(body: specs.Body) -> specs.Body:
+    if not isinstance(body, specs.FlexibleBody):
+        return body
     hinges = body.hinges.model_copy(update={"damping": 0.0})
     return body.model_copy(update={"hinges": hinges})
 
 
-def _lossless(spring: Spring) -> Spring:
-    if isinstance(spring, LinearSpring):
+def _lossless(spring: specs.Spring) -> specs.Spring:
+    if isinstance(spring, specs.LinearSpring):
         return spring.model_copy(update={"damping": 0.0}) if spring.damping else spring
     if not spring.damping and not spring.damping_ratio:
         return spring
@@ -141,12 +97,6 @@ def _lossless(spring: Spring) -> Spring:
     stiffness = 0.0 if damper else spring.stiffness
     update = {"stiffness": stiffness, "damping": None, "damping_ratio": None}
     return spring.model_copy(update=update)
-
-
-def _each_flexible(scene: Scene, change: Callable[[FlexibleBody], Body]) -> dict[str, Body]:
-    """Change the flexible bodies, and keep the others."""
-    bodies = scene.bodies.items()
-    return {name: change(b) if isinstance(b, FlexibleBody) else b for name, b in bodies}
 
 
 def _without_impact(scene: Scene) -> dict[str, Any]:
@@ -166,26 +116,21 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
 
 
 def _initial_of(
-    initial: Initial, bodies: Mapping[str, Body], joints: Mapping[str, Joint]
-) -> Initial:
+    initial: specs.Initial, bodies: Mapping[str, specs.Body], joints: Mapping[str, specs.Joint]
+) -> specs.Initial:
     """Keep the initial values of what is there; a body and a joint may have one name."""
-    kept = {
-        key: {
-            name: each
-            for name, each in value.items()
-            if name in (joints if key in INITIAL_OF_JOINTS else bodies)
-        }
-        if isinstance(value, Mapping)
-        else value
-        for key, value in initial
-    }
-    return Initial.model_validate(kept)
+    kept: dict[str, Any] = dict(initial)
+    for key, value in initial:
+        if isinstance(value, Mapping):
+            there = joints if key in specs.INITIAL_OF_JOINTS else bodies
+            kept[key] = {name: each for name, each in value.items() if name in there}
+    return specs.Initial.model_validate(kept)
 
 
-def _holds(spring: Spring, joints: Mapping[str, Any], gone: set[str]) -> bool:
+def _holds(spring: specs.Spring, joints: Mapping[str, Any], gone: set[str]) -> bool:
     """Tell whether what a spring acts on is still there."""
-    if isinstance(spring, LinearSpring) and spring.points is not None:
-        return not gone & {split_point(text)[0] for text in spring.points}
+    if isinstance(spring, specs.LinearSpring) and spring.points is not None:
+        return not gone & {specs.split_point(text)[0] for text in spring.points}
     return spring.joint in joints
 
 
@@ -207,27 +152,33 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     watches it.
     """
     mine = {name for name, joint in scene.joints.items() if body in joint.bodies}
-    slots = {joint.curve for joint in scene.joints.values() if isinstance(joint, SlotJoint)}
-    for found in references(scene):
+    slots = {joint.curve for joint in scene.joints.values() if isinstance(joint, specs.SlotJoint)}
+    for found in specs.references(scene):
         meant = found.text in mine if found.refers.section == "joints" else found.body == body
         section, name = found.path[:2]
         if not meant or section in ("contacts", "initial"):
             continue
         part = getattr(scene, section)[name] if section in ("joints", "springs") else None
-        ends = {split_point(text)[0] for text in getattr(part, "points", None) or ()}
-        grounded = PointsJoint | LinearSpring | TorsionalSpring
-        alone = isinstance(part, grounded) and ends <= {body, GROUND}
+        ends = {specs.split_point(text)[0] for text in getattr(part, "points", None) or ()}
+        grounded = specs.PointsJoint | specs.LinearSpring | specs.TorsionalSpring
+        alone = isinstance(part, grounded) and ends <= {body, specs.GROUND}
         if not alone and not (section == "curves" and name not in slots):
             return False
     return True
 
 
 EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
-    "clearance": _without_clearance,
-    "flexibility": _without_flexibility,
+    "clearance": lambda scene: {"joints": _each(scene.joints, _ideal)},
+    "flexibility": lambda scene: {"bodies": _each(scene.bodies, _rigid)},
     "impact": _without_impact,
-    "friction": _without_friction,
-    "damping": _without_damping,
+    "friction": lambda scene: {
+        "joints": _each(scene.joints, _smooth),
+        "contacts": _each(scene.contacts, _smooth),
+    },
+    "damping": lambda scene: {
+        "bodies": _each(scene.bodies, _undamped),
+        "springs": _each(scene.springs, _lossless),
+    },
 }
 
 
@@ -245,7 +196,7 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     if impact not in IMPACTS:
         raise ValueError(f"no impact '{impact}'; there is: {', '.join(IMPACTS)}")
     if impact == "penalty":
-        jumping = [name for name, law in scene.laws.items() if isinstance(law, ImpulseLaw)]
+        jumping = [name for name, law in scene.laws.items() if isinstance(law, specs.ImpulseLaw)]
         _refuse(scene, jumping, *NO_STIFFNESS)
         return scene
     touching = {**scene.contacts, **scene.stops}
@@ -253,7 +204,8 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     _refuse(scene, lossy, *NO_RESTITUTION)
     contacts = {n: c.model_copy(update={"law": _jumping(c.law)}) for n, c in scene.contacts.items()}
     stopped = {
-        stop.joint: ImpulseLaw(restitution=_returned(stop.law)) for stop in scene.stops.values()
+        stop.joint: specs.ImpulseLaw(restitution=_returned(stop.law))
+        for stop in scene.stops.values()
     }
     joints = {n: _limited(j, stopped[n]) if n in stopped else j for n, j in scene.joints.items()}
     return scene.changed(contacts=contacts, joints=joints)
@@ -269,7 +221,7 @@ NO_STIFFNESS = (
 )
 
 
-def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
+def _limited(joint: specs.Joint, law: specs.ImpulseLaw | None) -> specs.Joint:
     """Return a joint with another law of its limits, if it has some; None: without limits."""
     limits = getattr(joint, "limits", None)
     if limits is None:
@@ -278,18 +230,18 @@ def _limited(joint: Joint, law: ImpulseLaw | None) -> Joint:
     return joint.model_copy(update={"limits": changed})
 
 
-def _jumping(law: Law) -> RubbingImpulse:
+def _jumping(law: specs.Law) -> specs.RubbingImpulse:
     """Return an impulse with restitution and friction of a law; what is one stays as it is."""
-    if isinstance(law, RubbingImpulse):
+    if isinstance(law, specs.RubbingImpulse):
         return law
-    return RubbingImpulse(
+    return specs.RubbingImpulse(
         restitution=_returned(law), friction=law.friction, slip_speed=law.slip_speed
     )
 
 
-def _returned(law: Law | StopLaw) -> float | None:
+def _returned(law: specs.Law | specs.StopLaw) -> float | None:
     """Restitution that a law really gives, if it promises one."""
-    return law.returned if isinstance(law, DampedLaw) else law.restitution
+    return law.returned if isinstance(law, specs.DampedLaw) else law.restitution
 
 
 def _refuse(scene: Scene, contacts: Iterable[str], message: str, hint: str) -> None:

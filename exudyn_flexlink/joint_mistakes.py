@@ -47,23 +47,15 @@ def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
     ]
 
 
-def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:
-    """Tell whether joints that others imply always can be left out: in minimal coordinates.
+def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Joints and drives that hold what others hold already: forces in them have no one answer.
 
-    Not those of a structure that nothing can move, nor drives.
+    Minimal coordinates leave joints out that others imply always; not those of a structure that
+    nothing can move, nor drives.
     """
     moves = assembly.degrees_of_freedom > 0 or assembly.mechanism.speed_motors
-    drives = set(scene.drives) & set(assembly.surplus)
-    if not (assembly.surplus and moves) or drives:
-        return False
-    if formulation(scene) != "minimal":
-        return False
-    return always_redundant(assembly)
-
-
-def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """Joints and drives that hold what others hold already: forces in them have no one answer."""
-    if _may_be_redundant(scene, assembly):
+    may = assembly.surplus and moves and not set(scene.drives) & set(assembly.surplus)
+    if may and formulation(scene) == "minimal" and always_redundant(assembly):
         return []
     found = []
     hint = (

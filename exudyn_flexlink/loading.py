@@ -14,24 +14,18 @@ import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
+    NO_START,
     moving_drives,
-    open_mistake,
     outside_guides,
     penetrations,
     pressed_walls,
-    rest_mistake,
-    speed_mistake,
-    value_mistake,
+    start_mistake,
     without_direction,
 )
-from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.joint_mistakes import geared_badly, redundancies, rubbing_badly
 from exudyn_flexlink.mechanism import (
     Assembly,
-    CannotAssembleError,
-    CannotMoveError,
     Mechanism,
-    NoRestError,
     Rest,
     Start,
     assemble,
@@ -186,10 +180,8 @@ def rest_of_scene(scene: Scene) -> Rest:
     assembly = _put_together(scene)
     try:
         rest = rest_of(assembly)
-    except NoValueError as error:
-        raise SceneError(scene.document, [value_mistake(scene, error)]) from error
-    except NoRestError as error:
-        raise SceneError(scene.document, [rest_mistake(scene, error)]) from error
+    except NO_START as error:
+        raise SceneError(scene.document, [start_mistake(scene, error)]) from error
     mistakes = _start_mistakes(scene, rest.assembly, resting=True)
     if mistakes:
         raise SceneError(scene.document, mistakes)
@@ -203,12 +195,8 @@ def _put_together(scene: Scene) -> Assembly:
         if undriven:
             raise SceneError(scene.document, undriven)
         return assemble(mechanism, _start(scene, mechanism))
-    except NoValueError as error:
-        raise SceneError(scene.document, [value_mistake(scene, error)]) from error
-    except CannotAssembleError as error:
-        raise SceneError(scene.document, [open_mistake(scene, error)]) from error
-    except CannotMoveError as error:
-        raise SceneError(scene.document, [speed_mistake(error)]) from error
+    except NO_START as error:
+        raise SceneError(scene.document, [start_mistake(scene, error)]) from error
 
 
 def _start_mistakes(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:

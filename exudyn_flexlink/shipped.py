@@ -40,11 +40,10 @@ def known_names() -> list[str]:
 
 def model_file(name: str) -> Path | None:
     """Return the file of a model by its name, or by the last part of it; None if there is none."""
-    found = [known for known in model_names() if known == name or known.split("/")[-1] == name]
-    exact = [known for known in found if known == name]
-    if len(exact or found) != 1:
-        return None
-    return models_folder() / f"{(exact or found)[0]}.yaml"
+    names = model_names()
+    found = [known for known in names if name in (known, known.split("/")[-1])]
+    found = [name] if name in names else found
+    return models_folder() / f"{found[0]}.yaml" if len(found) == 1 else None
 
 
 def benchmark_files() -> dict[str, Path]:

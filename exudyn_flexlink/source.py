@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import unicodedata
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -199,6 +198,8 @@ def _show(document: Document, lines: Sequence[str], mistake: Mistake) -> str:
 
 def _excerpt(lines: Sequence[str], place: Place) -> list[str]:
     """Return the line of a place and the carets below it."""
+    from rich.cells import cell_len  # noqa: PLC0415 - not before there is a mistake
+
     if not 0 < place.line <= len(lines):
         return []
     line = "".join(letter if letter.isprintable() else " " for letter in lines[place.line - 1])
@@ -209,13 +210,5 @@ def _excerpt(lines: Sequence[str], place: Place) -> list[str]:
         line = before + line[cut : cut + WIDEST_EXCERPT] + after
         shift = len(before) - cut
         start, end = start + shift, min(end + shift, len(before) + WIDEST_EXCERPT)
-    carets = "^" * max(_columns(line[start:end]), 1)
-    return [f"{place.line:6d} | {line}", " " * (9 + _columns(line[:start])) + carets]
-
-
-def _columns(text: str) -> int:
-    """Return how many columns of a terminal a text takes."""
-    return sum(
-        0 if unicodedata.combining(letter) else 1 + (unicodedata.east_asian_width(letter) in "WF")
-        for letter in text
-    )
+    carets = "^" * max(cell_len(line[start:end]), 1)
+    return [f"{place.line:6d} | {line}", " " * (9 + cell_len(line[:start])) + carets]

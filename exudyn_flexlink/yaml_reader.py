@@ -206,7 +206,7 @@ class _Builder:
     def _merged(self, node: Any, path: KeyPath) -> list[tuple[Any, Any]]:
         """Keys and values of a mapping, with those that '<<' takes from others and it has not."""
         own = [(key, value) for key, value in node.value if not _is_merge(key)]
-        known = {key.value for key, _ in own if isinstance(key, yaml.ScalarNode)}
+        known = {_name(key) for key, _ in own}
         for key, value in node.value:
             if not _is_merge(key):
                 continue
@@ -217,10 +217,10 @@ class _Builder:
                     )
                     break
                 self.open_nodes.add(id(one))
-                more = [(k, v) for k, v in self._merged(one, path) if k.value not in known]
+                more = [(k, v) for k, v in self._merged(one, path) if _name(k) not in known]
                 self.open_nodes.discard(id(one))
                 own += more
-                known |= {k.value for k, _ in more}
+                known |= {_name(key) for key, _ in more}
         return own
 
     def _key(self, node: Any, path: KeyPath) -> str | None:
@@ -272,6 +272,11 @@ class _Builder:
 def _is_merge(key: Any) -> bool:
     """Tell whether a key is YAML's '<<', unquoted."""
     return isinstance(key, yaml.ScalarNode) and key.value == "<<" and key.style is None
+
+
+def _name(key: Any) -> Any:
+    """What tells a key apart: its text, or what is no text itself."""
+    return key.value if isinstance(key, yaml.ScalarNode) else key
 
 
 def _number_or_word(kind: str, text: str) -> bool | int | float | None:

@@ -24,7 +24,7 @@ CEILINGS = {
     "engines/exudyn/redundant": 3_355,
     "engines/lagrangian": 2_015,
     "mechanism": 6_070,
-    "scene": 4_255,
+    "scene": 4_050,
     "expressions": 1_250,
     "curves": 1_505,
     "observables": 1_945,
@@ -39,9 +39,9 @@ CEILINGS = {
     "animation": 1_690,
     "cli": 2_635,
     "api": 1_735,
-    "": 5_315,
+    "": 5_200,
 }
-WHOLE = {PACKAGE: 53_370, "tests": 27_890, "scripts": 8_700}
+WHOLE = {PACKAGE: 53_050, "tests": 27_900, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -22,6 +22,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
+from exudyn_flexlink.scene import PrismaticJoint
 from exudyn_flexlink.storage import save_comparison
 
 
@@ -107,6 +108,7 @@ def test_the_horizon_is_the_earlier_one_of_both(ends):
     one, other = (known(still(), end) for end in ends)
     assert compare(one, other).horizon == 0.5
     assert compare(known(still(), None), still()).horizon is None
+    assert compare(known(still(), 1e3), still()).beyond is None  # after the shorter run's end
 
 
 def test_what_comes_after_the_horizon_is_not_judged():
@@ -223,6 +225,13 @@ def test_a_run_with_clearance_beside_one_without(tilting, first):
     told = [cell.strip() for cell in row if cell.strip()][1:]
     assert told == (["no clearance", "6"] if first else ["6", "no clearance"])
     assert comparison(found) is not None
+
+
+def test_an_angle_and_a_length_of_one_body_are_not_compared(rigid):
+    slide = PrismaticJoint(points=("ground", "lever.start"), at=(0, 0), axis=(1, 0))
+    joints = {**rigid.scene.joints, "pivot": slide}
+    sliding = replace(rigid, scene=rigid.scene.changed(joints=joints, springs={}))
+    assert compare(rigid, sliding, names=("turns", "slides")).levers == ()
 
 
 # --- between samples

@@ -72,7 +72,7 @@ def in_words(powers: Powers) -> str:
     return _IN_WORDS.get(powers, "another quantity")
 
 
-def _require_order(tokens: Sequence[Token]) -> None:
+def _require_order(tokens: Sequence[Token], known: list[str]) -> None:
     """Refuse what can't follow what is before it, brackets without their other half, odd names."""
     depth = 0
     for before, token in pairwise((Token("operator", "("), *tokens)):
@@ -90,7 +90,7 @@ def _require_order(tokens: Sequence[Token]) -> None:
         raise ExpressionError("expected ')', got the end")
     for token in tokens:
         if token.kind == "name" and token.text not in ("t", "pi", *_ARGUMENTS):
-            raise unknown_name(token.text, NAMES)
+            raise unknown_name(token.text, known)
 
 
 class _Reader:
@@ -99,7 +99,7 @@ class _Reader:
     def __init__(self, text: str, own: str = "") -> None:
         self.text = text
         self.tokens = list(tokens_of(text, own))
-        _require_order(self.tokens)
+        _require_order(self.tokens, [own, "pi", *_ARGUMENTS] if own else NAMES)
         # Numbers in place of words: none of Python's own is among them.
         words = (
             token.text if token.kind == "operator" else f"_{i}"

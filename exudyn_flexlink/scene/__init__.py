@@ -23,7 +23,6 @@ from exudyn_flexlink.scene.contact_laws import (
     RubbingImpulse,
 )
 from exudyn_flexlink.scene.contacts import (
-    Circle,
     CircleOnCircle,
     Contact,
     LineOnCurve,
@@ -61,13 +60,11 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
-from exudyn_flexlink.scene.limits import TURNED, SlidePenalty, Stop, StopLaw, TurnPenalty
+from exudyn_flexlink.scene.limits import SlidePenalty, Stop, StopLaw, TurnPenalty
 from exudyn_flexlink.scene.lookup import references
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (
-    EXCLUSIVE_KEYS,
     SECTION_OF,
-    CheckedDocument,
     apply_settings,
     check_document,
     parse_scene,
@@ -83,5 +80,4 @@ from exudyn_flexlink.scene.run import (
     Solver,
 )
 from exudyn_flexlink.scene.schema import is_schema, json_schema
-from exudyn_flexlink.scene.spring_laws import ForceLaw, ForceTable, TorqueLaw, TorqueTable
-from exudyn_flexlink.scene.varying import Table, Value
+from exudyn_flexlink.scene.varying import ForceLaw, ForceTable, Table, TorqueLaw, Value

@@ -5,13 +5,13 @@ What a key refers to, and which keys exclude each other, is declared where the k
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from inspect import isclass
 from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, Strict, model_validator
-from pydantic.functional_serializers import WrapSerializer
+from pydantic.functional_serializers import PlainSerializer
 from pydantic.functional_validators import AfterValidator, BeforeValidator
 from pydantic_core import CoreSchema, core_schema
 
@@ -96,12 +96,13 @@ class FrozenMapping(Mapping[str, Value]):
         return repr(self._items)
 
 
-def _serialise(items: Mapping[str, Any], handler: Callable[[Any], Any]) -> Any:
-    return handler(dict(items))
-
-
-Named = Annotated[Mapping[str, Value], AfterValidator(FrozenMapping), WrapSerializer(_serialise)]
+Named = Annotated[Mapping[str, Value], AfterValidator(FrozenMapping), PlainSerializer(dict)]
 """A read-only mapping from names to parts."""
+
+
+def by_name(description: str) -> Any:
+    """Return the default of a mapping from names that may be left out: an empty one."""
+    return Field(default_factory=FrozenMapping, description=description)
 
 
 class ByType:

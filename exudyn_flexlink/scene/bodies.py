@@ -7,26 +7,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
-from exudyn_flexlink.quantities import (
-    NonNegativeInertia,
-    NonNegativeTorsionalDamping,
-    Number,
-    PositiveArea,
-    PositiveDensity,
-    PositiveLength,
-    PositiveMass,
-    PositivePressure,
-    PositiveSecondMoment,
-    Quantity,
-)
+from exudyn_flexlink import quantities as si
 from exudyn_flexlink.scene.base import (
     ByType,
     Flag,
-    FrozenMapping,
     MaterialName,
     Named,
     Part,
     Point,
+    by_name,
     refuse,
 )
 from exudyn_flexlink.units import Dimension
@@ -35,9 +24,9 @@ from exudyn_flexlink.units import Dimension
 class Material(Part):
     """A homogeneous, isotropic, linearly elastic material."""
 
-    density: PositiveDensity = Field(description="mass per volume")
-    youngs_modulus: PositivePressure = Field(description="modulus of elasticity E")
-    poissons_ratio: Annotated[float, Number(above=-1.0, at_most=0.5)] | None = Field(
+    density: si.PositiveDensity = Field(description="mass per volume")
+    youngs_modulus: si.PositivePressure = Field(description="modulus of elasticity E")
+    poissons_ratio: Annotated[float, si.Number(above=-1.0, at_most=0.5)] | None = Field(
         None, description="lateral contraction ratio; not needed by rods and hinges"
     )
 
@@ -46,8 +35,10 @@ class RectangleSection(Part):
     """A rectangle that bends about the middle of its thickness."""
 
     type: Literal["rectangle"] = "rectangle"
-    width: PositiveLength = Field(description="across the plane of motion")
-    thickness: PositiveLength = Field(description="in the plane of motion, the bending direction")
+    width: si.PositiveLength = Field(description="across the plane of motion")
+    thickness: si.PositiveLength = Field(
+        description="in the plane of motion, the bending direction"
+    )
 
     @property
     def area(self) -> float:
@@ -64,7 +55,7 @@ class RoundSection(Part):
     """A full circle."""
 
     type: Literal["round"] = "round"
-    diameter: PositiveLength = Field(description="diameter of the circle")
+    diameter: si.PositiveLength = Field(description="diameter of the circle")
 
     @property
     def area(self) -> float:
@@ -81,8 +72,8 @@ class GeneralSection(Part):
     """Any section, given by its two numbers."""
 
     type: Literal["general"] = "general"
-    area: PositiveArea = Field(description="area")
-    second_moment: PositiveSecondMoment = Field(
+    area: si.PositiveArea = Field(description="area")
+    second_moment: si.PositiveSecondMoment = Field(
         description="second moment of area about the bending axis"
     )
 
@@ -96,7 +87,7 @@ Section = Annotated[
 class _Straight(Part):
     """A straight, uniform body from `start` to `end`."""
 
-    length: PositiveLength = Field(description="from start to end, unbent")
+    length: si.PositiveLength = Field(description="from start to end, unbent")
     material: MaterialName = Field(description="name of a material")
     section: Section = Field(description="cross-section")
     slender: Flag = Field(
@@ -104,9 +95,8 @@ class _Straight(Part):
         description="true: inertia m l^2/12 about the centre, of each rod of a flexible body; "
         "false: adds that of the section",
     )
-    points: Named[PositiveLength] = Field(
-        default_factory=FrozenMapping,
-        description="named points by their distance from the start; on a hinge: of the rod before",
+    points: Named[si.PositiveLength] = by_name(
+        "named points by their distance from the start; on a hinge: of the rod before"
     )
 
     @model_validator(mode="after")
@@ -132,13 +122,12 @@ class RigidBody(Part):
     """A rigid body given by its mass, its inertia and named points in its own axes."""
 
     type: Literal["rigid"] = "rigid"
-    mass: PositiveMass = Field(description="mass")
-    inertia: NonNegativeInertia = Field(
+    mass: si.PositiveMass = Field(description="mass")
+    inertia: si.NonNegativeInertia = Field(
         description="moment of inertia about the centre of mass; 0: a point mass"
     )
-    points: Named[Point] = Field(
-        default_factory=FrozenMapping,
-        description="named points [x, y] in the body's axes, metres, beside 'centre', that of mass",
+    points: Named[Point] = by_name(
+        "named points [x, y] in the body's axes, metres, beside 'centre', that of mass"
     )
     centre_of_mass: Point = Field((0.0, 0.0), description="[x, y] in the body's axes, metres")
 
@@ -150,7 +139,7 @@ class RigidBody(Part):
 
 HingeStiffness = Annotated[
     float | Literal["paper", "beam"],
-    Quantity(Dimension.TORSIONAL_STIFFNESS, above=0.0, words=("paper", "beam")),
+    si.Quantity(Dimension.TORSIONAL_STIFFNESS, above=0.0, words=("paper", "beam")),
 ]
 
 
@@ -160,7 +149,9 @@ class Hinges(Part):
     stiffness: HingeStiffness = Field(
         description="paper: E I / length of the link; beam: E I / length of a rod; or a number"
     )
-    damping: NonNegativeTorsionalDamping = Field(0.0, description="viscous damping of each hinge")
+    damping: si.NonNegativeTorsionalDamping = Field(
+        0.0, description="viscous damping of each hinge"
+    )
 
 
 class FlexibleBody(_Straight):

@@ -7,42 +7,36 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from exudyn_flexlink.quantities import (
-    Coordinate,
-    Number,
-    PositiveLength,
-    PositiveSpeed,
-    PositiveStiffness,
-)
+from exudyn_flexlink import quantities as si
 from exudyn_flexlink.restitution import FACTORS, restitution_of
 from exudyn_flexlink.scene.base import ByType, MaterialName, Part, listed, refuse
 
 Restitution = Annotated[
     float,
-    Number(at_least=0.0, at_most=1.0),
+    si.Number(at_least=0.0, at_most=1.0),
     Field(description="speed after an impact over speed before, 0 to 1"),
 ]
 Coefficient = Annotated[
     float,
-    Number(at_least=0.0),
+    si.Number(at_least=0.0),
     Field(description="Coulomb's coefficient; left out: smooth"),
 ]
 SlipSpeed = Annotated[
-    PositiveSpeed,
+    si.PositiveSpeed,
     Field(description="above it the friction acts in full; below, the contact creeps"),
 ]
-Power = Annotated[float, Number(at_least=1.0, at_most=10.0)]
+Power = Annotated[float, si.Number(at_least=1.0, at_most=10.0)]
 
 
 class ContactLaw(Part):
     """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
 
     type: Literal["penalty"] = "penalty"
-    stiffness: PositiveStiffness = Field(
+    stiffness: si.PositiveStiffness = Field(
         description="force per penetration at speed; at rest (1 + restitution^2)/2 of it"
     )
     restitution: Restitution
-    transition_speed: PositiveSpeed = Field(
+    transition_speed: si.PositiveSpeed = Field(
         5e-3, description="above it the restitution acts in full"
     )
     friction: Coefficient = 0.0
@@ -57,12 +51,12 @@ class DampedLaw(Part):
     """
 
     type: Literal["hunt_crossley", "lankarani_nikravesh", "flores", "gonthier", "exact"]
-    stiffness: Annotated[float, Number(above=0.0)] = Field(
+    stiffness: Annotated[float, si.Number(above=0.0)] = Field(
         description="K, in N/m^n: force at a penetration of 1 m"
     )
     exponent: Power = Field(1.5, description="n, of the penetration; 1.5: Hertz")
     restitution: Restitution
-    transition_speed: PositiveSpeed = Field(
+    transition_speed: si.PositiveSpeed = Field(
         1e-3, description="least approach speed that counts: slower touches are damped less"
     )
     friction: Coefficient = 0.0
@@ -71,11 +65,8 @@ class DampedLaw(Part):
     @model_validator(mode="after")
     def _has_a_factor(self) -> DampedLaw:
         if self.restitution == 0 and self.type in ("flores", "gonthier", "exact"):
-            refuse(
-                f"must be greater than 0: '{self.type}' divides by it",
-                "a small one, or 'hunt_crossley', which returns more than is asked",
-                at="restitution",
-            )
+            hint = "a small one, or 'hunt_crossley', which returns more than is asked"
+            refuse(f"must be greater than 0: '{self.type}' divides by it", hint, at="restitution")
         return self
 
     @property
@@ -92,13 +83,14 @@ class DampedLaw(Part):
 class HertzLaw(Part):
     """Penalty contact of elastic bodies without losses, by its stiffness or by their materials."""
 
+    restitution: ClassVar[float] = 1.0  # nothing is lost
     type: Literal["hertz"] = "hertz"
     one_of = (("stiffness", "materials"),)
     belonging: ClassVar = {
         "stiffness": ("exponent",),
         "materials": ("formula", "radii", "length"),
     }
-    stiffness: Annotated[float, Number(above=0.0)] | None = Field(
+    stiffness: Annotated[float, si.Number(above=0.0)] | None = Field(
         None, description="K, in N/m^n: force at a penetration of 1 m"
     )
     exponent: Power | None = Field(
@@ -112,19 +104,14 @@ class HertzLaw(Part):
         description="left out: sphere, which is lankarani_nikravesh of a pin in a bore; johnson "
         "and radzimovsky: parallel cylinders",
     )
-    radii: Annotated[tuple[Coordinate, ...], Field(min_length=1, max_length=2)] | None = Field(
+    radii: Annotated[tuple[si.Coordinate, ...], Field(min_length=1, max_length=2)] | None = Field(
         None,
         description="of both bodies where they touch, metres, that of a hollow negative; one: the "
         "other is flat; not for circles and bearings, which have radii",
     )
-    length: PositiveLength | None = Field(None, description="of both cylinders along their axes")
+    length: si.PositiveLength | None = Field(None, description="of both cylinders along their axes")
     friction: Coefficient = 0.0
     slip_speed: SlipSpeed = 1e-3
-
-    @property
-    def restitution(self) -> float:
-        """Nothing is lost."""
-        return 1.0
 
     @model_validator(mode="after")
     def _fits_its_formula(self) -> HertzLaw:
@@ -147,12 +134,12 @@ class RubbingImpulse(ImpulseLaw):
     """Rigid contact with restitution and friction: speeds jump. Not for redundant coordinates."""
 
     friction: Coefficient = 0.0
-    tangential_restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+    tangential_restitution: Annotated[float, si.Number(at_least=0.0, at_most=1.0)] = Field(
         0.0,
         description="slip after an impact over slip before, the other way, 0 to 1, as far as "
         "friction is enough; of what is round",
     )
-    slip_speed: PositiveSpeed = Field(
+    slip_speed: si.PositiveSpeed = Field(
         1e-3,
         description="of what lasts: above it the friction acts in full; below, the contact creeps",
     )
@@ -160,11 +147,8 @@ class RubbingImpulse(ImpulseLaw):
     @model_validator(mode="after")
     def _turns_back_by_friction(self) -> RubbingImpulse:
         if self.tangential_restitution > 0 and self.friction == 0:
-            refuse(
-                "needs 'friction', which turns the slip back",
-                "e.g. friction: 0.5",
-                at="tangential_restitution",
-            )
+            message = "needs 'friction', which turns the slip back"
+            refuse(message, "e.g. friction: 0.5", at="tangential_restitution")
         return self
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -22,6 +22,8 @@ from exudyn_flexlink.scene.base import (
 )
 from exudyn_flexlink.scene.contact_laws import Law, refuse_misfit
 
+Line = Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")]
+
 
 def _require_line(line: tuple[str, str]) -> str:
     """Return the body of a line, which has two points of it."""
@@ -38,9 +40,7 @@ class PointOnLine(Part):
 
     type: Literal["point_on_line"] = "point_on_line"
     point: MovingPointName = Field(description="point 'body.point' that strikes")
-    line: Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")] = (
-        Field(description="two points of the struck body")
-    )
+    line: Line = Field(description="two points of the struck body")
     side: Literal["left", "right"] = Field(
         "left", description="which side of the line, from its first to its second point, is free"
     )
@@ -128,11 +128,9 @@ class CircleOnCircle(Part):
         if first.inside and second.inside:
             refuse("each circle can't be inside the other", "leave one 'inside' out", at="circles")
         if second.inside and not first.radius < second.radius:
-            refuse(
-                "the circle inside must be the smaller one",
-                f"a radius below {second.radius:g} m",
-                at=("circles", self.circles.index(first), "radius"),
-            )
+            hint, at = f"a radius below {second.radius:g} m", self.circles.index(first)
+            message = "the circle inside must be the smaller one"
+            refuse(message, hint, at=("circles", at, "radius"))
         refuse_misfit(self.law, self.radii)
         return self
 
@@ -146,6 +144,7 @@ class CircleOnCircle(Part):
 class PointOnCurve(Part):
     """A point of a body, or a roller around it, can't cross a curve."""
 
+    struck: ClassVar[str | None] = None  # what carries a curve is no lever to be struck
     type: Literal["point_on_curve"] = "point_on_curve"
     point: MovingPointName = Field(description="point 'body.point' that strikes")
     curve: CurveName = Field(description="name of the curve; 'on' a body it moves with that")
@@ -161,11 +160,6 @@ class PointOnCurve(Part):
         """Point that strikes, 'body.point'."""
         return self.point
 
-    @property
-    def struck(self) -> str | None:
-        """None: what carries a curve is no lever that is there to be struck."""
-        return None
-
     def __str__(self) -> str:
         """Say what meets what, in the words of a report."""
         what = f"roller around {self.point}" if self.radius > 0 else self.point
@@ -180,10 +174,9 @@ class PointOnCurve(Part):
 class LineOnCurve(Part):
     """A straight face of a body can't cross a closed convex curve, such as a cam."""
 
+    struck: ClassVar[str | None] = None  # what carries a curve is no lever to be struck
     type: Literal["line_on_curve"] = "line_on_curve"
-    line: Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")] = (
-        Field(description="two points of the face, which goes on straight beyond them")
-    )
+    line: Line = Field(description="two points of the face, which goes on straight beyond them")
     side: Literal["left", "right"] = Field(
         "left", description="which side of the line, seen along it, the curve is on"
     )
@@ -194,11 +187,6 @@ class LineOnCurve(Part):
     def striking(self) -> str:
         """First point of the face, 'body.point'."""
         return self.line[0]
-
-    @property
-    def struck(self) -> str | None:
-        """None: what carries a curve is no lever that is there to be struck."""
-        return None
 
     def __str__(self) -> str:
         """Say what meets what, in the words of a report."""

@@ -6,24 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BeforeValidator, Field, model_validator
 
+from exudyn_flexlink import quantities as si
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.quantities import (
-    Acceleration,
-    Angle,
-    Coordinate,
-    NonNegativeDamping,
-    NonNegativeDuration,
-    NonNegativeForce,
-    NonNegativeStiffness,
-    NonNegativeTorsionalDamping,
-    NonNegativeTorsionalStiffness,
-    Number,
-    PositiveFrequency,
-    Quantity,
-)
 from exudyn_flexlink.scene.base import (
     DRIVEN,
     GROUND,
@@ -39,38 +25,30 @@ from exudyn_flexlink.scene.base import (
     refuse,
     refuse_place,
 )
-from exudyn_flexlink.scene.spring_laws import (
+from exudyn_flexlink.scene.varying import (
+    OF_DRIVES,
     ByOwn,
     ForceLaw,
     ForceTable,
+    Table,
     TorqueLaw,
     TorqueTable,
+    Value,
+    Varying,
 )
-from exudyn_flexlink.scene.varying import Table, Value, Varying
 from exudyn_flexlink.units import Dimension
 
 
-class _DownOrVector:
-    """Annotation of gravity: a value that points down, along -y, or a vector."""
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(_as_vector, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        vector = handler(schema)
-        return {"anyOf": [vector["prefixItems"][0], vector]}
-
-
 def _as_vector(value: Any) -> Any:
+    """Let a value point down, along -y."""
     return value if isinstance(value, (list, tuple, Mapping)) else (0.0, -float(_DOWN.read(value)))
 
 
-_DOWN = Quantity(Dimension.ACCELERATION)
-Gravity = Annotated[tuple[Acceleration, Acceleration], XY, _DownOrVector()]
+_DOWN = si.Quantity(Dimension.ACCELERATION)
+_Vector = tuple[si.Acceleration, si.Acceleration]
+Gravity = Annotated[
+    _Vector, XY, BeforeValidator(_as_vector, json_schema_input_type=si.Acceleration | _Vector)
+]
 """Acceleration of weight, [x, y] in m/s^2."""
 
 
@@ -80,10 +58,10 @@ class TorsionalSpring(Part):
     one_or_none = (("stiffness", "frequency", "torque"), ("damping", "damping_ratio"))
     type: Literal["torsional"] = "torsional"
     joint: Annotated[Name, REVOLUTE] = Field(description="name of a revolute joint")
-    stiffness: NonNegativeTorsionalStiffness | None = Field(
+    stiffness: si.NonNegativeTorsionalStiffness | None = Field(
         None, description="torque per angle; or 'frequency'; neither: a damper alone"
     )
-    frequency: PositiveFrequency | None = Field(
+    frequency: si.PositiveFrequency | None = Field(
         None,
         description="undamped frequency of the body about its grounded joint, with what is welded "
         "to it; or 'stiffness'",
@@ -93,13 +71,13 @@ class TorsionalSpring(Part):
         description="in place of a stiffness: a table of torques by angle, or a formula of "
         "'angle'; positive: it turns the second body back, clockwise",
     )
-    damping: NonNegativeTorsionalDamping | None = Field(
+    damping: si.NonNegativeTorsionalDamping | None = Field(
         None, description="torque per angular speed; or 'damping_ratio'"
     )
-    damping_ratio: Annotated[float, Number(at_least=0.0)] | None = Field(
+    damping_ratio: Annotated[float, si.Number(at_least=0.0)] | None = Field(
         None, description="part of critical damping; or 'damping'"
     )
-    rest_angle: Angle | None = Field(
+    rest_angle: si.Angle | None = Field(
         None, description="angle of the joint without torque; left out: as assembled"
     )
 
@@ -131,17 +109,17 @@ class LinearSpring(Part):
     joint: Annotated[Name, Refers("joints", "a prismatic joint", ("prismatic",))] | None = Field(
         None, description="name of a prismatic joint; or 'points'"
     )
-    stiffness: NonNegativeStiffness = Field(
+    stiffness: si.NonNegativeStiffness = Field(
         0.0, description="force per change of length; left out: a damper alone"
     )
-    damping: NonNegativeDamping = Field(0.0, description="force per rate of that change")
+    damping: si.NonNegativeDamping = Field(0.0, description="force per rate of that change")
     acts: Literal["both", "tension", "compression"] = Field(
         "both",
         description="tension: only where it is longer than 'length', as a rope; compression: only "
         "where it is shorter, as a buffer; its damper neither pushes in a rope nor pulls in a "
         "buffer",
     )
-    preload: NonNegativeForce = Field(
+    preload: si.NonNegativeForce = Field(
         0.0, description="with 'acts': force with which it begins; left out: 0"
     )
     force: Annotated[ForceLaw, ByOwn("length", ForceTable, Dimension.FORCE)] | None = Field(
@@ -149,7 +127,7 @@ class LinearSpring(Part):
         description="in place of a stiffness: a table of forces by length, or a formula of "
         "'length'; positive: it pulls both ends together",
     )
-    length: Coordinate | None = Field(
+    length: si.Coordinate | None = Field(
         None,
         description="without force; along a joint how far its second point is from its first, with "
         "a sign; left out: as assembled. One of length 0 between points draws them together, its "
@@ -195,15 +173,11 @@ class LinearSpring(Part):
             refuse("a table says itself with which force it begins", at="preload")
 
     @model_validator(mode="after")
-    def _has_one_force(self) -> LinearSpring:
+    def _has_a_force_and_a_place(self) -> LinearSpring:
         if self.force is not None and self.stiffness:
             refuse("'stiffness' and 'force' exclude each other; give one of them", at="force")
         if self.force is not None and self.acts == "both" and self.length is not None:
             refuse("a table or a formula tells where it has no force", "leave it out", at="length")
-        return self
-
-    @model_validator(mode="after")
-    def _between_points_or_along_a_joint(self) -> LinearSpring:
         if not {"stiffness", "damping", "force"} & self.model_fields_set:
             refuse("needs 'stiffness', 'damping' or 'force'")
         if self.points is None and self.at is not None:
@@ -223,11 +197,8 @@ class _Ramped(Part):
     @model_validator(mode="after")
     def _ramp_of_a_number(self) -> _Ramped:
         if getattr(self, "ramp", 0.0) and not isinstance(getattr(self, "value", 0.0), float):
-            refuse(
-                "a ramp belongs to a number: an expression or a table says itself how it rises",
-                "leave the ramp out",
-                at="ramp",
-            )
+            why = "an expression or a table says itself how it rises"
+            refuse(f"a ramp belongs to a number: {why}", "leave the ramp out", at="ramp")
         return self
 
 
@@ -239,11 +210,11 @@ class SpeedDrive(_Ramped):
 
     type: Literal["speed"] = "speed"
     joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
-    value: Annotated[Value, Varying(Dimension.ANGULAR_SPEED, Dimension.SPEED)] = Field(
+    value: Annotated[Value, Varying(*OF_DRIVES["speed"])] = Field(
         description="counter-clockwise speed of the second body, or its speed along the line; of "
         "time alone"
     )
-    ramp: NonNegativeDuration = Field(0.0, description="time from rest to the full speed")
+    ramp: si.NonNegativeDuration = Field(0.0, description="time from rest to the full speed")
 
     @model_validator(mode="after")
     def _of_time_alone(self) -> SpeedDrive:
@@ -258,7 +229,7 @@ class MotionDrive(Part):
 
     type: Literal["motion"] = "motion"
     joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
-    value: Annotated[Value, Varying(Dimension.ANGLE, Dimension.LENGTH)] = Field(
+    value: Annotated[Value, Varying(*OF_DRIVES["motion"])] = Field(
         description="angle of the second body, counter-clockwise, or how far its point is along "
         "the line from the first; of time alone"
     )
@@ -278,13 +249,13 @@ class TorqueDrive(_Ramped):
     joint: Annotated[
         Name, replace(REVOLUTE, to_slides="along it pushes a drive of type force, at a point")
     ] = Field(description="name of a revolute joint")
-    value: Annotated[Value, Varying(Dimension.TORQUE)] = Field(
+    value: Annotated[Value, Varying(*OF_DRIVES["torque"])] = Field(
         description="counter-clockwise torque on the second body; of time and state"
     )
-    ramp: NonNegativeDuration = Field(0.0, description="time from zero to the full torque")
+    ramp: si.NonNegativeDuration = Field(0.0, description="time from zero to the full torque")
 
 
-ForceValue = Annotated[Value, Varying(Dimension.FORCE)]
+ForceValue = Annotated[Value, Varying(*OF_DRIVES["force"])]
 
 
 class ForceDrive(Part):
@@ -305,11 +276,8 @@ class ForceDrive(Part):
 def _refuse_state(value: Value, what: str) -> None:
     if isinstance(value, Expression) and value.sensed:
         sensed = value.sensed[0]
-        refuse(
-            f"a {what} is of t alone; '{sensed.kind}({sensed.of})' belongs to the state",
-            "a drive of type torque or force may depend on the state",
-            at="value",
-        )
+        message = f"a {what} is of t alone; '{sensed.kind}({sensed.of})' belongs to the state"
+        refuse(message, "a drive of type torque or force may depend on the state", at="value")
 
 
 Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Strict, model_validator
 
@@ -26,6 +26,7 @@ class GearJoint(Part):
     """
 
     one_of = (("ratio", "teeth", "radius"),)
+    bodies: ClassVar[tuple[str, ...]] = ()  # its joints hold them
     type: Literal["gear"] = "gear"
     joints: Two = Field(description="the joints that hold both, [first, second], on one arm")
     ratio: Annotated[float, Number(above=0.0)] | None = Field(
@@ -40,11 +41,6 @@ class GearJoint(Part):
     internal: Flag = Field(
         False, description="one gear is a ring around the other: they turn alike"
     )
-
-    @property
-    def bodies(self) -> tuple[str, ...]:
-        """It holds no body: its joints do."""
-        return ()
 
     @model_validator(mode="after")
     def _a_rack_lies_on_one_side(self) -> GearJoint:
@@ -68,16 +64,12 @@ class GearJoint(Part):
 class BeltJoint(Part):
     """A belt or a chain around two wheels, which turn alike; it neither slips nor stretches."""
 
+    bodies: ClassVar[tuple[str, ...]] = ()  # its joints hold them
     type: Literal["belt"] = "belt"
     joints: Two = Field(description="the joints that hold both wheels, [first, second], on one arm")
     radii: Annotated[tuple[PositiveLength, PositiveLength], listed("length", "length")] = Field(
         description="of the first wheel and the second, to the middle of the belt"
     )
-
-    @property
-    def bodies(self) -> tuple[str, ...]:
-        """It holds no body: its joints do."""
-        return ()
 
     def weights(self, _geared: tuple[Any, Any]) -> tuple[float, float]:
         """Return w of the joints, seen from the arm: ``w_1 c_1 + w_2 c_2`` stays as it starts."""

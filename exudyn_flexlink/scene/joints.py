@@ -5,20 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
-from pydantic.functional_validators import BeforeValidator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from exudyn_flexlink.quantities import (
-    Angle,
-    NonNegativeForce,
-    NonNegativeLength,
-    NonNegativeTorque,
-    Number,
-    PositiveAngularSpeed,
-    PositiveLength,
-    PositiveSpeed,
-    Ratio,
-)
+from exudyn_flexlink import quantities as si
 from exudyn_flexlink.scene.base import (
     GROUND,
     XY,
@@ -87,12 +76,14 @@ def _gives_clearance(joint: Part) -> bool:
 class PinFriction(Part):
     """Dry friction of a pin, by Coulomb: a torque, a coefficient, or both; it holds what rests."""
 
-    torque: NonNegativeTorque = Field(0.0, description="that it brakes by, and holds up to")
-    coefficient: Annotated[float, Number(at_least=0.0)] = Field(
+    torque: si.NonNegativeTorque = Field(0.0, description="that it brakes by, and holds up to")
+    coefficient: Annotated[float, si.Number(at_least=0.0)] = Field(
         0.0, description="Coulomb's, by the force in the joint; needs a radius"
     )
-    radius: PositiveLength | None = Field(None, description="of the pin, on which that force rubs")
-    slip_speed: PositiveAngularSpeed = Field(
+    radius: si.PositiveLength | None = Field(
+        None, description="of the pin, on which that force rubs"
+    )
+    slip_speed: si.PositiveAngularSpeed = Field(
         1e-3, description="in redundant coordinates alone: below it the joint creeps"
     )
 
@@ -115,11 +106,11 @@ class PinFriction(Part):
 class SlideFriction(Part):
     """Dry friction of a slide, by Coulomb: a force, a coefficient, or both; it holds what rests."""
 
-    force: NonNegativeForce = Field(0.0, description="that it brakes by, and holds up to")
-    coefficient: Annotated[float, Number(at_least=0.0)] = Field(
+    force: si.NonNegativeForce = Field(0.0, description="that it brakes by, and holds up to")
+    coefficient: Annotated[float, si.Number(at_least=0.0)] = Field(
         0.0, description="Coulomb's, by the force across the line"
     )
-    slip_speed: PositiveSpeed = Field(
+    slip_speed: si.PositiveSpeed = Field(
         1e-3, description="in redundant coordinates alone: below it the joint creeps"
     )
 
@@ -143,10 +134,10 @@ class RevoluteJoint(PointsJoint):
     """
 
     type: Literal["revolute"] = "revolute"
-    clearance: NonNegativeLength = Field(
+    clearance: si.NonNegativeLength = Field(
         0.0, description="radius of the bearing less that of the journal"
     )
-    radius: PositiveLength | None = Field(
+    radius: si.PositiveLength | None = Field(
         None, description="of the journal: where friction acts; needed with friction alone"
     )
     law: Annotated[GivingLaw | None, _gives_way("a bearing needs")] = Field(
@@ -163,31 +154,17 @@ class RevoluteJoint(PointsJoint):
         return self.law if self.clearance > 0 else None
 
     @model_validator(mode="after")
-    def _rubs_in_one_way(self) -> RevoluteJoint:
-        if self.clearance > 0 and self.friction is not None:
-            refuse(
-                "a joint with clearance rubs by its law",
-                "give 'friction', a coefficient, under 'law'; or no clearance",
-                at="friction",
-            )
-        return self
-
-    @model_validator(mode="after")
     def _bearing_needs_a_law(self) -> RevoluteJoint:
+        if self.clearance > 0 and self.friction is not None:
+            hint = "give 'friction', a coefficient, under 'law'; or no clearance"
+            refuse("a joint with clearance rubs by its law", hint, at="friction")
         if self.clearance > 0 and self.law is None:
             refuse("missing 'law', the force between journal and bearing", _EXAMPLE)
-        if not _gives_clearance(self) and self.law is not None:
-            refuse(
-                "a revolute joint without clearance has no bearing to press on",
-                "give a clearance, 0 for a law that is idle; else leave the law out",
-                at="law",
-            )
-        if not _gives_clearance(self) and self.radius is not None:
-            refuse(
-                "a revolute joint without clearance has no journal",
-                "give a clearance; else leave the radius out",
-                at="radius",
-            )
+        for key, lacking in (("law", "bearing to press on"), ("radius", "journal")):
+            if not _gives_clearance(self) and getattr(self, key) is not None:
+                message = f"a revolute joint without clearance has no {lacking}"
+                hint = f"give a clearance, 0 for one that does nothing; else leave the {key} out"
+                refuse(message, hint, at=key)
         if self.law is not None and self.law.friction > 0 and self.radius is None:
             refuse("missing 'radius', that of the journal, on which friction acts")
         by_materials = isinstance(self.law, HertzLaw) and self.law.materials
@@ -202,18 +179,18 @@ class WeldJoint(PointsJoint):
     """Two points coincide and the angle between the bodies is fixed."""
 
     type: Literal["weld"] = "weld"
-    angle: Angle = Field(0.0, description="of the second body relative to the first")
+    angle: si.Angle = Field(0.0, description="of the second body relative to the first")
 
 
 class PrismaticJoint(PointsJoint):
     """The second point slides on a straight line through the first; no body turns on the other."""
 
     type: Literal["prismatic"] = "prismatic"
-    axis: Annotated[tuple[Ratio, Ratio], XY] = Field(
+    axis: Annotated[tuple[si.Ratio, si.Ratio], XY] = Field(
         description="direction [x, y] of the line, of any length, in the first body's axes; the "
         "ground's if that is 'ground'"
     )
-    angle: Angle = Field(0.0, description="of the second body relative to the first")
+    angle: si.Angle = Field(0.0, description="of the second body relative to the first")
     limits: SlideLimits | None = Field(None, description="stops at a least and a greatest length")
     friction: SlideFriction | None = Field(None, description="dry friction")
 
@@ -249,7 +226,7 @@ class SleeveJoint(Part):
         description="name of the body slid along, from its start to its end: rod or rigid"
     )
     link: BodyName = Field(description="name of the body that slides: rod or flexible")
-    clearance: NonNegativeLength = Field(
+    clearance: si.NonNegativeLength = Field(
         0.0, description="gap between guide and link, on each side"
     )
     supported: Flag = Field(
@@ -276,11 +253,8 @@ class SleeveJoint(Part):
     @model_validator(mode="after")
     def _walls_need_a_law(self) -> SleeveJoint:
         if self.clearance > 0 and self.supported:
-            refuse(
-                "a supported link has no clearance",
-                "give 'clearance' or 'supported', not both",
-                at="supported",
-            )
+            hint = "give 'clearance' or 'supported', not both"
+            refuse("a supported link has no clearance", hint, at="supported")
         if self.supported and not isinstance(self.law, ContactLaw | None):
             refuse("what holds a link on its axis is a 'penalty'", _EXAMPLE, at=("law", "type"))
         walls = self.clearance > 0 or self.supported

@@ -9,17 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from exudyn_flexlink.quantities import (
-    Angle,
-    Coordinate,
-    NonNegativeDamping,
-    NonNegativeTorsionalDamping,
-    Number,
-    PositiveAngularSpeed,
-    PositiveSpeed,
-    PositiveStiffness,
-    PositiveTorsionalStiffness,
-)
+from exudyn_flexlink import quantities as si
 from exudyn_flexlink.scene.base import GROUND, ByType, Part, refuse
 from exudyn_flexlink.scene.contact_laws import DampedLaw, HertzLaw, ImpulseLaw, refuse_misfit
 
@@ -33,7 +23,7 @@ class _StopPenalty(Part):
     one_of = (("restitution", "damping"),)
     belonging: ClassVar[Mapping[str, tuple[str, ...]]] = {"restitution": ("transition_speed",)}
     type: Literal["penalty"] = "penalty"
-    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] | None = Field(
+    restitution: Annotated[float, si.Number(at_least=0.0, at_most=1.0)] | None = Field(
         None, description="speed after an impact over speed before, 0 to 1; or 'damping'"
     )
 
@@ -41,11 +31,11 @@ class _StopPenalty(Part):
 class SlidePenalty(_StopPenalty):
     """A stop of a slide that gives way."""
 
-    stiffness: PositiveStiffness = Field(description="force per penetration")
-    damping: NonNegativeDamping | None = Field(
+    stiffness: si.PositiveStiffness = Field(description="force per penetration")
+    damping: si.NonNegativeDamping | None = Field(
         None, description="force per speed; the stop never pulls; or 'restitution'"
     )
-    transition_speed: PositiveSpeed | None = Field(
+    transition_speed: si.PositiveSpeed | None = Field(
         None, description="above it the restitution acts in full; left out: 5 mm/s"
     )
 
@@ -53,11 +43,11 @@ class SlidePenalty(_StopPenalty):
 class TurnPenalty(_StopPenalty):
     """A stop of a hinge that gives way."""
 
-    stiffness: PositiveTorsionalStiffness = Field(description="torque per angle beyond the stop")
-    damping: NonNegativeTorsionalDamping | None = Field(
+    stiffness: si.PositiveTorsionalStiffness = Field(description="torque per angle beyond the stop")
+    damping: si.NonNegativeTorsionalDamping | None = Field(
         None, description="torque per angular speed; the stop never pulls; or 'restitution'"
     )
-    transition_speed: PositiveAngularSpeed | None = Field(
+    transition_speed: si.PositiveAngularSpeed | None = Field(
         None, description="above it the restitution acts in full; left out: 5e-3 rad/s"
     )
 
@@ -78,8 +68,10 @@ class _Limits(Part):
 class SlideLimits(_Limits):
     """Stops of a slide: how far its second point can be from its first, along the line."""
 
-    from_: Coordinate | None = Field(None, alias="from", description="least length along the line")
-    to: Coordinate | None = Field(None, description="greatest length along the line")
+    from_: si.Coordinate | None = Field(
+        None, alias="from", description="least length along the line"
+    )
+    to: si.Coordinate | None = Field(None, description="greatest length along the line")
     law: Annotated[SlidePenalty | DampedLaw | HertzLaw | ImpulseLaw, ByType(default="penalty")] = (
         Field(description="force of both stops, or their impulse")
     )
@@ -98,10 +90,10 @@ class SlideLimits(_Limits):
 class TurnLimits(_Limits):
     """Stops of a hinge: how far its second body can be turned on its first."""
 
-    from_: Angle | None = Field(
+    from_: si.Angle | None = Field(
         None, alias="from", description="least angle of the joint; whole turns count"
     )
-    to: Angle | None = Field(None, description="greatest angle of the joint; whole turns count")
+    to: si.Angle | None = Field(None, description="greatest angle of the joint; whole turns count")
     law: Annotated[TurnPenalty | ImpulseLaw, ByType(default="penalty")] = Field(
         description="torque of both stops, or their impulse"
     )

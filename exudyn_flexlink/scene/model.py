@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import Field, PrivateAttr, model_validator
 
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
+from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, by_name, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.contact_laws import Law
 from exudyn_flexlink.scene.contacts import Contact
@@ -27,26 +27,15 @@ class Scene(Part):
 
     title: Text = Field(description="what the model shows")
     source: Text = Field("", description="where its numbers come from")
-    materials: Named[Material] = Field(
-        default_factory=FrozenMapping, description="materials, by name"
-    )
-    curves: Named[CurveSpec] = Field(
-        default_factory=FrozenMapping, description="curves for slots, by name"
-    )
+    materials: Named[Material] = by_name("materials, by name")
+    curves: Named[CurveSpec] = by_name("curves for slots, by name")
     bodies: Named[Body] = Field(description="the moving bodies, by name")
-    joints: Named[Joint] = Field(
-        default_factory=FrozenMapping,
-        description="joints between bodies and the ground, by name; a body without any is free",
+    joints: Named[Joint] = by_name(
+        "joints between bodies and the ground, by name; a body without any is free"
     )
-    springs: Named[Spring] = Field(
-        default_factory=FrozenMapping, description="springs and dampers at joints, by name"
-    )
-    drives: Named[Drive] = Field(
-        default_factory=FrozenMapping, description="motors at joints and forces, by name"
-    )
-    contacts: Named[Contact] = Field(
-        default_factory=FrozenMapping, description="pairs that may strike each other, by name"
-    )
+    springs: Named[Spring] = by_name("springs and dampers at joints, by name")
+    drives: Named[Drive] = by_name("motors at joints and forces, by name")
+    contacts: Named[Contact] = by_name("pairs that may strike each other, by name")
     gravity: Gravity = Field(
         (0.0, 0.0), description="downwards, or [x, y], m/s^2; left out: a horizontal plane"
     )

@@ -22,16 +22,11 @@ from exudyn_flexlink.scene.joints import (
 )
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.point_masses import point_masses
-from exudyn_flexlink.scene.varying import Measured, Value
+from exudyn_flexlink.scene.varying import OF_DRIVES, Measured, Value
 from exudyn_flexlink.source import KeyPath, Mistake
-from exudyn_flexlink.units import Dimension, Powers
+from exudyn_flexlink.units import Powers
 
 _NAME = re.compile(r"[^\W\d](?:[\w -]*[\w-])?")
-_PRESCRIBED = {
-    "speed": (Dimension.ANGULAR_SPEED, Dimension.SPEED),
-    "motion": (Dimension.ANGLE, Dimension.LENGTH),
-}
-"""What drives prescribe of joints that turn, and of those that slide."""
 
 
 def find_mistakes(parts: Parts) -> list[Mistake]:
@@ -194,7 +189,7 @@ def _drives(parts: Parts) -> Iterator[Mistake]:
             continue
         joint = parts.get("joints", drive.joint)
         if joint is not None and joint.type in ("revolute", "prismatic", "sleeve"):
-            wanted = _PRESCRIBED[drive.type][joint.type != "revolute"]
+            wanted = OF_DRIVES[drive.type][joint.type != "revolute"]
             given = _powers(drive.value)
             if given is not None and given != wanted.powers._replace(rad=0):
                 message = f"expected {wanted.words}, since '{drive.joint}' is of type {joint.type}"

@@ -7,17 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from exudyn_flexlink.scene.columns import PLACES, BadFileError, Columns, read_columns
+from exudyn_flexlink.scene.varying import OF_DRIVES
 from exudyn_flexlink.source import Document, KeyPath, Mistake
 from exudyn_flexlink.units import Dimension
 
 LARGEST_FILE = 20_000_000  # bytes
-_VALUES = {
-    "speed": (Dimension.ANGULAR_SPEED, Dimension.SPEED),
-    "motion": (Dimension.ANGLE, Dimension.LENGTH),
-    "torque": (Dimension.TORQUE,),
-    "force": (Dimension.FORCE,),
-}
-"""What tables of drives give, by their type; of two at a revolute joint, and at any other."""
 
 
 class PointFiles(NamedTuple):
@@ -93,7 +87,7 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
 def _columns_of_table(document: Document, path: KeyPath) -> Columns:
     """Return the columns of a drive's table; what it gives is open where nothing tells it."""
     drive = _part(document.data["drives"], path[1])
-    measures = _VALUES.get(str(drive.get("type")), ())
+    measures = OF_DRIVES.get(str(drive.get("type")), ())
     joint = _part(document.data.get("joints"), drive.get("joint")).get("type")
     if len(measures) > 1 and joint is not None:
         measures = measures[:1] if joint == "revolute" else measures[1:]

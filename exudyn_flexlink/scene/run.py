@@ -5,25 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, model_validator
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BeforeValidator, Field, Strict, model_validator
 
-from exudyn_flexlink.quantities import (
-    Angle,
-    AngularSpeed,
-    Coordinate,
-    NonNegativeDuration,
-    Number,
-    PositiveDuration,
-    PositiveLength,
-    Speed,
-)
+from exudyn_flexlink import quantities as si
 from exudyn_flexlink.scene.base import (
     REVOLUTE,
     SLIDING,
     XY,
     Flag,
-    FrozenMapping,
     MovingPointName,
     Name,
     Named,
@@ -31,13 +20,14 @@ from exudyn_flexlink.scene.base import (
     Point,
     Refers,
     Value,
+    by_name,
     listed,
     refuse,
 )
 
-Velocity = Annotated[tuple[Speed, Speed], XY]
+Velocity = Annotated[tuple[si.Speed, si.Speed], XY]
 PartState = Annotated[
-    tuple[Coordinate, Coordinate, Angle, Speed, Speed, AngularSpeed],
+    tuple[si.Coordinate, si.Coordinate, si.Angle, si.Speed, si.Speed, si.AngularSpeed],
     listed("x", "y", "angle", "vx", "vy", "angular speed"),
 ]
 OfBodies = Annotated[Named[Value], Refers("bodies")]
@@ -54,98 +44,65 @@ class Initial(Part):
         description="true: starts where all forces balance, nothing moves and drives hold what "
         "they have at time 0; found downhill from where the other keys put the bodies",
     )
-    positions: OfBodies[Point] = Field(
-        default_factory=FrozenMapping,
-        description="[x, y] of bodies, metres: of a rod's start, of a rigid body's own origin; "
-        "held while assembling",
+    positions: OfBodies[Point] = by_name(
+        "[x, y] of bodies, metres: of a rod's start, of a rigid body's own origin; "
+        "held while assembling"
     )
-    angles: OfBodies[Angle] = Field(
-        default_factory=FrozenMapping, description="of bodies from +x; held while assembling"
-    )
-    guesses: OfBodies[Angle] = Field(
-        default_factory=FrozenMapping, description="angles from which the assembly is searched"
-    )
-    along: Annotated[Named[Coordinate], replace(SLIDING, play=True)] = Field(
-        default_factory=FrozenMapping,
-        description="how far second points of prismatic joints are along their lines from the "
-        "first, or starts of links along their sleeves; held while assembling",
+    angles: OfBodies[si.Angle] = by_name("of bodies from +x; held while assembling")
+    guesses: OfBodies[si.Angle] = by_name("angles from which the assembly is searched")
+    along: Annotated[Named[si.Coordinate], replace(SLIDING, play=True)] = by_name(
+        "how far second points of prismatic joints are along their lines from the "
+        "first, or starts of links along their sleeves; held while assembling"
     )
     speeds_along: Annotated[
-        Named[Speed], replace(SLIDING, kinds=(*SLIDING.kinds, "slot"), play=True)
-    ] = Field(
-        default_factory=FrozenMapping,
-        description="how fast second points of prismatic joints move along their lines, away from "
+        Named[si.Speed], replace(SLIDING, kinds=(*SLIDING.kinds, "slot"), play=True)
+    ] = by_name(
+        "how fast second points of prismatic joints move along their lines, away from "
         "the first, starts of links along their sleeves, or points of slots along their curves, "
-        "seen from what carries these",
+        "seen from what carries these"
     )
-    speeds: OfBodies[AngularSpeed] = Field(
-        default_factory=FrozenMapping, description="angular speeds of bodies"
+    speeds: OfBodies[si.AngularSpeed] = by_name("angular speeds of bodies")
+    velocities: OfBodies[Velocity] = by_name(
+        "[x, y] of bodies: of a rod's start, of a rigid body's own origin"
     )
-    velocities: OfBodies[Velocity] = Field(
-        default_factory=FrozenMapping,
-        description="[x, y] of bodies: of a rod's start, of a rigid body's own origin",
+    states: OfBodies[tuple[PartState, ...]] = by_name(
+        "state of another run from which this one goes on, of every body: [x, y, "
+        "angle, and the rates of these] of its part, or of each of its rods; in place of all above"
     )
-    states: OfBodies[tuple[PartState, ...]] = Field(
-        default_factory=FrozenMapping,
-        description="state of another run from which this one goes on, of every body: [x, y, "
-        "angle, and the rates of these] of its part, or of each of its rods; in place of all above",
+    laps: Annotated[Named[Annotated[int, Strict()]], Refers("joints")] = by_name(
+        "of slots on curves with laps: the lap in which the point is; left out: 1; "
+        "laps backwards from the start of lap 1 are -1, -2, .."
     )
-    laps: Annotated[Named[Annotated[int, Strict()]], Refers("joints")] = Field(
-        default_factory=FrozenMapping,
-        description="of slots on curves with laps: the lap in which the point is; left out: 1; "
-        "laps backwards from the start of lap 1 are -1, -2, ..",
-    )
-    clock: NonNegativeDuration = Field(
+    clock: si.NonNegativeDuration = Field(
         0.0, description="what t is for drives as the run begins: a run that goes on has begun then"
     )
 
     @model_validator(mode="after")
-    def _whole_states_alone(self) -> Initial:
-        if self.states:
-            for key in (
-                *("positions", "angles", "guesses", "along"),
-                *("speeds", "velocities", "speeds_along"),
-            ):
-                if getattr(self, key):
-                    refuse("follow from 'states', which give everything", at=key)
-        elif self.laps:
+    def _says_one_thing(self) -> Initial:
+        """Whole states stand alone, what rests has no speeds, and an angle is held or guessed."""
+        speeds = ("speeds", "velocities", "speeds_along")
+        for key in ("positions", "angles", "guesses", "along", *speeds):
+            if self.states and getattr(self, key):
+                refuse("follow from 'states', which give everything", at=key)
+        if self.laps and not self.states:
             refuse("belong to 'states'", "without these slots start in lap 1", at="laps")
-        return self
-
-    @model_validator(mode="after")
-    def _rest_has_no_speeds(self) -> Initial:
-        for key in ("speeds", "velocities", "speeds_along", "states"):
+        for key in (*speeds, "states"):
             if self.at_rest and getattr(self, key):
                 refuse("nothing moves where 'at_rest' starts", "leave out one of both", at=key)
-        return self
-
-    @model_validator(mode="after")
-    def _held_or_guessed(self) -> Initial:
         for body in self.guesses:
             if body in self.angles:
                 refuse(f"the angle of '{body}' is already given in 'angles'", at=("guesses", body))
         return self
 
 
-class _OrAtRest:
-    """Annotation of the initial state: the text 'at_rest' stands for that key alone."""
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(_as_keys, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        return {"anyOf": [{"const": "at_rest"}, handler(schema)]}
-
-
 def _as_keys(value: Any) -> Any:
+    """Let the text 'at_rest' stand for that key alone."""
     return {"at_rest": True} if value == "at_rest" else value
 
 
-InitialOrRest = Annotated[Initial, _OrAtRest()]
+InitialOrRest = Annotated[
+    Initial, BeforeValidator(_as_keys, json_schema_input_type=Literal["at_rest"] | Initial)
+]
 
 
 class Run(Part):
@@ -153,17 +110,17 @@ class Run(Part):
 
     one_of = (("duration", "turns"),)
     belonging: ClassVar = {"turns": ("of", "at_most")}
-    duration: PositiveDuration | None = Field(None, description="simulated time; or 'turns'")
-    turns: Annotated[float, Number(above=0.0)] | None = Field(
+    duration: si.PositiveDuration | None = Field(None, description="simulated time; or 'turns'")
+    turns: Annotated[float, si.Number(above=0.0)] | None = Field(
         None, description="net turns of the joint 'of', either way; or 'duration'"
     )
     of: Annotated[Name, REVOLUTE] | None = Field(
         None, description="name of the revolute joint whose turns count"
     )
-    at_most: PositiveDuration | None = Field(
+    at_most: si.PositiveDuration | None = Field(
         None, description="end of a run whose turns are never reached"
     )
-    sample: PositiveDuration | None = Field(
+    sample: si.PositiveDuration | None = Field(
         None, description="time between stored results; left out: chosen by the program"
     )
 
@@ -178,10 +135,10 @@ class Accuracy(Part):
     """The error allowed, or the step that decides it."""
 
     one_of = (("tolerance", "step"),)
-    tolerance: PositiveLength | None = Field(
+    tolerance: si.PositiveLength | None = Field(
         None, description="error that the run may make in positions; or 'step'"
     )
-    step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
+    step: si.PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
 
 
 class Solver(Part):
@@ -204,7 +161,7 @@ class Solver(Part):
         description="steps in half a period of the shortest strike; half as many in a touch of a "
         "wall; for formulations redundant and beam",
     )
-    spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+    spectral_radius: Annotated[float, si.Number(at_least=0.0, at_most=1.0)] = Field(
         0.9,
         description="numerical damping: 1 none, 0 most; for formulations redundant and beam",
     )
