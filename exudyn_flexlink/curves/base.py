@@ -128,10 +128,6 @@ class Curve(ABC):
         """First derivative dP/du, shape (..., 2)."""
         return self._raw(self.wrap(u), 1)
 
-    def second_derivative(self, u: ArrayLike) -> FloatArray:
-        """Second derivative d2P/du2, shape (..., 2)."""
-        return self._raw(self.wrap(u), 2)
-
     def derivatives(self, u: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """``P, dP/du, d2P/du2`` at once, each of shape (..., 2)."""
         point, first, second = self.places(self.wrap(u))
@@ -177,17 +173,16 @@ class Curve(ABC):
         """Length in m, by 12-point Gauss quadrature over every step of the grid."""
         return self.arc_length.whole
 
-    def nearest(self, point: ArrayLike, near: float | None = None) -> float:
+    def nearest(self, point: FloatArray, near: float | None = None) -> float:
         """Parameter of the foot point of ``point`` (2,).
 
         Without ``near`` the closest point of the whole curve, in the parameter range. With ``near``
         the local minimum of the distance reached downhill from there: it stays on its branch where
         the curve crosses itself, and counts on over the laps of a closed curve.
         """
-        target = np.asarray(point, dtype=float)
         if near is not None:
-            return feet.descend(self, target, float(near))
-        return float(feet.candidates(self, target)[0])
+            return feet.descend(self, point, near)
+        return float(feet.candidates(self, point)[0])
 
     def closest(self, points: FloatArray) -> FloatArray:
         """Parameters (...) of the places closest to points (..., 2), in the parameter range."""
@@ -197,11 +192,6 @@ class Curve(ABC):
     def arc_length(self) -> ArcLength:
         """Lengths along it."""
         return ArcLength(self)
-
-    def distance(self, point: ArrayLike) -> float:
-        """Distance in m of ``point`` (2,) from the curve."""
-        target = np.asarray(point, dtype=float)
-        return float(np.linalg.norm(self.point(self.nearest(target)) - target))
 
     @property
     def knots(self) -> Knots:
@@ -214,22 +204,12 @@ class Curve(ABC):
         return Knots(np.concatenate(places), np.concatenate([of.jumps for of in found]))
 
     def part(self, first: float, last: float) -> Curve:
-        """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own.
-
-        Raises:
-            TypeError: the curve is not one smooth piece.
-
-        """
-        raise TypeError(f"{type(self).__name__} is not one smooth piece: {first} to {last}")
+        """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own."""
+        raise NotImplementedError
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
-        """Own parameters where a smooth piece crosses a line; see :func:`ray_crossings`.
-
-        Raises:
-            TypeError: the curve is not one smooth piece.
-
-        """
-        raise TypeError(f"{type(self).__name__} is not one smooth piece: {origin}, {direction}")
+        """Own parameters where a smooth piece crosses a line, by its unit vector `direction`."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
