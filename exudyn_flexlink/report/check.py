@@ -6,11 +6,7 @@ from math import inf
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.laws import (
-    Impulse,
-    LineContact,
-    PowerPenalty,
-)
+from exudyn_flexlink.laws import Impulse, LineContact, PowerPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
@@ -31,11 +27,11 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
-from exudyn_flexlink.report.laws import law_told
 from exudyn_flexlink.report.parts import (
     curve_lines,
     effects_table,
     freedom_lines,
+    law_told,
     link_frequencies,
     sprung_frequencies,
     start_lines,
