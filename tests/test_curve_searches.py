@@ -27,7 +27,7 @@ CURVES = {
     "stadium": STADIUM,
     "ellipse": Arc((0.2, 0.1), (0.8, 0.3), 0.5),
     "arc": Arc((0.2, 0.1), (0.8, 0.3), 0.5, 0.2, 4.0),
-    "clockwise": circle_arc((0, 0), 0.6, 2.0, -1.0),
+    "circle": circle_arc((0, 0), 0.6, -1.0, 2.0),
     "line": LineSegment((-0.5, 0.2), (0.7, -0.1)),
     "spline": Spline(np.array([[0.5, 0], [0, 0.4], [-0.4, 0.2], [-0.2, -0.4], [0.3, -0.3]])),
     "open spline": Spline(np.array([[0.5, 0], [0, 0.4], [-0.4, 0.2], [-0.2, -0.4]]), closed=False),

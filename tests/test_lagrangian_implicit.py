@@ -25,7 +25,6 @@ STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
 POINTS = [(0.05, 0.0), (0.03, 0.03), (-0.03, 0.035), (-0.045, -0.01), (0.01, -0.04)]
 PIECES = {
     "ellipse": Arc((0.01, -0.02), (0.04, 0.03), 0.3, 0.2, 2.5),
-    "clockwise": Arc((0.01, -0.02), (0.04, 0.03), 0.3, 2.5, 0.2),
     "circle": circle_arc((0.0, 0.01), 0.05),
     "line": LineSegment((0.04, -0.03), (0.03, 0.03)),
     "open spline": Spline(np.array(POINTS)),

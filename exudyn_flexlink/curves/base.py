@@ -265,16 +265,3 @@ def end_tangent(piece: Curve, u: float) -> FloatArray:
 def angle_between(a: FloatArray, b: FloatArray) -> float:
     """Angle in rad, 0 to pi, between two vectors (2,)."""
     return float(abs(np.arctan2(cross(a, b), a @ b)))
-
-
-def as_point(value: ArrayLike, name: str) -> tuple[float, float]:
-    """Two finite coordinates.
-
-    Raises:
-        CurveError: ``value`` is something else.
-
-    """
-    array = np.asarray(value, dtype=float)
-    if array.shape != (2,) or not np.all(np.isfinite(array)):
-        raise CurveError(f"{name} must be two finite coordinates, got {value!r}")
-    return float(array[0]), float(array[1])

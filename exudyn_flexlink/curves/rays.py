@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves.base import OVERLAP, Curve, CurveError, as_point, cross
+from exudyn_flexlink.curves.base import OVERLAP, Curve, cross, unit
 
 
-def ray_crossings(curve: Curve, origin: ArrayLike, direction: ArrayLike) -> FloatArray:
+def ray_crossings(curve: Curve, origin: FloatArray, direction: FloatArray) -> FloatArray:
     """All u, ascending over one period, where the line through ``origin`` crosses the curve.
 
     The line runs both ways from ``origin`` (2,) along ``direction`` (2,), of any length. Points of
     contact count; a straight piece that lies in the line contributes its two ends. A crossing next
     to a break may be given as the break itself, 1e-7 of a piece away at most. Closed form for
     arcs and lines, roots of the cubics for splines.
-
-    Raises:
-        CurveError: the direction is zero, or something is not finite.
-
     """
-    start, along = _line(origin, direction)
+    along = unit(direction)
     found = [
-        begin + _on_piece(piece, piece.crossings(start, along))
+        begin + _on_piece(piece, piece.crossings(origin, along))
         for piece, begin in zip(curve.pieces, curve.breaks[:-1], strict=True)
     ]
     u = np.sort(np.concatenate(found))
-    misses = np.abs(cross(along, curve.point(u) - start))
+    misses = np.abs(cross(along, curve.point(u) - origin))
     kept: list[int] = []
     for i in range(len(u)):
         # neighbouring pieces both report a crossing at their joint: keep the better
@@ -43,14 +38,6 @@ def _on_piece(piece: Curve, u: FloatArray) -> FloatArray:
     if piece.closed:
         return np.asarray(np.mod(u - piece.start, piece.period))
     return np.asarray(np.clip(u, piece.start, piece.end) - piece.start)
-
-
-def _line(origin: ArrayLike, direction: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    start, along = np.array(as_point(origin, "origin")), np.array(as_point(direction, "direction"))
-    length = float(np.linalg.norm(along))
-    if length == 0:
-        raise CurveError("the direction of a line must not be zero")
-    return start, along / length
 
 
 def _without_seam(curve: Curve, u: FloatArray, misses: FloatArray) -> FloatArray:

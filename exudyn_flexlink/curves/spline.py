@@ -85,8 +85,7 @@ class Spline(Curve):
     Closed: periodic, from the last point back to the first, which is not repeated.
 
     Raises:
-        CurveError: too few or too many points, neighbours that nearly coincide, something not
-            finite, a cusp.
+        CurveError: too few or too many points, neighbours that nearly coincide, a cusp.
 
     """
 
@@ -188,15 +187,10 @@ def _fit(knots: FloatArray, points: FloatArray, closed: bool) -> Any:
 
 
 def _check(points: FloatArray) -> None:
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise CurveError(f"a spline needs points (x, y), got an array of shape {points.shape}")
     if not FEWEST_POINTS <= len(points) <= MOST_POINTS:
         raise CurveError(
             f"a spline needs {FEWEST_POINTS} to {MOST_POINTS} points, got {len(points)}"
         )
-    wrong = np.flatnonzero(~np.all(np.isfinite(points), axis=1))
-    if len(wrong):
-        raise CurveError(f"point {wrong[0] + 1} of the spline is not finite")
 
 
 def _refuse_short_chords(points: FloatArray, closed: bool) -> None:
@@ -219,7 +213,7 @@ def closing(points: FloatArray, closed: bool | None) -> tuple[FloatArray, bool]:
 
     Raises:
         CurveError: it looks neither closed nor nearly closed, and `closed` is None; or these are
-            no points of a spline.
+            too few or too many points.
 
     """
     _check(points)
