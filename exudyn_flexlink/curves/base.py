@@ -237,6 +237,23 @@ class Composite(Curve):
         return np.concatenate([*parts, self.breaks[-1:]])
 
 
+def ray_crossings(curve: Curve, origin: FloatArray, direction: FloatArray) -> FloatArray:
+    """All u, ascending over one period, where the line through ``origin`` crosses the curve.
+
+    The line runs both ways from ``origin`` (2,) along ``direction`` (2,), of any length. Points of
+    contact count; a straight piece that lies in the line contributes its two ends. A crossing next
+    to a break may be there twice, once as the break itself, 1e-7 of a piece away at most. Closed
+    form for arcs and lines, roots of the cubics for splines.
+    """
+    found = []
+    for piece, begin in zip(curve.pieces, curve.breaks[:-1], strict=True):
+        u = piece.crossings(origin, unit(direction)) - piece.start
+        # Those just outside a closed piece come round.
+        u = np.mod(u, piece.period) if piece.closed else np.clip(u, 0.0, piece.period)
+        found.append(begin + u)
+    return np.sort(np.concatenate(found))
+
+
 def as_vectors(places: ComplexArray) -> FloatArray:
     """Complex numbers (...) as vectors (..., 2)."""
     return np.stack([np.real(places), np.imag(places)], axis=-1)

@@ -44,6 +44,8 @@ Function = Callable[[Any], FloatArray]
 
 STRIKES_SHOWN = len(OTHERS)
 SHOWN_BEFORE, SHOWN_AFTER = 0.005, 0.15  # s before and after the first touch
+_interpolated = partial(make_interp_spline, k=1)
+"""Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
 ROUNDED = 12  # decimals of angles (rad) that tell one from another
 
 
@@ -193,12 +195,6 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
     right = axes.secondary_yaxis("right", functions=functions)
     right.set_ylabel(f"tip displacement ({unit})")
     return True
-
-
-def _interpolated(x: FloatArray, y: FloatArray) -> Function:
-    """Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
-    line: Function = make_interp_spline(x, y, k=1)
-    return line
 
 
 def _strike_by_strike(

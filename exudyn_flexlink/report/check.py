@@ -152,14 +152,10 @@ def _rubs(joint: Joint) -> str:
     friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
     if friction is None or not friction.acts:
         return ""
+    constant, unit, place = getattr(friction, "force", 0.0), "N", ""
     if isinstance(friction, PinFriction):
-        constant, unit, place = (
-            friction.torque,
-            "N m",
-            f" at radius {number(friction.radius or 0)} m",
-        )
-    else:
-        constant, unit, place = friction.force, "N", ""
+        constant, unit = friction.torque, "N m"
+        place = f" at radius {number(friction.radius or 0)} m"
     told = [f"{number(constant)} {unit}"] if constant > 0 else []
     if friction.coefficient > 0:
         told.append(f"coefficient {number(friction.coefficient)}{place}")
