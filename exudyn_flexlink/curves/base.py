@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import feet
-from exudyn_flexlink.curves.arc_length import ArcLength
 from exudyn_flexlink.raising import Sendable
 
 # A place on a curve: typed decimals that mean the same point differ by less than this.
@@ -27,6 +26,7 @@ ROUNDING = 1e-9
 # A line through a joint must not slip through the gap that POSITION_TOLERANCE allows there: pieces
 # report crossings beyond their ends by this fraction of their range too.
 OVERLAP = 1e-7
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 class CurveError(Sendable, ValueError):
@@ -235,6 +235,30 @@ class Composite(Curve):
             for piece, start in zip(self.pieces, self.breaks[:-1], strict=True)
         ]
         return np.concatenate([*parts, self.breaks[-1:]])
+
+
+class ArcLength:
+    """Lengths (m) along a curve by its parameter, by Gauss quadrature from the sample before."""
+
+    def __init__(self, curve: Curve) -> None:
+        self._curve, self._u = curve, curve.samples[0]
+        parts = self._between(self._u[:-1], self._u[1:])
+        self._lengths = np.concatenate([[0.0], np.cumsum(parts)])
+        self.whole = float(self._lengths[-1])
+
+    def to(self, u: FloatArray) -> FloatArray:
+        """Lengths from the start to places (...); beyond an end the last piece goes on."""
+        i = np.clip(np.searchsorted(self._u, u, side="right") - 1, 0, len(self._u) - 2)
+        return np.asarray(self._lengths[i] + self._between(self._u[i], u))
+
+    def place(self, length: FloatArray) -> FloatArray:
+        """Places (...) at lengths from the start, as near as the curve's samples tell."""
+        return np.interp(length, self._lengths, self._u)
+
+    def _between(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        half = 0.5 * (high - low)
+        inside = low[..., None] + half[..., None] * (1 + NODES)
+        return np.asarray(half * (np.linalg.norm(self._curve._raw(inside, 1), axis=-1) @ WEIGHTS))
 
 
 def ray_crossings(curve: Curve, origin: FloatArray, direction: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.curves.base import (
     OVERLAP,
     ROUNDING,
@@ -91,6 +91,8 @@ class Spline(Curve):
 
     points: FloatArray
     closed: bool = field(default=False, kw_only=True)
+    _polynomial: Any = field(init=False, repr=False)
+    _complex: ComplexArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         points = np.array(self.points, dtype=float)
@@ -102,7 +104,7 @@ class Spline(Curve):
         chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
         knots = np.concatenate([[0.0], np.cumsum(chords)])
         cubic = _fit(knots, through, self.closed)
-        object.__setattr__(self, "_cubic", cubic)
+        object.__setattr__(self, "_polynomial", cubic)
         object.__setattr__(self, "_complex", cubic.c[..., 0] + 1j * cubic.c[..., 1])
         self._range(0.0, float(knots[-1]), self.closed)
         self._refuse_cusps()
@@ -118,16 +120,12 @@ class Spline(Curve):
                 hint="place the points there closer together, or take out a stray one",
             )
 
-    @property
-    def _polynomial(self) -> Any:
-        return self.__dict__["_cubic"]
-
     def places(self, u: FloatArray) -> Places:
         """Evaluate the cubics; an open spline goes on with its last ones."""
         u = np.mod(u, self.period) if self.closed else u
         knots = self._polynomial.x
         index = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
-        w, (c3, c2, c1, c0) = u - knots[index], self.__dict__["_complex"][:, index]
+        w, (c3, c2, c1, c0) = u - knots[index], self._complex[:, index]
         first = (3 * c3 * w + 2 * c2) * w + c1
         return ((c3 * w + c2) * w + c1) * w + c0, first, 6 * c3 * w + 2 * c2
 

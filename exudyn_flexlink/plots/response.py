@@ -190,9 +190,8 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
         return False
     forward, backward = found
     factor, unit = length_unit(response.tip_displacement)
-    functions: tuple[Function, Function]
-    functions = lambda x: factor * forward(x), lambda y: backward(y / factor)
-    right = axes.secondary_yaxis("right", functions=functions)
+    both = (lambda x: factor * forward(x), lambda y: backward(y / factor))
+    right = axes.secondary_yaxis("right", functions=both)
     right.set_ylabel(f"tip displacement ({unit})")
     return True
 
