@@ -1,6 +1,7 @@
 """Published numbers as a file gives them: which quantity of a run, its value, what it may miss.
 
-Each tells what a run gives for it, `computed`, in SI.
+Each tells what a run gives for it, `computed`, in SI: nan if nothing of the kind happened in it. A
+run that has no sample at the instant asked for raises MissingError.
 """
 
 from __future__ import annotations
@@ -55,15 +56,6 @@ class _Number(Part):
     )
     because: Text = Field(description="why that difference is allowed")
     source: Text = Field("", description="who published it; left out: the source of the file")
-
-    def computed(self, result: Result) -> float:
-        """Value of the quantity in a run; nan if nothing of the kind happened in it.
-
-        Raises:
-            MissingError: the run has no sample at the instant asked for.
-
-        """
-        raise NotImplementedError
 
 
 class _AtSample(_Number):
