@@ -298,11 +298,6 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def end_tangent(piece: Curve, u: float) -> FloatArray:
-    """Return the unit tangent at u of the piece itself: its end is not wrapped to its start."""
-    return unit(piece._raw(np.asarray(u), 1))
-
-
 def angle_between(a: FloatArray, b: FloatArray) -> float:
     """Angle in rad, 0 to pi, between two vectors (2,)."""
     return float(abs(np.arctan2(cross(a, b), a @ b)))

@@ -16,7 +16,6 @@ from exudyn_flexlink.curves.base import (
     Curve,
     CurveError,
     angle_between,
-    end_tangent,
 )
 from exudyn_flexlink.curves.feet import candidates
 
@@ -204,7 +203,8 @@ def _rotated(curve: Curve, cut: float) -> tuple[Curve, ...]:
 
 def _check_kink(before: Curve, after: Curve, index: int, numbers: tuple[int, int]) -> None:
     one, two = before.pieces[-1], after.pieces[0]
-    angle = angle_between(end_tangent(one, one.end), end_tangent(two, two.start))
+    # Of the pieces themselves: the end of a closed one is not wrapped to its start.
+    angle = angle_between(one._raw(np.asarray(one.end), 1), two._raw(np.asarray(two.start), 1))
     if angle > DIRECTION_TOLERANCE:
         raise CurveError(
             f"pieces {numbers[0]} and {numbers[1]} meet at {_show(_first(after))} with a kink of "
