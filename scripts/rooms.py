@@ -26,7 +26,7 @@ CEILINGS = {
     "mechanism": 6_185,
     "scene": 4_255,
     "expressions": 1_225,
-    "curves": 1_310,
+    "curves": 1_305,
     "observables": 1_925,
     "accuracy": 940,
     "stability": 880,
