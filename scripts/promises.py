@@ -35,7 +35,6 @@ from exudyn_flexlink.observables import (
     crank_angle,
     lever_response,
     path,
-    settled,
     strikes,
     strongest_line,
 )
@@ -182,7 +181,9 @@ def laps() -> Iterator[Row]:
     result = run("no_clearance.yaml")
     found = strikes(result, "strike")
     yield "laps with a strike, of four", "1, 3", ", ".join(str(s.lap) for s in found)
-    rest = settled(result, "strike", found[1].begin)
+    (begin, end), lever = (s.begin for s in found), lever_response(result, "strike")
+    last = lever.between(end - 0.05 * (end - begin), end)
+    rest = abs(last.farthest / lever.between(begin, end).farthest)
     yield "lever before the next strike, of its peak", "at rest", f"{rest:.1e}"
 
 

@@ -312,6 +312,8 @@ def shaken():
 
 def test_vibration_about_the_guides_axis():
     seen = vibration(shaken())
+    with pytest.raises(ValueError, match="the run ends at"):
+        vibration(shaken(), 1e3)
     assert seen.off_ideal
     # The end is measured from where the link's start, moved as well, is along the guide: what is
     # left of a motion along x is that across the guide, sin^2 of its angle in x.

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ellipeinc
 from test_physics_tools import scene
 
-from exudyn_flexlink.curves import CircleArc, Closest, EllipseArc, Joined, LineSegment, Spline
+from exudyn_flexlink.curves import Arc, Closest, Joined, LineSegment, Spline, circle_arc
 from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
@@ -18,16 +18,16 @@ from exudyn_flexlink.mechanism.tree import tree_layout
 STADIUM = Joined(
     (
         LineSegment((0, 0), (1, 0)),
-        CircleArc((1, 0.5), 0.5, -pi / 2, pi / 2),
+        circle_arc((1, 0.5), 0.5, -pi / 2, pi / 2),
         LineSegment((1, 1), (0, 1)),
-        CircleArc((0, 0.5), 0.5, pi / 2, 3 * pi / 2),
+        circle_arc((0, 0.5), 0.5, pi / 2, 3 * pi / 2),
     )
 )
 CURVES = {
     "stadium": STADIUM,
-    "ellipse": EllipseArc((0.2, 0.1), (0.8, 0.3), 0.5),
-    "arc": EllipseArc((0.2, 0.1), (0.8, 0.3), 0.5, 0.2, 4.0),
-    "clockwise": CircleArc((0, 0), 0.6, 2.0, -1.0),
+    "ellipse": Arc((0.2, 0.1), (0.8, 0.3), 0.5),
+    "arc": Arc((0.2, 0.1), (0.8, 0.3), 0.5, 0.2, 4.0),
+    "circle": circle_arc((0, 0), 0.6, -1.0, 2.0),
     "line": LineSegment((-0.5, 0.2), (0.7, -0.1)),
     "spline": Spline(np.array([[0.5, 0], [0, 0.4], [-0.4, 0.2], [-0.2, -0.4], [0.3, -0.3]])),
     "open spline": Spline(np.array([[0.5, 0], [0, 0.4], [-0.4, 0.2], [-0.2, -0.4]]), closed=False),
@@ -42,7 +42,9 @@ def test_all_ways_find_the_same_closest_places(name):
     search = Closest(curve)
     for point, found in zip(points, together, strict=True):
         far = np.linalg.norm(found - point)
-        assert far == pytest.approx(curve.distance(point), abs=1e-12)
+        assert far == pytest.approx(
+            np.linalg.norm(curve.point(curve.nearest(point)) - point), abs=1e-12
+        )
         piece, u = search.on_curve(*point)
         one = search.at[piece](u)[:2]
         assert np.linalg.norm(np.array(one) - point) == pytest.approx(far, abs=1e-9)
@@ -57,7 +59,7 @@ def test_the_closest_place_of_a_point_beside_an_open_end_is_that_end():
 @pytest.mark.parametrize("part", [1e-3, 0.03, 0.09, 0.5])
 def test_the_closest_place_of_a_point_near_the_centre_of_curvature(part):
     """A part of the radius from a circle's middle, as of a roller that hardly has room in it."""
-    curve = CircleArc((0.1, 0), 0.03)
+    curve = circle_arc((0.1, 0), 0.03)
     search = Closest(curve)
     for angle in np.linspace(0.01, 6.27, 50).tolist():
         x, y = 0.1 + part * 0.03 * np.cos(angle), part * 0.03 * np.sin(angle)
@@ -83,7 +85,7 @@ def test_lengths_are_the_same_one_by_one(name):
 
 def test_the_length_of_an_ellipse_is_its_elliptic_integral():
     a, b = 0.8, 0.3
-    length = EllipseArc((0, 0), (a, b)).arc_length
+    length = Arc((0, 0), (a, b)).arc_length
     u = np.array([0.1, 0.77, 1.5, 3.0, 6.0])
     exact = a * (ellipeinc(pi / 2, 1 - (b / a) ** 2) - ellipeinc(pi / 2 - u, 1 - (b / a) ** 2))
     np.testing.assert_allclose(length.to(u), exact, rtol=1e-14)

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.series import deviation, read_series
 from cli_runs import MODELS
 
-from exudyn_flexlink.curves import CircleArc, EllipseArc, LineSegment, Spline, evaluator
+from exudyn_flexlink.curves import Arc, LineSegment, Spline, circle_arc, evaluator
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.track import TrackPoint
 from exudyn_flexlink.engines.track_follower import DeadCentreError
@@ -24,9 +24,8 @@ STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
 
 POINTS = [(0.05, 0.0), (0.03, 0.03), (-0.03, 0.035), (-0.045, -0.01), (0.01, -0.04)]
 PIECES = {
-    "ellipse": EllipseArc((0.01, -0.02), (0.04, 0.03), 0.3, 0.2, 2.5),
-    "clockwise": EllipseArc((0.01, -0.02), (0.04, 0.03), 0.3, 2.5, 0.2),
-    "circle": CircleArc((0.0, 0.01), 0.05),
+    "ellipse": Arc((0.01, -0.02), (0.04, 0.03), 0.3, 0.2, 2.5),
+    "circle": circle_arc((0.0, 0.01), 0.05),
     "line": LineSegment((0.04, -0.03), (0.03, 0.03)),
     "open spline": Spline(np.array(POINTS)),
     "closed spline": Spline(np.array(POINTS), closed=True),
@@ -64,7 +63,7 @@ def test_the_guides_axis_crosses_the_piece_where_it_should(name):
         crossed(PIECES["circle"], (1.0, 0.0), np.pi / 2, 0.1)
 
 
-THIN = EllipseArc((0.0, 0.0), (0.04, 1e-3))
+THIN = Arc((0.0, 0.0), (0.04, 1e-3))
 TIPS = [(0.05, 0.0), (0.012, 0.05), (-0.04, 0.02), (-0.02, -0.04), (0.03, -0.025)]
 DENTS = [(0.015, 0.012), (-0.01, 0.015), (-0.02, -0.005), (0.005, -0.015)]
 STAR = [point for pair in zip(TIPS, DENTS, strict=False) for point in pair]

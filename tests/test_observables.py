@@ -18,7 +18,6 @@ from exudyn_flexlink.observables import (
     laps,
     lever_response,
     path,
-    settled,
     strikes,
     struck_bodies,
     turns,
@@ -199,13 +198,6 @@ def test_a_strike_between_samples_belongs_to_the_lap_in_which_it_begins():
     (only,) = strikes(results.touched(run, touch), "strike")
     assert only.lap == 1
     assert only.crank_angle == pytest.approx(2 * pi * 0.96)
-
-
-def test_a_damped_lever_is_at_rest_before_the_next_strike(rigid):
-    first, second = strikes(rigid, "strike")
-    assert settled(rigid, "strike", second.begin) < 1e-6
-    assert settled(rigid, "strike", first.begin + 0.0175) > 0.5
-    assert isnan(settled(rigid, "strike", 0.2))  # nothing was struck before
 
 
 # --- between samples

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import log
-from typing import Protocol
 
 from exudyn_flexlink.accuracy.methods import Method, own_method, own_value
 from exudyn_flexlink.accuracy.sources import Finer
@@ -27,15 +27,11 @@ class Solved:
     given_up: bool = False
 
 
-class Solve(Protocol):
-    """Runs a scene in an engine; `label` says what is run, `allowed` (s) is the time it may take.
+Solve = Callable[[Scene, str, str, float], Solved]
+"""Runs a scene in an engine; a label says what is run, the number is the time (s) it may take.
 
-    Raises RefusedError, and KeyboardInterrupt when the user has had enough.
-    """
-
-    def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
-        """Return the run."""
-        ...
+Raises RefusedError, and KeyboardInterrupt when the user has had enough.
+"""
 
 
 @dataclass

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -28,7 +26,7 @@ from exudyn_flexlink.animation.shots import Frames, Shots
 from exudyn_flexlink.animation.zoom_panel import ZoomPanel, draw_instant, draw_timeline
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.panels import length_unit
-from exudyn_flexlink.plots.style import MISSING
+from exudyn_flexlink.plots.style import settings
 
 Pixels = NDArray[np.uint8]
 
@@ -54,8 +52,7 @@ class Picture:
         self._canvas = FigureCanvasAgg(self._figure)
         head, line, *zooms = heights
         bottom = line + sum(zooms)
-        with mpl.rc_context(_FONT), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", MISSING)
+        with settings(_FONT):
             self.axes = self._room(bottom, self.height - bottom - head)
             self._words(head)
             self._fit()
@@ -81,8 +78,7 @@ class Picture:
 
     def frame(self, frame: int) -> Pixels:
         """One frame, (height, width, 4): red, green, blue and 255, as canvas and ffmpeg know it."""
-        with mpl.rc_context(_FONT), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", MISSING)
+        with settings(_FONT):
             self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
             self._told.set_text(self._text(frame))
             self._figure.draw_artist(self._told)

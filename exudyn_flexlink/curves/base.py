@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import feet
-from exudyn_flexlink.curves.arc_length import ArcLength
 from exudyn_flexlink.raising import Sendable
 
 # A place on a curve: typed decimals that mean the same point differ by less than this.
@@ -27,6 +26,7 @@ ROUNDING = 1e-9
 # A line through a joint must not slip through the gap that POSITION_TOLERANCE allows there: pieces
 # report crossings beyond their ends by this fraction of their range too.
 OVERLAP = 1e-7
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 class CurveError(Sendable, ValueError):
@@ -128,10 +128,6 @@ class Curve(ABC):
         """First derivative dP/du, shape (..., 2)."""
         return self._raw(self.wrap(u), 1)
 
-    def second_derivative(self, u: ArrayLike) -> FloatArray:
-        """Second derivative d2P/du2, shape (..., 2)."""
-        return self._raw(self.wrap(u), 2)
-
     def derivatives(self, u: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """``P, dP/du, d2P/du2`` at once, each of shape (..., 2)."""
         point, first, second = self.places(self.wrap(u))
@@ -177,17 +173,16 @@ class Curve(ABC):
         """Length in m, by 12-point Gauss quadrature over every step of the grid."""
         return self.arc_length.whole
 
-    def nearest(self, point: ArrayLike, near: float | None = None) -> float:
+    def nearest(self, point: FloatArray, near: float | None = None) -> float:
         """Parameter of the foot point of ``point`` (2,).
 
         Without ``near`` the closest point of the whole curve, in the parameter range. With ``near``
         the local minimum of the distance reached downhill from there: it stays on its branch where
         the curve crosses itself, and counts on over the laps of a closed curve.
         """
-        target = np.asarray(point, dtype=float)
         if near is not None:
-            return feet.descend(self, target, float(near))
-        return float(feet.candidates(self, target)[0])
+            return feet.descend(self, point, near)
+        return float(feet.candidates(self, point)[0])
 
     def closest(self, points: FloatArray) -> FloatArray:
         """Parameters (...) of the places closest to points (..., 2), in the parameter range."""
@@ -197,11 +192,6 @@ class Curve(ABC):
     def arc_length(self) -> ArcLength:
         """Lengths along it."""
         return ArcLength(self)
-
-    def distance(self, point: ArrayLike) -> float:
-        """Distance in m of ``point`` (2,) from the curve."""
-        target = np.asarray(point, dtype=float)
-        return float(np.linalg.norm(self.point(self.nearest(target)) - target))
 
     @property
     def knots(self) -> Knots:
@@ -214,22 +204,12 @@ class Curve(ABC):
         return Knots(np.concatenate(places), np.concatenate([of.jumps for of in found]))
 
     def part(self, first: float, last: float) -> Curve:
-        """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own.
-
-        Raises:
-            TypeError: the curve is not one smooth piece.
-
-        """
-        raise TypeError(f"{type(self).__name__} is not one smooth piece: {first} to {last}")
+        """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own."""
+        raise NotImplementedError
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
-        """Own parameters where a smooth piece crosses a line; see :func:`ray_crossings`.
-
-        Raises:
-            TypeError: the curve is not one smooth piece.
-
-        """
-        raise TypeError(f"{type(self).__name__} is not one smooth piece: {origin}, {direction}")
+        """Own parameters where a smooth piece crosses a line, by its unit vector `direction`."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -257,6 +237,47 @@ class Composite(Curve):
         return np.concatenate([*parts, self.breaks[-1:]])
 
 
+class ArcLength:
+    """Lengths (m) along a curve by its parameter, by Gauss quadrature from the sample before."""
+
+    def __init__(self, curve: Curve) -> None:
+        self._curve, self._u = curve, curve.samples[0]
+        parts = self._between(self._u[:-1], self._u[1:])
+        self._lengths = np.concatenate([[0.0], np.cumsum(parts)])
+        self.whole = float(self._lengths[-1])
+
+    def to(self, u: FloatArray) -> FloatArray:
+        """Lengths from the start to places (...); beyond an end the last piece goes on."""
+        i = np.clip(np.searchsorted(self._u, u, side="right") - 1, 0, len(self._u) - 2)
+        return np.asarray(self._lengths[i] + self._between(self._u[i], u))
+
+    def place(self, length: FloatArray) -> FloatArray:
+        """Places (...) at lengths from the start, as near as the curve's samples tell."""
+        return np.interp(length, self._lengths, self._u)
+
+    def _between(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        half = 0.5 * (high - low)
+        inside = low[..., None] + half[..., None] * (1 + NODES)
+        return np.asarray(half * (np.linalg.norm(self._curve._raw(inside, 1), axis=-1) @ WEIGHTS))
+
+
+def ray_crossings(curve: Curve, origin: FloatArray, direction: FloatArray) -> FloatArray:
+    """All u, ascending over one period, where the line through ``origin`` crosses the curve.
+
+    The line runs both ways from ``origin`` (2,) along ``direction`` (2,), of any length. Points of
+    contact count; a straight piece that lies in the line contributes its two ends. A crossing next
+    to a break may be there twice, once as the break itself, 1e-7 of a piece away at most. Closed
+    form for arcs and lines, roots of the cubics for splines.
+    """
+    found = []
+    for piece, begin in zip(curve.pieces, curve.breaks[:-1], strict=True):
+        u = piece.crossings(origin, unit(direction)) - piece.start
+        # Those just outside a closed piece come round.
+        u = np.mod(u, piece.period) if piece.closed else np.clip(u, 0.0, piece.period)
+        found.append(begin + u)
+    return np.sort(np.concatenate(found))
+
+
 def as_vectors(places: ComplexArray) -> FloatArray:
     """Complex numbers (...) as vectors (..., 2)."""
     return np.stack([np.real(places), np.imag(places)], axis=-1)
@@ -277,24 +298,6 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def end_tangent(piece: Curve, u: float) -> FloatArray:
-    """Return the unit tangent at u of the piece itself: its end is not wrapped to its start."""
-    return unit(piece._raw(np.asarray(u), 1))
-
-
 def angle_between(a: FloatArray, b: FloatArray) -> float:
     """Angle in rad, 0 to pi, between two vectors (2,)."""
     return float(abs(np.arctan2(cross(a, b), a @ b)))
-
-
-def as_point(value: ArrayLike, name: str) -> tuple[float, float]:
-    """Two finite coordinates.
-
-    Raises:
-        CurveError: ``value`` is something else.
-
-    """
-    array = np.asarray(value, dtype=float)
-    if array.shape != (2,) or not np.all(np.isfinite(array)):
-        raise CurveError(f"{name} must be two finite coordinates, got {value!r}")
-    return float(array[0]), float(array[1])

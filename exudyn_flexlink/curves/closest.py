@@ -15,8 +15,7 @@ from math import cos, hypot, sin
 
 import numpy as np
 
-from exudyn_flexlink.curves.arc_length import NODES, WEIGHTS
-from exudyn_flexlink.curves.base import Curve
+from exudyn_flexlink.curves.base import NODES, WEIGHTS, Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment
 from exudyn_flexlink.curves.spline import Spline, SplinePiece
 

@@ -16,8 +16,6 @@ from exudyn_flexlink.curves.base import (
     Curve,
     CurveError,
     angle_between,
-    as_point,
-    end_tangent,
 )
 from exudyn_flexlink.curves.feet import candidates
 
@@ -31,7 +29,7 @@ class Joined(Composite):
     among the pieces are taken apart into theirs.
 
     Raises:
-        CurveError: no piece, a gap, or a kink; ``piece`` is the index of the later of the two.
+        CurveError: a gap, or a kink; ``piece`` is the index of the later of the two.
 
     """
 
@@ -39,8 +37,6 @@ class Joined(Composite):
 
     def __post_init__(self) -> None:
         given = tuple(self.pieces)
-        if not given:
-            raise CurveError("a joined curve needs at least one piece")
         size = max(piece.size for piece in given)
         for index in range(1, len(given)):
             self._check_gap(given, index, size)
@@ -74,7 +70,7 @@ class Laps(Composite):
     ``firsts`` are the first pieces of the laps, and at last the number of all pieces.
 
     Raises:
-        CurveError: no curve, an open one, one that misses ``meet`` or passes it in another
+        CurveError: an open curve, one that misses ``meet`` or passes it in another
             direction; ``piece`` is the index of that curve.
 
     """
@@ -85,21 +81,18 @@ class Laps(Composite):
 
     def __post_init__(self) -> None:
         curves = tuple(self.curves)
-        if not curves:
-            raise CurveError("laps need at least one curve")
-        meet = as_point(_first(curves[0]) if self.meet is None else self.meet, "meeting point")
+        meet = np.array(_first(curves[0]) if self.meet is None else self.meet)
         # Where the first curve starts is one pass of it, even if it passes the point again.
         cut = curves[0].start if self.meet is None else None
         heading: FloatArray | None = None
         laps = []
         for index, curve in enumerate(curves):
             _check_closed(curve, index)
-            cut = _cut_place(curve, index, np.array(meet), heading) if cut is None else cut
+            cut = _cut_place(curve, index, meet, heading) if cut is None else cut
             heading = curve.tangent(cut) if heading is None else heading
             laps.append(_rotated(curve, cut))
             cut = None
         object.__setattr__(self, "curves", curves)
-        object.__setattr__(self, "meet", meet)
         self._lay(tuple(piece for lap in laps for piece in lap), 0.0, closed=True)
         object.__setattr__(self, "firsts", tuple(accumulate(map(len, laps), initial=0)))
 
@@ -179,7 +172,7 @@ def _check_turn(angle: float, index: int, meet: FloatArray) -> None:
     opposite = math.pi - angle <= DIRECTION_TOLERANCE
     if opposite:
         message = f"curve {index + 1} of the laps runs through {_show(meet)} the other way round"
-        hint = "give its pieces, angles or points in the opposite order"
+        hint = "give its pieces or points in the opposite order"
     else:
         message = (
             f"curve {index + 1} of the laps passes the meeting point {_show(meet)} "
@@ -210,7 +203,8 @@ def _rotated(curve: Curve, cut: float) -> tuple[Curve, ...]:
 
 def _check_kink(before: Curve, after: Curve, index: int, numbers: tuple[int, int]) -> None:
     one, two = before.pieces[-1], after.pieces[0]
-    angle = angle_between(end_tangent(one, one.end), end_tangent(two, two.start))
+    # Of the pieces themselves: the end of a closed one is not wrapped to its start.
+    angle = angle_between(one._raw(np.asarray(one.end), 1), two._raw(np.asarray(two.start), 1))
     if angle > DIRECTION_TOLERANCE:
         raise CurveError(
             f"pieces {numbers[0]} and {numbers[1]} meet at {_show(_first(after))} with a kink of "

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.curves.base import (
     OVERLAP,
     ROUNDING,
@@ -85,13 +85,14 @@ class Spline(Curve):
     Closed: periodic, from the last point back to the first, which is not repeated.
 
     Raises:
-        CurveError: too few or too many points, neighbours that nearly coincide, something not
-            finite, a cusp.
+        CurveError: too few or too many points, neighbours that nearly coincide, a cusp.
 
     """
 
     points: FloatArray
     closed: bool = field(default=False, kw_only=True)
+    _polynomial: Any = field(init=False, repr=False)
+    _complex: ComplexArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         points = np.array(self.points, dtype=float)
@@ -103,7 +104,7 @@ class Spline(Curve):
         chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
         knots = np.concatenate([[0.0], np.cumsum(chords)])
         cubic = _fit(knots, through, self.closed)
-        object.__setattr__(self, "_cubic", cubic)
+        object.__setattr__(self, "_polynomial", cubic)
         object.__setattr__(self, "_complex", cubic.c[..., 0] + 1j * cubic.c[..., 1])
         self._range(0.0, float(knots[-1]), self.closed)
         self._refuse_cusps()
@@ -119,16 +120,12 @@ class Spline(Curve):
                 hint="place the points there closer together, or take out a stray one",
             )
 
-    @property
-    def _polynomial(self) -> Any:
-        return self.__dict__["_cubic"]
-
     def places(self, u: FloatArray) -> Places:
         """Evaluate the cubics; an open spline goes on with its last ones."""
         u = np.mod(u, self.period) if self.closed else u
         knots = self._polynomial.x
         index = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
-        w, (c3, c2, c1, c0) = u - knots[index], self.__dict__["_complex"][:, index]
+        w, (c3, c2, c1, c0) = u - knots[index], self._complex[:, index]
         first = (3 * c3 * w + 2 * c2) * w + c1
         return ((c3 * w + c2) * w + c1) * w + c0, first, 6 * c3 * w + 2 * c2
 
@@ -188,15 +185,10 @@ def _fit(knots: FloatArray, points: FloatArray, closed: bool) -> Any:
 
 
 def _check(points: FloatArray) -> None:
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise CurveError(f"a spline needs points (x, y), got an array of shape {points.shape}")
     if not FEWEST_POINTS <= len(points) <= MOST_POINTS:
         raise CurveError(
             f"a spline needs {FEWEST_POINTS} to {MOST_POINTS} points, got {len(points)}"
         )
-    wrong = np.flatnonzero(~np.all(np.isfinite(points), axis=1))
-    if len(wrong):
-        raise CurveError(f"point {wrong[0] + 1} of the spline is not finite")
 
 
 def _refuse_short_chords(points: FloatArray, closed: bool) -> None:
@@ -219,7 +211,7 @@ def closing(points: FloatArray, closed: bool | None) -> tuple[FloatArray, bool]:
 
     Raises:
         CurveError: it looks neither closed nor nearly closed, and `closed` is None; or these are
-            no points of a spline.
+            too few or too many points.
 
     """
     _check(points)

@@ -10,18 +10,17 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 from itertools import pairwise
+from math import pi
 from typing import NamedTuple
 
 from exudyn_flexlink.expressions.expression import Expression, Plan
-from exudyn_flexlink.expressions.tape import TIME, Tape
+from exudyn_flexlink.expressions.tape import OF_ONE, TIME, Tape
 from exudyn_flexlink.expressions.tokens import ExpressionError, Token, tokens_of, unknown_name
 from exudyn_flexlink.units import Dimension, Powers
 
 DEEPEST = 40  # brackets in brackets
-_OF_ONE = ("sin", "cos", "tan", "asin", "acos", "atan", "exp", "log", "sqrt", "abs", "tanh", "sign")
-_ARGUMENTS = dict.fromkeys(_OF_ONE, 1) | dict.fromkeys(("atan2", "min", "max"), 2) | {"where": 3}
+_ARGUMENTS = dict.fromkeys(OF_ONE, 1) | dict.fromkeys(("atan2", "min", "max"), 2) | {"where": 3}
 NAMES = ["t", "pi", "angle", "speed", "place", *_ARGUMENTS]
-PI = 3.141592653589793
 _PURE = Powers()
 _IN_WORDS = {one.powers._replace(rad=0): one.words for one in reversed(Dimension)}
 _SIGNS = {
@@ -159,7 +158,7 @@ class _Reader:
         if token.text == "t":
             return _Piece(self._tape.variable(TIME), None)
         if token.text == "pi":
-            return _Piece(self._tape.number(PI), None)
+            return _Piece(self._tape.number(pi), None)
         return None  # the name of a function
 
     def _joined(self, sign: str, one: _Piece, other: _Piece) -> _Piece:

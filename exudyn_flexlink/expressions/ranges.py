@@ -124,10 +124,6 @@ def _atan2(a: Bounds, b: Bounds) -> Bounds:
     return _where(away, corners, Bounds(np.array(-np.pi), np.array(np.pi)))
 
 
-def _abs(a: Bounds) -> Bounds:
-    return _even(a, 1.0)
-
-
 def _less(a: Bounds, b: Bounds) -> Bounds:
     return Bounds((a.high < b.low).astype(float), (a.low < b.high).astype(float))
 
@@ -139,6 +135,7 @@ def _choice(condition: Bounds, one: Bounds, other: Bounds) -> Bounds:
 
 
 _BY_NAME: dict[str, Callable[..., Bounds]] = {
+    **{name: _rising(name) for name in ("asin", "atan", "exp", "log", "sqrt", "tanh", "sign")},
     "neg": lambda a: Bounds(-a.high, -a.low),
     "add": lambda a, b: Bounds(a.low + b.low, a.high + b.high),
     "sub": lambda a, b: Bounds(a.low - b.high, a.high - b.low),
@@ -148,16 +145,9 @@ _BY_NAME: dict[str, Callable[..., Bounds]] = {
     "sin": lambda a: _wave(a, np.pi / 2, "sin"),
     "cos": lambda a: _wave(a, 0.0, "cos"),
     "tan": _tan,
-    "asin": _rising("asin"),
     "acos": lambda a: Bounds(np.arccos(a.high), np.arccos(a.low)),
-    "atan": _rising("atan"),
     "atan2": _atan2,
-    "exp": _rising("exp"),
-    "log": _rising("log"),
-    "sqrt": _rising("sqrt"),
-    "tanh": _rising("tanh"),
-    "abs": _abs,
-    "sign": _rising("sign"),
+    "abs": lambda a: _even(a, 1.0),
     "less": _less,
     "where": _choice,
 }

@@ -41,40 +41,23 @@ def _where(condition: Values, one: Values, other: Values) -> FloatArray:
     return np.where(np.isnan(condition), np.nan, np.where(condition, one, other))
 
 
+OF_ONE = ("sin", "cos", "tan", "asin", "acos", "atan", "exp", "log", "sqrt", "abs", "tanh", "sign")
+"""Functions of one number."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
+    **{name: getattr(np, name) for name in (*OF_ONE, "atan2", "pow")},
     "neg": np.negative,
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
     "div": np.divide,
-    "pow": np.power,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-    "exp": np.exp,
-    "log": np.log,
-    "sqrt": np.sqrt,
-    "tanh": np.tanh,
-    "abs": np.abs,
-    "sign": np.sign,
     "less": _less,
     "where": _where,
 }
-
 
 # Operations with a number that change nothing. Zero times anything is zero, but for what never has
 # a value; zero by anything is not, for that may be zero, too.
 _KEEP_FIRST = (("add", 0), ("sub", 0), ("mul", 1), ("div", 1), ("pow", 1))
 _KEEP_LAST = (("add", 0), ("mul", 1))
-
-
-def _applied(name: str, values: Sequence[Values]) -> Any:
-    with np.errstate(all="ignore"):  # what is no number is told by its user
-        return FUNCTIONS[name](*values)
 
 
 class Program:
@@ -139,7 +122,8 @@ class Tape:
         numbers = [self.number_of(i) for i in takes]
         known = [x for x in numbers if x is not None]
         if len(known) == len(takes):
-            value = float(_applied(name, known))
+            with np.errstate(all="ignore"):  # what is no number is told by its user
+                value = float(FUNCTIONS[name](*known))
             if math.isfinite(value):
                 return self.number(value)
             return self._kept(Operation(name, takes))  # such as 0/0

@@ -8,14 +8,14 @@ from math import pi
 import numpy as np
 
 from exudyn_flexlink.curves import (
-    CircleArc,
+    Arc,
     Curve,
     CurveError,
-    EllipseArc,
     Joined,
     Laps,
     LineSegment,
     Spline,
+    circle_arc,
     closing,
     is_convex,
 )
@@ -111,9 +111,9 @@ def _simple(spec: EllipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
 
     """
     if isinstance(spec, EllipseSpec):
-        return EllipseArc(spec.centre, spec.semi_axes, spec.rotation, *_angles(spec))
+        return Arc(spec.centre, spec.semi_axes, spec.rotation, *_angles(spec))
     if isinstance(spec, CircleSpec):
-        return CircleArc(spec.centre, spec.radius, *_angles(spec))
+        return circle_arc(spec.centre, spec.radius, *_angles(spec))
     if isinstance(spec, LineSpec):
         return LineSegment(spec.from_, spec.to)
     points, closed = closing(np.reshape(np.array(spec.points, dtype=float), (-1, 2)), spec.closed)

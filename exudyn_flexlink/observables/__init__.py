@@ -69,7 +69,7 @@ from exudyn_flexlink.observables.signals import (
     signals,
     unknown_signal,
 )
-from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
+from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
     ContactStates,

@@ -1,4 +1,4 @@
-"""Strikes: bursts of contact, and whether a struck body comes to rest between them."""
+"""Strikes: bursts of contact."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables.crank import crank_angle, crank_joint, lap_of, turns
-from exudyn_flexlink.observables.levers import lever_response
 from exudyn_flexlink.result import Result
 
 SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike
-LAST_PART = 0.05  # of the time between two strikes: the part in which the body should be at rest
 
 
 @dataclass(frozen=True)
@@ -56,19 +54,16 @@ def strikes(result: Result, contact: str) -> list[Strike]:
         raise ValueError(f"the scene has no contact '{contact}'; there are: {known}")
     angle = crank_angle(result) if crank_joint(result.scene) is not None else None
     bursts: list[list[Interval]] = []
-    goes_round = turns(result)
-    if angle is None or not goes_round:
-        bursts = [[interval] for interval in result.contacts[contact].touches]
-    else:
-        apart_since = 0.0
-        for interval in result.contacts[contact].touches:
-            between = np.interp([apart_since, interval.begin], result.time, angle)
-            if bursts and abs(float(between[1] - between[0])) < SAME_STRIKE:
-                bursts[-1].append(interval)
-                apart_since = max(apart_since, interval.end)
-            else:
-                bursts.append([interval])
-                apart_since = interval.end
+    goes_round, apart_since = turns(result), 0.0
+    for interval in result.contacts[contact].touches:
+        turned = np.inf
+        if angle is not None and goes_round and bursts:
+            turned = np.ptp(np.interp([apart_since, interval.begin], result.time, angle))
+        if turned < SAME_STRIKE:
+            bursts[-1].append(interval)
+        else:
+            bursts.append([interval])
+        apart_since = max(apart_since, interval.end)
     return [_strike(result, contact, burst, angle, goes_round) for burst in bursts]
 
 
@@ -95,22 +90,3 @@ def _strike(
         contacts=len(burst),
         ended=ended,
     )
-
-
-def settled(result: Result, contact: str, before: float) -> float:
-    """How far the struck body is from rest again just before time `before` (the next strike), s.
-
-    Its largest angle, or displacement, in the last 5 % of the time since the strike before, as a
-    fraction of its largest in all of that time; nan if there was no strike before, or nothing
-    moved.
-    """
-    earlier = [strike.begin for strike in strikes(result, contact) if strike.begin < before]
-    if not earlier:
-        return nan
-    response = lever_response(result, contact)
-    at_last = abs(float(np.interp(before, response.time, response.value)))
-    peak, late = (
-        max(at_last, abs(response.between(begin, before).farthest))
-        for begin in (earlier[-1], before - LAST_PART * (before - earlier[-1]))
-    )
-    return late / peak if peak else nan

@@ -54,7 +54,7 @@ class ContactStates:
 
         All 0 if that is no time at all.
         """
-        spans = self._spans(start, end)
+        spans = np.diff(np.clip(self.time, start, max(start, end)))
         whole = float(spans.sum()) or 1.0
         return {case: float(spans[self.state == case].sum()) / whole for case in State}
 
@@ -76,10 +76,6 @@ class ContactStates:
         """How often the link, free until then, meets its guide from `start` to before `end` (s)."""
         met = np.flatnonzero((self.state[1:] > 0) & (self.state[:-1] == 0)) + 1
         return int(np.sum((self.time[met] >= start) & (self.time[met] < end)))
-
-    def _spans(self, start: float, end: float) -> FloatArray:
-        """How long each state holds within a stretch of time, s."""
-        return np.asarray(np.diff(np.clip(self.time, start, max(start, end))))
 
 
 @dataclass(frozen=True)

@@ -99,10 +99,19 @@ class Vibration:
         return np.asarray(np.abs(self.moved).max(axis=0))
 
 
-def vibration(result: Result, begin: float = 0.0, end: float = inf) -> Vibration:
-    """Vibration of the watched point from `begin` to `end` (s)."""
+def vibration(result: Result, after: float = 0.0) -> Vibration:
+    """Vibration of the watched point from `after` (s) on.
+
+    Raises:
+        ValueError: the run has ended by then.
+
+    """
+    if after > result.time[-1]:
+        raise ValueError(
+            f"nothing vibrates after {after:.9g} s: the run ends at {result.time[-1]:.9g} s"
+        )
     point, time = watched_point(result.scene), common_times(result, result)
-    time = time[(time >= begin) & (time <= end)]
+    time = time[time >= after]
     off = perturbation(result, point, time)
     moved = path(result, point).at(time) if off is None else off
     x, y = (spectrum(time, column) for column in moved.T)

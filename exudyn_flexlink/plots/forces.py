@@ -172,7 +172,6 @@ def energy(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
         sharex=True,
         height_ratios=(3, 2),
     )
-    upper = panels[0]
     series = [getattr(result.energy, name) for name, *_ in _ENERGIES]
     largest = max(float(np.max(np.abs(values))) for values in series)
     factor, unit = (1e3, "mJ") if largest < 1 else (1.0, "J")
@@ -183,7 +182,7 @@ def energy(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
         panels[0].plot(
             result.time, factor * values, color=colour, linewidth=width, label=name, **look
         )
-    upper.set_ylabel(f"energy ({unit})")
+    panels[0].set_ylabel(f"energy ({unit})")
     if len(panels) > 1:
         _residual(panels[1], result, factor, unit)
     over_run(panels, result, result.time, "time (s)")

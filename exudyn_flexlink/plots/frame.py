@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-import warnings
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
@@ -16,10 +15,10 @@ from exudyn_flexlink.plots.style import (
     ENGINE_COLOURS,
     FAILED,
     GREY,
-    MISSING,
     SCREEN,
     Style,
     figure_bytes,
+    settings,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
@@ -126,8 +125,7 @@ def wrapped(text: str, width: float, size: float, weight: str = "normal") -> lis
 
 def _points(line: str, font: FontProperties) -> float:
     """Width of a line in points; a dollar sign is a letter, and begins no formula."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", MISSING)
+    with settings({}):
         return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])
 
 

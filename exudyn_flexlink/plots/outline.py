@@ -74,7 +74,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A line and its look: `kind` is curve, face, guide, wall, bar, link, ring, spoke or spring."""
+    """A line and its look: `kind` is one of those whose looks `sketch` and the animations have."""
 
     kind: str
     colour: str

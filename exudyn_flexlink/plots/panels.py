@@ -67,11 +67,6 @@ def letter(panels: Iterable[Axes]) -> None:
         axes.set_title(f"({name}) {axes.get_title(loc='left')}".rstrip(), loc="left")
 
 
-def is_narrow(figure: Any) -> bool:
-    """Whether a figure has no room beside its axes."""
-    return bool(figure.get_figwidth() < NARROW)
-
-
 def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **more: Any) -> None:
     """Put the legend, if there is anything to say, off the data; into axes that are given.
 
@@ -82,15 +77,16 @@ def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **mor
     labels = [str(handle.get_label()) for handle in handles]
     if not labels:
         return
-    figure: Any = axes.figure
     if is_given(axes):
         axes.legend(**more)
         return
-    if is_narrow(figure) and below:
+    figure: Any = axes.figure
+    narrow = figure.get_figwidth() < NARROW
+    if narrow and below:
         ncols = columns_of(labels, figure, part=0.95)
         figure.legend(**more, loc="outside lower center", ncols=ncols)
         return
-    if not is_narrow(figure):
+    if not narrow:
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (left, 1.0)}
     else:
         place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "columnspacing": 1.0,

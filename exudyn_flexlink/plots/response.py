@@ -44,6 +44,8 @@ Function = Callable[[Any], FloatArray]
 
 STRIKES_SHOWN = len(OTHERS)
 SHOWN_BEFORE, SHOWN_AFTER = 0.005, 0.15  # s before and after the first touch
+_interpolated = partial(make_interp_spline, k=1)
+"""Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
 ROUNDED = 12  # decimals of angles (rad) that tell one from another
 
 
@@ -188,17 +190,10 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
         return False
     forward, backward = found
     factor, unit = length_unit(response.tip_displacement)
-    functions: tuple[Function, Function]
-    functions = lambda x: factor * forward(x), lambda y: backward(y / factor)
-    right = axes.secondary_yaxis("right", functions=functions)
+    both = (lambda x: factor * forward(x), lambda y: backward(y / factor))
+    right = axes.secondary_yaxis("right", functions=both)
     right.set_ylabel(f"tip displacement ({unit})")
     return True
-
-
-def _interpolated(x: FloatArray, y: FloatArray) -> Function:
-    """Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
-    line: Function = make_interp_spline(x, y, k=1)
-    return line
 
 
 def _strike_by_strike(

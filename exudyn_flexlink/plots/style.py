@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
 from io import BytesIO
@@ -43,9 +44,6 @@ _SHARED: dict[str, Any] = {
 NARROW = 5.0  # inches: a figure less wide has no room for a legend beside its axes
 FORMATS = ("png", "pdf", "svg")
 """Formats that figures are written in; the first is the usual one."""
-
-MISSING = "Glyph .* missing from font"
-"""A warning of matplotlib: a letter that it has no font for is drawn as a box."""
 
 # Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
 _RC: dict[Any, Any] = {"pdf.fonttype": 42, "svg.hashsalt": "exudyn-flexlink"}
@@ -97,18 +95,22 @@ PRINT = Style("print", COLUMN, 0.6, titled=False, font=8, small=7, line=0.9, dpi
 STYLES = {style.name: style for style in (SCREEN, PRINT)}
 
 
-def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
-    """Let a function draw in the style it is given by keyword, `style`, or for the screen.
+@contextmanager
+def settings(rc: Mapping[Any, Any]) -> Iterator[None]:
+    """Draw with settings of matplotlib; letters without a font are boxes, and no warnings."""
+    with mpl.rc_context(dict(rc)), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        yield
 
-    Whatever the user's own matplotlibrc says. Letters without a font are boxes, and no warnings.
-    """
+
+def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
+    """Let a function draw in the style it is given by keyword, `style`, or for the screen."""
 
     @wraps(draw)
     def inside(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Drawn:
         style = kwargs.get("style", SCREEN)
         assert isinstance(style, Style)
-        with mpl.rc_context(), mpl.rc_context(style.rc), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", MISSING)
+        with settings(style.rc):
             return draw(*args, **kwargs)
 
     return inside
@@ -132,8 +134,7 @@ def save_figure(
 def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes:
     """Return a figure as the content of a file of a format, with its own dots per inch or `dpi`."""
     written = BytesIO()
-    with mpl.rc_context(_RC), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", MISSING)
+    with settings(_RC):
         figure.savefig(written, format=suffix, dpi=dpi or figure.dpi, metadata=_UNDATED.get(suffix))
     return written.getvalue()
 

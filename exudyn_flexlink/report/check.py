@@ -6,11 +6,7 @@ from math import inf
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.laws import (
-    Impulse,
-    LineContact,
-    PowerPenalty,
-)
+from exudyn_flexlink.laws import Impulse, LineContact, PowerPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
@@ -31,11 +27,11 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
-from exudyn_flexlink.report.laws import law_told
 from exudyn_flexlink.report.parts import (
     curve_lines,
     effects_table,
     freedom_lines,
+    law_told,
     link_frequencies,
     sprung_frequencies,
     start_lines,
@@ -156,14 +152,10 @@ def _rubs(joint: Joint) -> str:
     friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
     if friction is None or not friction.acts:
         return ""
+    constant, unit, place = getattr(friction, "force", 0.0), "N", ""
     if isinstance(friction, PinFriction):
-        constant, unit, place = (
-            friction.torque,
-            "N m",
-            f" at radius {number(friction.radius or 0)} m",
-        )
-    else:
-        constant, unit, place = friction.force, "N", ""
+        constant, unit = friction.torque, "N m"
+        place = f" at radius {number(friction.radius or 0)} m"
     told = [f"{number(constant)} {unit}"] if constant > 0 else []
     if friction.coefficient > 0:
         told.append(f"coefficient {number(friction.coefficient)}{place}")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from math import degrees, hypot
+
+import numpy as np
 
 from exudyn_flexlink.mechanism import Rest
 from exudyn_flexlink.report.text import in_blocks, listed, number, section
@@ -15,24 +18,15 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
     """Return all of it, for people."""
     places = [
         [name, f"{_told(degrees(pose[2]))} deg", f"at ({_told(pose[0])}, {_told(pose[1])}) m"]
-        for name, poses in rest.poses.items()
-        for pose in (poses if poses.ndim == 1 else poses[0],)
+        for name, pose in ((name, np.atleast_2d(poses)[0]) for name, poses in rest.poses.items())
     ]
-    torques = rest.torques
+    torques = {name: f"{torque:.5g} N m" for name, torque in rest.torques.items()}
     forces = [
-        [name, f"({_told(x)}, {_told(y)}) N", f"{hypot(x, y):.5g} N", _torque(torques.get(name))]
+        [name, f"({_told(x)}, {_told(y)}) N", f"{hypot(x, y):.5g} N", torques.get(name, "")]
         for name, (x, y) in ((name, force.tolist()) for name, force in rest.forces.items())
     ]
     slides = {own.name for own in rest.assembly.mechanism.speed_motors if own.slide}
-    drives = [
-        [name, f"{held:.5g} {'N' if name in slides else 'N m'}"]
-        for name, held in rest.drives.items()
-    ]
     meshing = {own.name for own in rest.assembly.mechanism.gears if own.in_newtons}
-    gears = [
-        [name, f"{held:.5g} {'N' if name in meshing else 'N m'}"]
-        for name, held in rest.gears.items()
-    ]
     presses = [
         [name, f"{press:.5g} {scene.unit_of(name, 'N')}"] for name, press in rest.presses.items()
     ]
@@ -40,8 +34,8 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
         [f"At rest: {rest_told(rest)}"],
         section("Places", places),
         section("Forces in joints, on the body of the second point", forces),
-        section("What drives hold", drives),
-        section("What gears and belts hold", gears),
+        section("What drives hold", _held(rest.drives, slides)),
+        section("What gears and belts hold", _held(rest.gears, meshing)),
         section("Contacts that press", presses),
         section("Small motions about it, undamped", [["", _modes(rest)]]),
         section("To know", [["", note] for note in rest.notes]),
@@ -61,8 +55,9 @@ def rest_told(rest: Rest) -> str:
     return "stable" + (f", but nothing resists {free} of the motions" if free else "")
 
 
-def _torque(torque: float | None) -> str:
-    return "" if torque is None else f"{torque:.5g} N m"
+def _held(found: Mapping[str, float], forces: Collection[str]) -> list[list[str]]:
+    """Rows of what holds: `forces` are in N, the others in N m."""
+    return [[name, f"{x:.5g} {'N' if name in forces else 'N m'}"] for name, x in found.items()]
 
 
 def _modes(rest: Rest) -> str:

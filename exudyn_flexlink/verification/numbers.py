@@ -1,6 +1,7 @@
 """Published numbers as a file gives them: which quantity of a run, its value, what it may miss.
 
-Each tells what a run gives for it, `computed`, in SI.
+Each tells what a run gives for it, `computed`, in SI: nan if nothing of the kind happened in it. A
+run that has no sample at the instant asked for raises MissingError.
 """
 
 from __future__ import annotations
@@ -35,11 +36,6 @@ from exudyn_flexlink.scene.base import (
 )
 
 SAME_INSTANT = 1e-9  # of the run: rounding of instants
-AXES = {"x": 0, "y": 1}
-
-AtTime = Annotated[
-    NonNegativeDuration | None, Field(description="instant, one of the samples; left out: the end")
-]
 
 
 class MissingError(ValueError):
@@ -61,65 +57,76 @@ class _Number(Part):
     because: Text = Field(description="why that difference is allowed")
     source: Text = Field("", description="who published it; left out: the source of the file")
 
-    def computed(self, result: Result) -> float:
-        """Value of the quantity in a run; nan if nothing of the kind happened in it.
 
-        Raises:
-            MissingError: the run has no sample at the instant asked for.
+class _AtSample(_Number):
+    """What is said of a number at an instant."""
 
-        """
-        raise NotImplementedError
+    at: NonNegativeDuration | None = Field(
+        None, description="instant, one of the samples; left out: the end"
+    )
+
+    def _sample(self, result: Result) -> int:
+        """Index of that sample; nothing is interpolated."""
+        if self.at is None:
+            return len(result.time) - 1
+        k = result.sample_at(self.at)
+        if abs(float(result.time[k]) - self.at) > SAME_INSTANT * float(result.time[-1]):
+            told = f"the run has no sample at {self.at:g} s: choose 'run.sample' for it"
+            raise MissingError(told)
+        return k
 
 
-class PublishedPosition(_Number):
+class _OfPoint(_Number):
+    """What is said of a number of a point's motion."""
+
+    point: MovingPointName = Field(description="'body.point'")
+    axis: Literal["x", "y"] = Field(description="along which axis")
+
+    def _along(self, vectors: FloatArray) -> FloatArray:
+        return np.asarray(vectors[..., "xy".index(self.axis)])
+
+
+class PublishedPosition(_OfPoint, _AtSample):
     """A coordinate of a point, in the ground's axes or in those of a body."""
 
     unit: ClassVar[str] = "m"
     type: Literal["position"] = "position"
-    point: MovingPointName = Field(description="'body.point'")
-    axis: Literal["x", "y"] = Field(description="which coordinate")
     seen_from: Name | None = Field(
         None, description="body in whose axes it counts; left out: the ground"
     )
-    at: AtTime = None
     value: Coordinate = Field(description="published value")
 
     def computed(self, result: Result) -> float:
         """Place of the point along the axis, m."""
-        k = _sample(self.at, result)
+        k = self._sample(result)
         place = path(result, self.point).position[k]
         if self.seen_from is not None:
             pose = result.poses[k, _part(self.seen_from, result)]
             place = turned(place - pose[:2], -pose[2])
-        return float(place[AXES[self.axis]])
+        return float(self._along(place))
 
 
-class PublishedVelocity(_Number):
+class PublishedVelocity(_OfPoint, _AtSample):
     """A component of a point's velocity, in the ground's axes."""
 
     unit: ClassVar[str] = "m/s"
     type: Literal["velocity"] = "velocity"
-    point: MovingPointName = Field(description="'body.point'")
-    axis: Literal["x", "y"] = Field(description="which component")
-    at: AtTime = None
     value: Speed = Field(description="published value")
 
     def computed(self, result: Result) -> float:
         """Component of the point's velocity, m/s."""
-        velocity = path(result, self.point).velocity
-        return float(velocity[_sample(self.at, result), AXES[self.axis]])
+        return float(self._along(path(result, self.point).velocity[self._sample(result)]))
 
 
-class _OfBody(_Number):
+class _OfBody(_AtSample):
     """What is said of a number of a body's turning."""
 
     body: Name = Field(description="name of a body; of a flexible one the first rod counts")
     relative_to: Name | None = Field(None, description="other body; left out: the ground")
-    at: AtTime = None
 
     def _of(self, values: FloatArray, result: Result) -> float:
         """Difference of the bodies' third columns in values (N, parts, 3)."""
-        own = values[_sample(self.at, result), :, 2]
+        own = values[self._sample(result), :, 2]
         other = 0.0 if self.relative_to is None else own[_part(self.relative_to, result)]
         return float(own[_part(self.body, result)] - other)
 
@@ -160,13 +167,11 @@ class PublishedEnergyDrift(_Number):
         return result.checks.energy_residual
 
 
-class PublishedFrequency(_Number):
+class PublishedFrequency(_OfPoint):
     """An angular frequency in the motion of a point: its strongest line within a band."""
 
     unit: ClassVar[str] = "rad/s"
     type: Literal["frequency"] = "frequency"
-    point: MovingPointName = Field(description="'body.point'")
-    axis: Literal["x", "y"] = Field(description="coordinate that vibrates")
     between: Annotated[tuple[AngularSpeed, AngularSpeed], listed("lowest", "highest")] = Field(
         description="[lowest, highest] of the band"
     )
@@ -181,7 +186,7 @@ class PublishedFrequency(_Number):
     def computed(self, result: Result) -> float:
         """Angular frequency of the strongest line, rad/s."""
         even = np.linspace(result.time[0], result.time[-1], len(result.time))
-        signal = path(result, self.point).at(even)[:, AXES[self.axis]]
+        signal = self._along(path(result, self.point).at(even))
         return strongest_line(even, signal, *self.between)
 
 
@@ -226,18 +231,3 @@ PublishedNumber = Annotated[
 def _part(body: str, result: Result) -> int:
     """First rigid part of a body."""
     return build_mechanism(result.scene).bodies[body][0]
-
-
-def _sample(at: float | None, result: Result) -> int:
-    """Index of the sample of an instant (s), None: of the last; nothing is interpolated.
-
-    Raises:
-        MissingError: there is none.
-
-    """
-    if at is None:
-        return len(result.time) - 1
-    k = result.sample_at(at)
-    if abs(float(result.time[k]) - at) > SAME_INSTANT * float(result.time[-1]):
-        raise MissingError(f"the run has no sample at {at:g} s: choose 'run.sample' for it")
-    return k
