@@ -267,5 +267,5 @@ def test_gaps_bend_at_steady_speeds_as_their_rates_change(name):
         steps = np.array([-2, -1, 1, 2]) * 1e-3
         rates = [shape.look((x + h * v).tolist(), v.tolist()).touch.gap_rate for h in steps]
         slope = np.array(rates) @ [1 / 12, -2 / 3, 2 / 3, -1 / 12] / 1e-3
-        state = x.tolist(), v.tolist()
-        assert shape.steady_bend(shape.look(*state), *state) == pytest.approx(slope, abs=1e-8)
+        look = shape.look(x.tolist(), v.tolist())
+        assert shape.steady_bend(look) == pytest.approx(slope, abs=1e-8)

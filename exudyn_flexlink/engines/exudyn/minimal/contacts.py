@@ -7,9 +7,9 @@ from math import inf, tanh
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.faces import Touch, Vector
 from exudyn_flexlink.engines.exudyn.minimal.carriers import add_force
-from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, OnCurve, Vector, shape_of
+from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, OnCurve, shape_of
 from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.laws import Impulse, Penalty, RestitutionPenalty, SpringDamper, SpringTable
@@ -72,19 +72,20 @@ class MinimalContact:
         return self._normal_row(self._look(x, v))
 
     def _normal_row(self, look: Look) -> FloatArray:
-        return self._row(look, look.normal, (look.at, look.at), look.moment)
+        return self._row(look, look.normal, look.at, look.moment)
 
     def _slip_row(self, look: Look) -> FloatArray:
-        (tx, ty), (part, arm) = look.along, look.grip
-        return self._row(look, (part * tx, part * ty), (look.at, look.at), arm)
+        part, arm = look.grip
+        return self._row(look, part * look.along, look.at, arm)
 
-    def _row(
-        self, look: Look, way: Vector, at: tuple[Vector, Vector], arm: float = 0.0
-    ) -> FloatArray:
-        """Derivatives (links,) of how far both move apart, each at its place, or turn by an arm."""
+    def _row(self, look: Look, way: complex, second: complex, arm: float = 0.0) -> FloatArray:
+        """Derivatives (links,) of how far both move apart, or turn by an arm.
+
+        The first part moves at its point, the other at the place `second`.
+        """
         row = np.zeros(self._count)
-        add_force(row, look.first, at[0], way, arm)
-        add_force(row, look.second, at[1], (-way[0], -way[1]), -arm)
+        add_force(row, look.first.moves, look.at, way, arm)
+        add_force(row, look.second.moves, second, -way, -arm)
         return row
 
 
@@ -104,11 +105,9 @@ class RigidContact(MinimalContact):
         The latter is that where no coordinate of the tree accelerates. The last is the gradient
         (links,) of the way slid, 0 where nothing rubs.
         """
-        places, speeds = x.tolist(), v.tolist()
-        look = self._shape.look(places, speeds)
-        bend = self._shape.steady_bend(look, places, speeds)
+        look = self._look(x, v)
         slides = 0.0 if self.friction is None else self._slip_row(look)
-        return look.touch, self._normal_row(look), bend, slides
+        return look.touch, self._normal_row(look), self._shape.steady_bend(look), slides
 
 
 class PenaltyContact(MinimalContact):
@@ -176,11 +175,11 @@ class PenaltyContact(MinimalContact):
         # As a contact ends a trial state may be just off the face: no force pulls.
         press = self.force(touch, approach)
         rub = self._rub(press, touch)
-        (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
-        fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
+        part, arm = look.grip
+        force = press * look.normal + part * rub * look.along
         turned = press * look.moment + arm * rub
-        add_force(onto, look.first, look.at, (fx, fy), turned)
-        add_force(onto, look.second, look.at, (-fx, -fy), -turned)
+        add_force(onto, look.first.moves, look.at, force, turned)
+        add_force(onto, look.second.moves, look.at, -force, -turned)
         power = -press * touch.gap_rate - rub * touch.slip
         return (press, power), (touch.gap, touch.gap_rate)
 
@@ -202,7 +201,7 @@ class PenaltyContact(MinimalContact):
         press_of = press_by([self.acting(touch)], np.array([approach]))
         pressing = press_of(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
-        past = self._row(look, look.along, (look.at, look.centre))
+        past = self._row(look, look.along, look.centre)
         stiffness = -press * look.bend * np.outer(past, past)
         damping = np.zeros_like(stiffness)
         if self.friction is None:
