@@ -12,6 +12,7 @@ and |d| is n . d.
 
 from __future__ import annotations
 
+from cmath import rect
 from collections.abc import Sequence
 from math import cos, sin
 from typing import NamedTuple
@@ -19,21 +20,73 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points, falls
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
+    LinkKinematics,
+    Places,
+    Points,
+    falls,
+)
 from exudyn_flexlink.mechanism import Anchor, LinearSpring, Mechanism, RotarySpring, Slide
 from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
 
-MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
+MEETING = 1e-300  # m: where both ends meet there is no direction, no derivative, and no force
 
 
-class _Stretched(NamedTuple):
-    """Springs at some instants, (..., springs) each; `moved` (..., springs, links) is J."""
+class Stretched(NamedTuple):
+    """Pairs of points at some instants, (..., pairs) each: `between` them is a vector, m.
 
+    `size` (m) is how far they are apart in the direction `along`, and `moved` (..., pairs, links)
+    are the derivatives J of `between`.
+    """
+
+    between: ComplexArray
     along: ComplexArray
     size: FloatArray
-    rate: FloatArray
+    moved: ComplexArray
+
+
+class Stretches:
+    """Pairs of points, and how far they are apart; along a slide that has a sign."""
+
+    def __init__(
+        self,
+        layout: TreeLayout,
+        kinematics: LinkKinematics,
+        pairs: Sequence[tuple[Anchor, Anchor, Slide | None]],
+    ) -> None:
+        self._kinematics = kinematics
+        self.first = Points(layout, [first for first, _, _ in pairs])
+        self.second = Points(layout, [second for _, second, _ in pairs])
+        self._line = np.array([_line_of(layout, slide) for _, _, slide in pairs], dtype=complex)
+        self.slides = self._line != 0
+
+    def look(self, at: Places) -> Stretched:
+        """Look at links (..., links + 1)."""
+        first, second = self.first.places(at), self.second.places(at)
+        between = second - first
+        moved = self._kinematics.moves(at, self.second.links, second)
+        moved = moved - self._kinematics.moves(at, self.first.links, first)
+        size = np.abs(between)
+        along = between / np.maximum(size, MEETING)
+        if self.slides.any():
+            line = at.axis.take(self.first.links, axis=-1) * self._line
+            along = np.where(self.slides, line, along)
+            size = np.where(self.slides, (line.conj() * between).real, size)
+        return Stretched(between, along, size, moved)
+
+
+def _line_of(layout: TreeLayout, slide: Slide | None) -> complex:
+    """Direction of a slide in the axes of the link that carries its line; 0 without."""
+    if slide is None:
+        return 0j
+    return rect(1.0, slide.direction + layout.frame(slide.first.part).angle)
+
+
+class _Pull(NamedTuple):
+    """Springs at some instants, (..., springs) each: forces, and what their dampers take, W."""
+
     force: ComplexArray
-    moving: ComplexArray
+    lost: FloatArray
     moved: ComplexArray
 
 
@@ -44,34 +97,23 @@ class LinearSprings:
         self, layout: TreeLayout, kinematics: LinkKinematics, springs: Sequence[LinearSpring]
     ) -> None:
         self._kinematics = kinematics
-        self._first = Points(layout, [spring.first for spring in springs])
-        self._second = Points(layout, [spring.second for spring in springs])
-        self.stiffness = np.array([spring.stiffness for spring in springs])
-        self.damping = np.array([spring.damping for spring in springs])
+        pairs = [(spring.first, spring.second, spring.slide) for spring in springs]
+        self._stretches = Stretches(layout, kinematics, pairs)
+        self._stiffness = np.array([spring.stiffness for spring in springs])
+        self._damping = np.array([spring.damping for spring in springs])
         self._length = np.array([spring.length for spring in springs], dtype=float)
-        self._line = np.array([_line_of(layout, spring) for spring in springs], dtype=complex)
-        self._slides = self._line != 0
-        self._drawn = (self._length == 0) & ~self._slides
+        self._drawn = (self._length == 0) & ~self._stretches.slides
 
-    def _look(self, x: FloatArray, v: FloatArray) -> _Stretched:
-        at = self._kinematics.places(x)
+    def _look(self, x: FloatArray, v: FloatArray) -> _Pull:
+        at, ends = self._kinematics.places(x), self._stretches
         rates = self._kinematics.rates(at, x, v)
-        first, second = self._first.places(at), self._second.places(at)
-        between = second - first
-        moving = self._second.rates(at, rates) - self._first.rates(at, rates)
-        moved = self._kinematics.moves(at, self._second.links, second)
-        moved = moved - self._kinematics.moves(at, self._first.links, first)
-        size = np.abs(between)
-        along = between / np.maximum(size, MEETING)
-        if self._slides.any():
-            line = at.axis.take(self._first.links, axis=-1) * self._line
-            along = np.where(self._slides, line, along)
-            size = np.where(self._slides, (line.conj() * between).real, size)
+        between, along, size, moved = ends.look(at)
+        moving = ends.second.rates(at, rates) - ends.first.rates(at, rates)
         rate = (along.conj() * moving).real
-        pulled = (self.stiffness * (size - self._length) + self.damping * rate) * along
-        drawn = self.stiffness * between + self.damping * moving
-        force = -np.where(self._drawn, drawn, pulled)
-        return _Stretched(along, size, rate, force, moving, moved)
+        pulled = (self._stiffness * (size - self._length) + self._damping * rate) * along
+        drawn = self._stiffness * between + self._damping * moving
+        square = np.where(self._drawn, np.abs(moving) ** 2, rate**2)
+        return _Pull(-np.where(self._drawn, drawn, pulled), self._damping * square, moved)
 
     def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (..., links) at coordinates and speeds (..., links)."""
@@ -80,17 +122,7 @@ class LinearSprings:
 
     def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Power that the dampers take (instants,), W."""
-        now = self._look(x, v)
-        square = np.where(self._drawn, np.abs(now.moving) ** 2, now.rate**2)
-        return np.asarray((self.damping * square).sum(-1))
-
-
-def _line_of(layout: TreeLayout, spring: LinearSpring) -> complex:
-    """Direction of a spring's slide in the axes of the link that carries its line; 0 without."""
-    if spring.slide is None:
-        return 0j
-    angle = spring.slide.direction + layout.frame(spring.slide.first.part).angle
-    return complex(cos(angle), sin(angle))
+        return np.asarray(self._look(x, v).lost.sum(-1))
 
 
 class Springs:
