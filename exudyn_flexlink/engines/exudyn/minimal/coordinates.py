@@ -14,7 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide, TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which, picked
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
@@ -43,7 +43,7 @@ class TreeState(NamedTuple):
 
     def pick(self, which: Which) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return TreeState(*[own[which] for own in self])  # type: ignore[arg-type]
+        return self._make(picked(own, which) for own in self)
 
 
 class Coordinates(Protocol):

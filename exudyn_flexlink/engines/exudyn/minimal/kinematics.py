@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,6 +63,25 @@ class Transform:
         found = np.zeros((*free.shape[:-1], len(self.matrix)))
         found[..., self.chosen] = free
         return found
+
+
+def picked(own: Any, which: Which) -> Any:
+    """Arrays, or tuples of them, at one of several instants, the first axis, or at some of them."""
+    if isinstance(own, tuple):
+        return type(own)._make(picked(part, which) for part in own)  # type: ignore[attr-defined]
+    return None if own is None else own[which]
+
+
+def joined(parts: Sequence[Any]) -> Any:
+    """Arrays, or tuples of them, of several instants each, all in a row."""
+    first = parts[0]
+    if isinstance(first, tuple):
+        columns = zip(*parts, strict=True)
+        return type(first)._make(map(joined, columns))  # type: ignore[attr-defined]
+    if isinstance(first, Transform):
+        chosen = first.chosen is not None
+        return first if chosen else Transform(np.concatenate([own.matrix for own in parts]))
+    return None if first is None else np.concatenate(parts)
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    PenaltyContact,
-    contact_of,
-)
+from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, contact_of
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     Coordinates,
     OpenCoordinates,
@@ -32,7 +29,9 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     PartPoints,
     Transform,
+    Which,
     falls,
+    picked,
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
@@ -60,24 +59,14 @@ class TreeForces(NamedTuple):
     state: TreeState
     mass: FloatArray  # (links, links)
     force: FloatArray  # (links,)
-    pushes: FloatArray  # (contacts, 2): pressing force, N, and the power it takes, W
+    pushes: FloatArray  # (contacts and pairs, 2): pressing force, N, and the power it takes, W
     friction: FloatArray  # (joints, 4): torque or force of friction, bound, press, if it rests
     wall: WallPush | None  # what pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
-    def pick(self, which: int | slice | IndexArray | None) -> TreeForces:
+    def pick(self, which: Which) -> TreeForces:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
-        wall = None if self.wall is None else self.wall.pick(which)
-        return TreeForces(
-            self.t[which],
-            self.state.pick(which),
-            self.mass[which],
-            self.force[which],
-            self.pushes[which],
-            self.friction[which],
-            wall,
-            self.supply[which],
-        )
+        return self._make(picked(own, which) for own in self)
 
 
 class MinimalModel:
@@ -197,6 +186,8 @@ class MinimalModel:
         wall = self.walls.push(state.x, state.v)
         if wall is not None:
             force += wall.force
+            pairs = len(self.contacts) + self.walls.which
+            pushes[:, pairs] = np.stack([wall.press, wall.power], axis=-1)
         rubbed = np.zeros((len(t), len(self.frictions.all), 4))
         kept = TreeForces(t, state, mass, force, pushes, rubbed, wall, supply)
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
@@ -221,12 +212,12 @@ class MinimalModel:
     def _push(
         self, x: FloatArray, v: FloatArray, onto: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Add the contacts' forces.
+        """Add the forces of contacts, but for pairs.
 
-        Return force and power of each (n, contacts, 2), and gaps and rates of those that act
-        (n, c, 2).
+        Return force and power of each (n, contacts and pairs, 2), and gaps and rates of those that
+        act (n, c, 2).
         """
-        pushes = np.zeros((len(x), len(self.contacts), 2))
+        pushes = np.zeros((len(x), len(self.touches.pressed), 2))
         acting, approach = self.giving_way(), self.touches.approach.tolist()
         touching = np.empty((len(x), len(acting), 2))
         for c, (k, contact) in enumerate(acting):
@@ -309,15 +300,6 @@ class MinimalModel:
         moves = self._part_points.moves(x)
         # Real and imaginary parts side by side: real numbers are multiplied sooner.
         self._moves = np.ascontiguousarray(transform.reduced_rows(moves.T).T).view(float)
-
-    def whole_accelerations(self, state: TreeState, free: FloatArray) -> FloatArray:
-        """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
-        return state.b + state.transform.expanded(free)
-
-    @staticmethod
-    def constraint_forces(at: TreeForces, accelerations: FloatArray) -> FloatArray:
-        """Those of motors, slots and loops (n, links), where all coordinates accelerate so."""
-        return np.asarray((at.mass @ accelerations[:, :, None])[:, :, 0] - at.force)
 
     # --- places on curves ---------------------------------------------------------------------
 

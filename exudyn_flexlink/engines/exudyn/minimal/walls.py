@@ -121,14 +121,13 @@ MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
 
 
 class WallPush(NamedTuple):
-    """Pairs that press at one instant (a,): numbers, forces (N), powers that they take (W).
+    """Pairs that press at one instant (a,): forces (N), powers that they take (W).
 
     `gap`, `gap_rate` and `slip` are their gaps, the rates of those and of places; `normal` and
     `along` (a, links) are the gradients of gaps and of places; `force` (links,) is that on the
-    coordinates. Of several instants all but the numbers have one axis more, the first.
+    coordinates. Of several instants all have one axis more, the first.
     """
 
-    which: IndexArray
     force: FloatArray
     press: FloatArray
     power: FloatArray
@@ -137,10 +136,6 @@ class WallPush(NamedTuple):
     slip: FloatArray
     normal: FloatArray
     along: FloatArray
-
-    def pick(self, which: int | slice | IndexArray | None) -> WallPush:
-        """Return one of several instants, or some of them: see `coordinates.TreeState`."""
-        return WallPush(self.which, *(own[which] for own in self[1:]))
 
 
 class Walls:
@@ -185,7 +180,7 @@ class Walls:
             rub = -coefficient * press * np.tanh(slide / slip)
             force += (rub[:, None, :] @ along)[:, 0]
             power -= rub * slide
-        return WallPush(self.which, force, press, power, gap, gap_rate, slide, normal, along)
+        return WallPush(force, press, power, gap, gap_rate, slide, normal, along)
 
     def slopes(self, at: WallPush, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping (n, n) of pairs that press so; directions count as fixed.
