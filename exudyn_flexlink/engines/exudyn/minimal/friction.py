@@ -9,9 +9,8 @@ A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with error
 `contacts.BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
 zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
 sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988).
-Where more
-joints rest than there are freedoms between them, as in a loop, their T are those that use the least
-part of their bounds: they slide when none other would hold.
+Where more joints rest than there are freedoms between them, as in a loop, their T are those that
+use the least part of their bounds: they slide when none other would hold.
 
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
 There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
@@ -61,15 +60,13 @@ class LockedError(Sendable, ArithmeticError):
 class _Known(NamedTuple):
     """All joints at instants (n,), with what T does.
 
-    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations that no T gives, with
-    `given`, that part of them which drives give, and `mobility` (n, joints, joints) those by a unit
-    of each T; `rate` and `place` are of joints. R are `felt` (n, joints, 2) without T, and `by`
-    (n, joints, joints, 2) a unit of each, the last.
+    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations that no T gives, and
+    `mobility` (n, joints, joints) those by a unit of each T; `rate` and `place` are of joints. R
+    are `felt` (n, joints, 2) without T, and `by` (n, joints, joints, 2) a unit of each, the last.
     """
 
     free: FloatArray
     away: FloatArray
-    given: FloatArray
     mobility: FloatArray
     rate: FloatArray
     place: FloatArray
@@ -129,26 +126,19 @@ class JointFrictions:
         free = np.broadcast_to(self._free(state), (count, joints, at.force.shape[1]))
         forces = np.concatenate([at.force[:, None], free], axis=1)
         moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
-        given = state.b @ self.rows.T
         mobility = moved[:, 1:] @ np.swapaxes(free, 1, 2)
-        away = given + (free @ moved[:, 0, :, None])[..., 0]
+        away = state.b @ self.rows.T + (free @ moved[:, 0, :, None])[..., 0]
         felt = np.zeros((count, 1 + joints, joints, 2))
         if self._share.any():
-            whole = np.concatenate(
-                [kept.force[:, None], np.broadcast_to(self.rows, (count, *self.rows.shape))], axis=1
-            )
-            bends = moved @ np.swapaxes(
-                np.broadcast_to(
-                    state.transform.matrix, (count, *state.transform.matrix.shape[-2:])
-                ),
-                1,
-                2,
-            )
+            bends = moved @ np.swapaxes(state.transform.matrix, -1, -2)
             bends[:, 0] += state.b
-            felt = self._force(state, bends @ kept.mass - whole)
+            excess = bends @ kept.mass
+            excess[:, 0] -= kept.force
+            excess[:, 1:] -= self.rows
+            felt = self._force(state, excess)
         places = state.v @ self.rows.T, state.x @ self.rows.T
         by = np.swapaxes(felt[:, 1:], 1, 2)
-        return _Known(free, away, given, mobility, *places, felt[:, 0], by)
+        return _Known(free, away, mobility, *places, felt[:, 0], by)
 
     def _force(self, state: TreeState, excess: FloatArray) -> FloatArray:
         """Forces R (n, k, joints, 2) by what accelerations leave of the forces (n, k, links).
@@ -182,11 +172,10 @@ class JointFrictions:
         by_moving = -inverse @ known.mobility[:, held[:, None], moving]
         alone = (inverse @ wanted[..., None])[..., 0]
         if self._share[moving].any():
-            felt = known.felt + np.einsum("njhi,nh->nji", known.by[:, :, held], alone)
-            by = known.by[:, :, moving] + np.einsum(
-                "njhi,nhm->njmi", known.by[:, :, held], by_moving
-            )
-            torque[:, moving] = self._braking(felt[:, moving], by[:, moving], moving)
+            of_moving, of_held = known.by[:, moving][:, :, moving], known.by[:, moving][:, :, held]
+            felt = known.felt[:, moving] + np.einsum("njhi,nh->nji", of_held, alone)
+            by = of_moving + np.einsum("njhi,nhm->njmi", of_held, by_moving)
+            torque[:, moving] = self._braking(felt, by, moving)
         torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
         bound = self._bound(known, torque)
         for block in dependent(known.mobility[0], held):
@@ -202,9 +191,8 @@ class JointFrictions:
         return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
-        return np.asarray(
-            self._constant + self._share * np.linalg.norm(_felt(known, torque), axis=-1)
-        )
+        felt = np.linalg.norm(_felt(known, torque), axis=-1)
+        return np.asarray(self._constant + self._share * felt)
 
     def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
         """T (n, moving) of joints that slide, by Newton's method: bounds and T follow each other.
@@ -264,8 +252,9 @@ class JointFrictions:
         still |= every == self.stopped
         way = np.where(still, 0.0, np.sign(rate))
         driven = self.driven(at.kept.state.pick(0))
-        given = known.given[0]
-        pushed = np.abs(given) > NO_ACCELERATION * np.abs(at.kept.state.b).max()
+        by_drives = at.kept.state.b[0]
+        given = self.rows @ by_drives
+        pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
         resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(every)))
         for _ in range(MOST_ROUNDS):

@@ -17,12 +17,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder, TreeKept
 from exudyn_flexlink.engines.exudyn.reporting import versions
-from exudyn_flexlink.engines.histories import (
-    Histories,
-    friction_histories,
-    gear_forces,
-    push_of,
-)
+from exudyn_flexlink.engines.histories import Histories, friction_histories, gear_forces, push_of
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (

@@ -20,11 +20,7 @@ from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.rigid import JAMMED_ADVICE
-from exudyn_flexlink.engines.exudyn.reporting import (
-    LOCKED_ADVICE,
-    NO_SOLUTION,
-    no_solution_advice,
-)
+from exudyn_flexlink.engines.exudyn.reporting import LOCKED_ADVICE, NO_SOLUTION, no_solution_advice
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.touching import FIRST
 from exudyn_flexlink.engines.track_follower import DeadCentreError
@@ -36,13 +32,7 @@ from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import NoConvergenceError
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
-from exudyn_flexlink.mechanism import (
-    Assembly,
-    end_of_run,
-    half_periods,
-    sample_times,
-    turn_goal,
-)
+from exudyn_flexlink.mechanism import Assembly, end_of_run, half_periods, sample_times, turn_goal
 from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result

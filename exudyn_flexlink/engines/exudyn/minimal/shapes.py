@@ -10,6 +10,7 @@ from cmath import rect
 from math import copysign, hypot, inf, pi
 from typing import NamedTuple, Protocol
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
 from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.faces import Faces, Touch, Vector, distance_from_ends
@@ -178,6 +179,8 @@ class OnCurve(Shape):
     which goes on beyond its ends until a step has ended there: so the equations stay smooth.
     """
 
+    seam = 1e-9  # of its parameter: so far beyond a piece is on it, if pieces meet at an angle
+
     def __init__(self, layout: TreeLayout, contact: CurveContact | FlatContact) -> None:
         self._curve, self._closest = contact.curve, Closest(contact.curve)
         self.length = contact.curve.arc_length.whole
@@ -215,29 +218,25 @@ class OnCurve(Shape):
         )
         return Look(touch, normal, along, first.place, first, second, first.place, bend, grip)
 
-    def follow(self, x: list[float]) -> None:
-        """Follow the point from here on along the piece where it is."""
-        self._held = self._place(self._seen(x))
+    def follow(self, x: FloatArray | None) -> None:
+        """Follow the point from here on along the piece where it is; None: nothing presses."""
+        self._held = None if x is None else self._place(self._seen(x.tolist()))
 
-    def free(self) -> None:
-        """Let the closest place count again."""
-        self._held = None
-
-    def left(self, x: list[float]) -> tuple[float, float]:
+    def left(self, x: FloatArray, _: FloatArray) -> tuple[float, float]:
         """How far the point's place is from the end and the start of the piece; inf of the last."""
-        assert self._held is not None  # only what presses comes to a piece's end
-        number, u = self._place(self._seen(x))
+        number, u = self._place(self._seen(x.tolist()))
         piece, last = self._curve.pieces[number], len(self._curve.pieces) - 1
         closed = self._curve.closed and last > 0  # a piece that is closed by itself is smooth
         ahead = piece.end - u if closed or number < last else inf
         return ahead, (u - piece.start if closed or number > 0 else inf)
 
-    def next_piece(self, way: int) -> None:
-        """Go on along the next piece (way 1), or the one before (-1)."""
+    def next_piece(self, way: int, _: float) -> bool:
+        """Go on along the next piece (way 1), or the one before (-1): there is one."""
         assert self._held is not None  # only what presses comes to a piece's end
         number = (self._held[0] + way) % len(self._curve.pieces)
         piece = self._curve.pieces[number]
         self._held = number, piece.start if way > 0 else piece.end
+        return True
 
     def _seen(self, x: list[float]) -> complex:
         """Where the point is in the curve's axes."""

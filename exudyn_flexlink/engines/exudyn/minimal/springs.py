@@ -20,12 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
-    LinkKinematics,
-    Places,
-    Points,
-    falls,
-)
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points, falls
 from exudyn_flexlink.mechanism import Anchor, LinearSpring, Mechanism, RotarySpring, Slide
 from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
 
