@@ -227,11 +227,10 @@ class OpenCoordinates(Coordinates):
         first = len(self._guides)
         places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
-            both = zip(u[:, k].tolist(), rate[:, k].tolist(), strict=True)
-            found = np.array([_riding(rider.at(place), own) for place, own in both])
-            x[:, slides] = found[:, :2]
-            transform.matrix[:, slides, len(self.free) + k] = found[:, 2:4]
-            speed[:, slides], b[:, slides] = found[:, 4:6], found[:, 6:]
+            parts = [np.stack([z.real, z.imag], axis=-1) for z in rider.together(u[:, k])]
+            along = rate[:, k, None]
+            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = parts[:2]
+            speed[:, slides], b[:, slides] = parts[1] * along, parts[2] * along * along
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""
@@ -283,12 +282,3 @@ class OpenCoordinates(Coordinates):
         places = zip(self._guides, at.places.tolist(), strict=False)
         grazing = any(g.grazes(float(at.x[g.guided.turning]), u) for g, u in places)
         return AT_DEAD_CENTRE if grazing else ""
-
-
-def _riding(at: tuple[float, ...], rate: float) -> tuple[float, ...]:
-    """Of a point whose place on its curve changes at a rate, what its slides along x and y make.
-
-    Coordinates, derivatives by the place, speeds, and accelerations without that of the place.
-    """
-    x, y, dx, dy, ddx, ddy = at
-    return x, y, dx, dy, dx * rate, dy * rate, ddx * rate * rate, ddy * rate * rate

@@ -45,11 +45,12 @@ AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which rea
 DRIVEN = 1e-12  # of the row of a joint: less of an independent coordinate is rounding
 MOST_ROUNDS, ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
 FEW_ROUNDS = 8  # likewise, where each tells some digits more
-LOCKS_ADVICE = "a smaller 'coefficient' or 'radius'"
 
 
 class LockedError(Sendable, ArithmeticError):
     """Friction by the force in a joint has no answer, or more than one."""
+
+    advice = "a smaller 'coefficient' or 'radius'"
 
     def __init__(self, joint: str) -> None:
         """Take the name of the joint."""
@@ -95,7 +96,6 @@ class JointFrictions:
         self._place = np.full(count, np.nan)  # where joints rest
         self.since = np.zeros(count)  # speed with which each left its rest: what steps err there
         self.stopped: int | None = None  # number of the joint that has just come to rest
-        self.trouble: LockedError | None = None  # of the last evaluation that failed
 
     @property
     def held(self) -> IndexArray:
@@ -213,18 +213,15 @@ class JointFrictions:
             braked = braked - change
             if np.abs(change).max() <= ROUNDING * np.abs(braked).max():
                 return braked
-        self.trouble = LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
-        raise self.trouble
+        raise LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
 
     def _require_one(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
         """Require that bounds grow by less than T does, in whatever units."""
-        self.trouble = None
         grown = share[:, None] * np.linalg.norm(by, axis=-1)
         if not share.any() or np.abs(np.linalg.eigvals(grown)).max(initial=0.0) < 1:
             return
         worst = np.diagonal(grown, axis1=-2, axis2=-1).max(axis=0).argmax()
-        self.trouble = LockedError(self.all[which[worst]].name)
-        raise self.trouble
+        raise LockedError(self.all[which[worst]].name)
 
     def projector(self, at: Evaluation) -> Projector | None:
         """What the joints that rest let through at one state; None if none does."""

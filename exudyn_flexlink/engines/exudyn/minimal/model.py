@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     OpenCoordinates,
     TreeState,
 )
-from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions
+from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
@@ -36,6 +36,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
 from exudyn_flexlink.engines.exudyn.minimal.rigid import Projector, RigidContacts
+from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
@@ -47,6 +48,9 @@ from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
+
+TROUBLES = NoValueError, LockedError, JammedError
+"""Equations that have no answer; each has an `advice`."""
 
 States = Callable[[FloatArray, FloatArray, FloatArray], TreeState]
 """All coordinates by instants, independent coordinates and their speeds."""
@@ -83,7 +87,7 @@ class MinimalModel:
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)
         self.window = Window()
-        self.trouble: NoValueError | None = None  # of the last evaluation that failed
+        self.trouble: tuple[float, Any] | None = None  # of the last evaluation that failed, and s
         self.contacts = [contact_of(layout, contact) for contact in mechanism.touching]
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
         pairs = [*mechanism.touching, *self.walls.contacts]
@@ -162,8 +166,8 @@ class MinimalModel:
         t = self.window.all_inside(t)
         try:
             return self.forces_at(t, states(t, q, v))
-        except NoValueError as error:
-            self.trouble = error
+        except TROUBLES as error:
+            self.trouble = float(t[0]), error
             raise
 
     def forces_at(self, t: FloatArray, state: TreeState) -> Evaluation:

@@ -259,11 +259,7 @@ class RunReader:
             energy=EnergyHistory(*energies.T),
             extremes=recorder.seeker.extremes(),
             laps=tuple(lap for lap in self.run.events if lap.time < self.run.problem.end),
-            checks=checks(
-                self.run.stepper,
-                recorder,
-                self._deepest(),
-            ),
+            checks=checks(self.run.stepper, recorder, self._deepest()),
             warnings=warnings,
             outcome=outcome,
             frictions=self._frictions(),

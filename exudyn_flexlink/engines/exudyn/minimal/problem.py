@@ -35,6 +35,7 @@ from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Overlooked
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
@@ -292,7 +293,8 @@ class MinimalProblem:
         try:
             self.impacts.change(time, k)
         except ArithmeticError as error:
-            self.stop_reason, self.stop_advice = str(error), GIVE_WAY
+            self.stop_reason = str(error)
+            self.stop_advice = error.advice if isinstance(error, JammedError) else GIVE_WAY
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         for other, contact in self.model.rigid.all.items():  # one impact may begin or end others
