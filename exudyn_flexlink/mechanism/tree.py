@@ -129,6 +129,13 @@ class TreeLayout:
         row[self.hinges(first)] -= 1.0
         return row
 
+    def sliding_row(self, slide: Slide) -> FloatArray | None:
+        """As `turning_row`, of how far a slide of the tree is out; None where it closes a loop."""
+        if slide.name not in self.joints:
+            return None
+        link, sign = self.joints[slide.name]
+        return np.asarray(sign * np.eye(len(self.links))[link])
+
     def hinges(self, part: int) -> list[int]:
         """Links whose angles add up to that of a part."""
         path = self.path(self.frame(part).link)

@@ -222,8 +222,7 @@ def _geared_row(layout: TreeLayout, gear: Gear) -> FloatArray:
         if tie.slide is None:
             row += weight * layout.turning_row(*tie.parts)
         else:
-            link, sign = layout.joints[tie.slide.name]
-            row[link] += weight * sign
+            row += weight * layout.sliding_row(tie.slide)
     return row
 
 

@@ -291,8 +291,9 @@ def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
     joint = friction.joint
     if isinstance(joint, Pin):
         return layout.turning_row(joint.first.part, joint.second.part)
-    link, sign = layout.joints[joint.name]
-    return np.asarray(sign * np.eye(len(layout.links))[link])
+    row = layout.sliding_row(joint)
+    assert row is not None  # the loader refuses friction of a slide that closes a loop
+    return row
 
 
 def _felt(known: _Known, torque: FloatArray) -> FloatArray:

@@ -102,10 +102,10 @@ def _sensor(
     if isinstance(sense, Turning):
         rest = layout.turn(sense.first, sense.second)
         return _Linear(layout.turning_row(sense.first, sense.second), rest, sense.is_speed)
-    found = layout.joints.get(sense.slide.name)
-    if found is None:
+    row = layout.sliding_row(sense.slide)
+    if row is None:
         return _Length(layout, kinematics, sense)
-    return _Linear(found[1] * np.eye(len(layout.links))[found[0]], 0.0, sense.is_speed)
+    return _Linear(row, 0.0, sense.is_speed)
 
 
 class LoadSize:
@@ -175,8 +175,7 @@ class _Force:
     def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
         """Sizes, and what a unit of each is on the coordinates (n, links)."""
         direction = now.places.axis[:, self._axes] * self._turn  # of the x-axis
-        points = self._points.places(now.places)
-        moved = self._kinematics.moves(now.places, self._points.links, points)[:, 0]
+        moved = self._kinematics.moves(now.places, self._points)[:, 0]
         along = direction.conj()[:, None] * moved
         return list(zip(self.sizes, (along.real, along.imag), strict=True))
 

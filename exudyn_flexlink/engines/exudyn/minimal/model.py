@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, contact_of
@@ -27,7 +27,7 @@ from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions, Lock
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
-    PartPoints,
+    Points,
     Transform,
     Which,
     falls,
@@ -45,7 +45,7 @@ from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.integrate.window import Window
-from exudyn_flexlink.mechanism import Assembly
+from exudyn_flexlink.mechanism import Anchor, Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 
@@ -81,8 +81,14 @@ class MinimalModel:
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
-        self._part_points = PartPoints(layout, self.kinematics, mechanism.parts)
-        self._lengths = self._part_points.lengths(self.start[0])
+        # Parts may turn about any point that is referred to: no single one tells of an angle.
+        own = [((0.0, 0.0), *part.points) for part in mechanism.parts]
+        self._points = Points(
+            layout, [Anchor(i, *at) for i, all_of in enumerate(own) for at in all_of]
+        )
+        # How far (m) a unit of each coordinate moves a point.
+        lengths = np.abs(self._moves_of_points(self.start[0])).max(0, initial=0.0)
+        self._lengths = np.maximum(lengths, 1e-3 * lengths.max(initial=1.0))
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)
@@ -301,9 +307,13 @@ class MinimalModel:
 
     def look(self, x: FloatArray, transform: Transform) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
-        moves = self._part_points.moves(x)
+        moves = transform.reduced_rows(self._moves_of_points(x)).T
         # Real and imaginary parts side by side: real numbers are multiplied sooner.
-        self._moves = np.ascontiguousarray(transform.reduced_rows(moves.T).T).view(float)
+        self._moves = np.ascontiguousarray(moves).view(float)
+
+    def _moves_of_points(self, x: FloatArray) -> ComplexArray:
+        """Derivatives (points, links) of points of parts by the coordinates (links,)."""
+        return self.kinematics.moves(self.kinematics.places(x), self._points)
 
     # --- places on curves ---------------------------------------------------------------------
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from cmath import rect
 from collections.abc import Sequence
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +21,7 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points, falls
 from exudyn_flexlink.mechanism import Anchor, LinearSpring, Mechanism, RotarySpring, Slide
-from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
+from exudyn_flexlink.mechanism.tree import TreeLayout
 
 MEETING = 1e-300  # m: where both ends meet there is no direction, no derivative, and no force
 
@@ -57,10 +56,8 @@ class Stretches:
 
     def look(self, at: Places) -> Stretched:
         """Look at links (..., links + 1)."""
-        first, second = self.first.places(at), self.second.places(at)
-        between = second - first
-        moved = self._kinematics.moves(at, self.second.links, second)
-        moved = moved - self._kinematics.moves(at, self.first.links, first)
+        between = self.second.places(at) - self.first.places(at)
+        moved = self._kinematics.moves(at, self.second) - self._kinematics.moves(at, self.first)
         size = np.abs(between)
         along = between / np.maximum(size, MEETING)
         if self.slides.any():
@@ -131,15 +128,22 @@ class Springs:
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
-        self._layout = layout
         self.stiffness, self.damping, self.rest = np.zeros((3, len(layout.links)))
         # Of springs that act across several coordinates: matrices, and forces where all are 0.
         self._stiffness, self._damping = np.zeros((2, len(layout.links), len(layout.links)))
         self._preload = np.zeros(len(layout.links))
         self.pulls = False
         for spring in mechanism.springs:
-            self._add_rotary(spring)
-        between = [s for s in mechanism.linear_springs if not self._add_along(s)]
+            first, second = spring.first, spring.second
+            rest = (spring.rest_angle or 0.0) - layout.turn(first, second)
+            self._add(layout.turning_row(first, second), spring, rest)
+        between = []
+        for own in mechanism.linear_springs:
+            row = None if own.slide is None else layout.sliding_row(own.slide)
+            if row is None:
+                between.append(own)
+            else:
+                self._add(row, own, own.length or 0.0)
         self._between = LinearSprings(layout, kinematics, between)
         self.straight = not between
         self.pulls = self.pulls or not self.straight
@@ -148,36 +152,13 @@ class Springs:
             np.diag(self.damping) + self._damping,
         )
 
-    def _add_rotary(self, spring: RotarySpring) -> None:
-        first, second = spring.first, spring.second
-        rest = (spring.rest_angle or 0.0) - self._layout.turn(first, second)
-        found = hinge_between(self._layout, first, second)
-        if found is None:
-            row = self._layout.turning_row(first, second)
-            self._add_across(row, spring, rest)
-        else:
-            self._add_at(found[0], spring, found[1] * rest)
-
-    def _add_along(self, spring: LinearSpring) -> bool:
-        """Add a spring along one slide of the tree; False if it acts otherwise."""
-        found = slide_between(self._layout, spring)
-        if found is not None:
-            self._add_at(found[0], spring, found[1])
-        return found is not None
-
-    def _add_at(self, link: int, spring: RotarySpring | LinearSpring, rest: float) -> None:
-        """Let a spring act on one coordinate; the tree has one for each."""
-        if self.stiffness[link] or self.damping[link]:
-            row = np.eye(len(self.stiffness))[link]
-            self._add_across(row, spring, rest)
-            return
-        self.stiffness[link], self.damping[link] = spring.stiffness, spring.damping
-        self.rest[link] = rest
-
-    def _add_across(
-        self, row: FloatArray, spring: RotarySpring | LinearSpring, rest: float
-    ) -> None:
+    def _add(self, row: FloatArray, spring: RotarySpring | LinearSpring, rest: float) -> None:
         """Add a spring whose angle or length is ``row @ x``, without force at `rest`."""
+        moved = np.flatnonzero(row)
+        if len(moved) == 1 and not (self.stiffness[moved] or self.damping[moved]):
+            self.stiffness[moved], self.damping[moved] = spring.stiffness, spring.damping
+            self.rest[moved] = row[moved] * rest
+            return
         square = np.outer(row, row)
         self._stiffness += spring.stiffness * square
         self._damping += spring.damping * square
@@ -202,30 +183,3 @@ class Springs:
         """Power that dampers take (instants,), W, at coordinates and speeds (instants, links)."""
         lost = (v * v) @ self.damping + np.sum((v @ self._damping) * v, axis=1)
         return np.asarray(lost if self.straight else lost + self._between.lost(x, v))
-
-
-def slide_between(layout: TreeLayout, spring: LinearSpring) -> tuple[int, float] | None:
-    """Link whose slide is all that moves a spring's ends apart, and where it has no force (m).
-
-    None if another joint, or more than one, is between the two.
-    """
-    if spring.slide is None:
-        return None
-    resting = _resting_place(spring.slide, spring.length or 0.0)
-    (first, *near), (second, *far) = layout.place(resting), layout.place(spring.second)
-    between = set(layout.path(first)) ^ set(layout.path(second))
-    if len(between) != 1:
-        return None
-    number = between.pop()
-    link = layout.links[number]
-    if link.kind != ALONG_X:
-        return None
-    carried, (x, y) = (far[0], near) if second == number else (near[0], far)
-    dx, dy = x - link.offset[0], y - link.offset[1]
-    return number, cos(link.turn) * dx + sin(link.turn) * dy - carried
-
-
-def _resting_place(slide: Slide, length: float) -> Anchor:
-    """Point of the first part at which the second anchor is where the slide is out by a length."""
-    x, y = length * cos(slide.direction), length * sin(slide.direction)
-    return Anchor(slide.first.part, slide.first.x + x, slide.first.y + y)
