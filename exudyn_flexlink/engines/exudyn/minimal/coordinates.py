@@ -52,9 +52,8 @@ class Coordinates(Protocol):
     What nothing is said of in a class that inherits holds where no joint closes a loop.
     """
 
-    @property
-    def points(self) -> Sequence[TrackPoint]:
-        """The slots' points, as they are followed."""
+    points: Sequence[TrackPoint]
+    """The slots' points, as they are followed."""
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
@@ -129,6 +128,7 @@ class OpenCoordinates(Coordinates):
         """
         self.free = np.array(layout.free, dtype=int)
         self._guides, self._riders = list(guides), list(riders)
+        self.points: Sequence[TrackPoint] = [*self._guides, *self._riders]
         # The slide along y is the link after the one along x.
         self._rides = [slice(ride.along[0], ride.along[1] + 1) for ride in layout.rides]
         self._slots = len(self._guides) + len(self._riders)
@@ -161,11 +161,6 @@ class OpenCoordinates(Coordinates):
         _, _, dx, dy, _, _ = self._riders[k].at(self._riders[k].u)
         along, across = self._end[1][self._rides[k]].tolist()
         return float((along * dx + across * dy) / (dx * dx + dy * dy))
-
-    @property
-    def points(self) -> Sequence[TrackPoint]:
-        """The slots' points, as they are followed."""
-        return [*self._guides, *self._riders]
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""

@@ -65,9 +65,9 @@ class EventFinder:
         self.model, self.goal = model, goal
         self._sides = model.touches
         self.touches = [contact.touch(x, v) for contact in model.contacts]
-        endless = [touch.inside == inf for touch in self.touches]
+        self._endless = np.array([touch.inside == inf for touch in self.touches], dtype=bool)
         own = np.array([contact.length for contact in model.contacts])
-        self._lengths = np.where(endless, inf, own)
+        self._lengths = np.where(self._endless, inf, own)
         self._let_go = np.array([contact.lets_go for contact in model.contacts], dtype=bool)
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
@@ -206,8 +206,10 @@ class EventFinder:
 
         A rigid one that presses is as if behind a face that never opens; round ones have no ends.
         """
-        found = [[_numbers(touch) for touch in node] for node in nodes]
+        found = [[(own.gap, own.place, own.gap_rate, own.slip) for own in node] for node in nodes]
         gap, place, gap_rate, slip = np.array(found).transpose(2, 0, 1)
+        endless = self._endless[list(which)]  # they may be anywhere
+        place, slip = np.where(endless, 1.0, place), np.where(endless, 0.0, slip)
         way = np.array([self._way(k) for k in which])
         path = Seen(way * gap, place, way * gap_rate, slip)
         return path.closed((self._sides.pressed & self._sides.rigid)[list(which)])
@@ -246,13 +248,6 @@ class EventFinder:
     def _way(self, k: int) -> float:
         """Behind a face the gap is that to its back."""
         return -1.0 if self._sides.sides[k] is Side.BEHIND else 1.0
-
-
-def _numbers(touch: Touch) -> tuple[float, float, float, float]:
-    """Gap and place, and their rates; anywhere on what has no ends."""
-    if touch.inside == inf:
-        return touch.gap, 1.0, touch.gap_rate, 0.0
-    return touch.gap, touch.place, touch.gap_rate, touch.slip
 
 
 def _left_of_slot(

@@ -114,12 +114,9 @@ class Recorder(BlockRecorder):
         self._pass(step.end)
         instants = sum(len(one.t) for one in self._waiting)
         # A formula without a value ends the run where it has none.
-        if self.model.loads.by_formula or instants > MOST_INSTANTS or self._is_long:
+        long = len(self._waiting) >= AT_ONCE or instants > MOST_INSTANTS
+        if self.model.loads.by_formula or long:
             self.work_off()
-
-    @property
-    def _is_long(self) -> bool:
-        return len(self._waiting) >= AT_ONCE
 
     def work_off(self) -> None:
         """Work off the steps that wait: the same contacts press in all of them."""

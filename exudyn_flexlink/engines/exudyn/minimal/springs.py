@@ -74,14 +74,6 @@ def _line_of(layout: TreeLayout, slide: Slide | None) -> complex:
     return rect(1.0, slide.direction + layout.frame(slide.first.part).angle)
 
 
-class _Pull(NamedTuple):
-    """Springs at some instants, (..., springs) each: forces, and what their dampers take, W."""
-
-    force: ComplexArray
-    lost: FloatArray
-    moved: ComplexArray
-
-
 class LinearSprings:
     """Springs between points that are carried by links, or of the ground."""
 
@@ -96,7 +88,8 @@ class LinearSprings:
         self._length = np.array([spring.length for spring in springs], dtype=float)
         self._drawn = (self._length == 0) & ~self._stretches.slides
 
-    def _look(self, x: FloatArray, v: FloatArray) -> _Pull:
+    def pull_and_lost(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Generalised forces (..., links) at coordinates and speeds (..., links); power lost, W."""
         at, ends = self._kinematics.places(x), self._stretches
         rates = self._kinematics.rates(at, x, v)
         between, along, size, moved = ends.look(at)
@@ -104,17 +97,10 @@ class LinearSprings:
         rate = (along.conj() * moving).real
         pulled = (self._stiffness * (size - self._length) + self._damping * rate) * along
         drawn = self._stiffness * between + self._damping * moving
+        force = -np.where(self._drawn, drawn, pulled)
         square = np.where(self._drawn, np.abs(moving) ** 2, rate**2)
-        return _Pull(-np.where(self._drawn, drawn, pulled), self._damping * square, moved)
-
-    def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Generalised forces (..., links) at coordinates and speeds (..., links)."""
-        now = self._look(x, v)
-        return np.asarray((now.force.conj()[..., None] * now.moved).real.sum(-2))
-
-    def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Power that the dampers take (instants,), W."""
-        return np.asarray(self._look(x, v).lost.sum(-1))
+        pull = (force.conj()[..., None] * moved).real.sum(-2)
+        return np.asarray(pull), np.asarray((self._damping * square).sum(-1))
 
 
 class Springs:
@@ -168,7 +154,7 @@ class Springs:
     def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (instants, links) beside those of the tree's own springs."""
         across = self._preload - x @ self._stiffness - v @ self._damping
-        return across if self.straight else across + self._between.pull(x, v)
+        return across if self.straight else across + self._between.pull_and_lost(x, v)[0]
 
     def slopes(
         self, x: FloatArray, v: FloatArray, lengths: FloatArray
@@ -176,10 +162,10 @@ class Springs:
         """Stiffness and damping matrix (links, links) of all springs at one state: see `falls`."""
         if self.straight:
             return self._slopes
-        stiffness, damping = falls(self._between.pull, x, v, lengths)
+        stiffness, damping = falls(lambda x, v: self._between.pull_and_lost(x, v)[0], x, v, lengths)
         return self._slopes[0] + stiffness, self._slopes[1] + damping
 
     def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Power that dampers take (instants,), W, at coordinates and speeds (instants, links)."""
         lost = (v * v) @ self.damping + np.sum((v @ self._damping) * v, axis=1)
-        return np.asarray(lost if self.straight else lost + self._between.lost(x, v))
+        return np.asarray(lost if self.straight else lost + self._between.pull_and_lost(x, v)[1])
