@@ -43,7 +43,7 @@ class TreeState(NamedTuple):
 
     def pick(self, which: Which) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return self._make(picked(own, which) for own in self)
+        return TreeState._make(picked(own, which) for own in self)
 
 
 class Coordinates(Protocol):

@@ -70,7 +70,7 @@ class TreeForces(NamedTuple):
 
     def pick(self, which: Which) -> TreeForces:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
-        return self._make(picked(own, which) for own in self)
+        return TreeForces._make(picked(own, which) for own in self)
 
 
 class MinimalModel:
@@ -307,9 +307,9 @@ class MinimalModel:
 
     def look(self, x: FloatArray, transform: Transform) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
-        moves = transform.reduced_rows(self._moves_of_points(x)).T
+        moves: Any = self._moves_of_points(x)
         # Real and imaginary parts side by side: real numbers are multiplied sooner.
-        self._moves = np.ascontiguousarray(moves).view(float)
+        self._moves = np.ascontiguousarray(transform.reduced_rows(moves).T).view(float)
 
     def _moves_of_points(self, x: FloatArray) -> ComplexArray:
         """Derivatives (points, links) of points of parts by the coordinates (links,)."""

@@ -37,7 +37,6 @@ from exudyn_flexlink.result import (
     EnergyHistory,
     EngineSettings,
     Event,
-    FrictionHistory,
     Outcome,
     Result,
 )
@@ -231,7 +230,7 @@ class RunReader:
 
     def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
         """Return the Result; its timings are still to come."""
-        poses, rates = self.moved.poses, self.moved.rates
+        poses, rates, own = self.moved.poses, self.moved.rates, self.kept.own
         recorder = self.run.recorder
         energies = recorder.energies(self.kept, poses, rates)
         return Result(
@@ -262,7 +261,9 @@ class RunReader:
             checks=checks(self.run.stepper, recorder, self._deepest()),
             warnings=warnings,
             outcome=outcome,
-            frictions=self._frictions(),
+            frictions=friction_histories(
+                self.mechanism, self.time, own.rests, own.friction, self.kept.totals[:, 2:]
+            ),
             gear_forces=gear_forces(self.mechanism, self.reactions.gears, in_newtons=True),
             gear_torques=gear_forces(self.mechanism, self.reactions.gears, in_newtons=False),
         )
@@ -273,10 +274,6 @@ class RunReader:
         others = {*scene.stops, *scene.ropes}
         own = [contact.name not in others for contact in seeker.contacts]
         return float(seeker.deepest[own].max(initial=0.0))
-
-    def _frictions(self) -> dict[str, FrictionHistory]:
-        own, lost = self.kept.own, self.kept.totals[:, 2:]
-        return friction_histories(self.mechanism, self.time, own.rests, own.friction, lost)
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step

@@ -22,7 +22,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Rigi
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
 from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.integrate.complementarity import RANK, least_inverse
+from exudyn_flexlink.integrate.complementarity import RANK
 from exudyn_flexlink.integrate.problem import Evaluation
 
 # 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared.
@@ -47,7 +47,7 @@ class Gaps(NamedTuple):
 
     def pick(self, which: int) -> Gaps:
         """Return those of one of several instants."""
-        return Gaps(*(column[which] for column in self))
+        return Gaps._make(column[which] for column in self)
 
 
 def mobility(gaps: Gaps, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -146,10 +146,8 @@ class RigidContacts:
     def _inverse(
         self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
     ) -> FloatArray:
-        moved = self.opened(which, gaps, arms, pushed)
-        if pushed is gaps.free:
-            return least_inverse(moved)
-        return np.asarray(np.linalg.pinv(moved, rcond=RANK))
+        moved, smooth = self.opened(which, gaps, arms, pushed), pushed is gaps.free
+        return np.asarray(np.linalg.pinv(moved, rcond=RANK, hermitian=smooth))
 
     def slopes(self, at: Evaluation) -> FloatArray | float:
         """Damping (independent, independent) by friction of those that last, at one state."""
