@@ -32,7 +32,8 @@ def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> 
     most = np.maximum(bound, LEAST_BOUND) / scale
     wanted = -(free * scale) @ ways / root
     found = lsq_linear((ways * root).T, wanted, (-most, most), "bvls", tol=SOLVED)
-    return np.where(found.active_mask != 0, found.active_mask * bound, found.x * scale)
+    at_bounds = found.active_mask != 0
+    return np.asarray(np.where(at_bounds, found.active_mask * bound, found.x * scale))
 
 
 def scaled_inverse(mobility: FloatArray) -> FloatArray:

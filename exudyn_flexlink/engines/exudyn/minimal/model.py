@@ -158,14 +158,11 @@ class MinimalModel:
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force of the independent coordinates."""
-        return self.evaluate_all(np.array([t]), q[None], v[None]).pick(0)
-
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
-        return self._found(self.coordinates.states, t, q, v)
+        states = self.coordinates.states
+        return self._found(states, np.array([t]), q[None], v[None]).pick(0)
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """As `evaluate_all`, at the stages of a step that is tried."""
+        """As `evaluate`, at the stages (n,) of a step that is tried."""
         return self._found(self.coordinates.states_at_stages, t, q, v)
 
     def _found(self, states: States, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
@@ -177,7 +174,7 @@ class MinimalModel:
             raise
 
     def forces_at(self, t: FloatArray, state: TreeState) -> Evaluation:
-        """As `evaluate_all`, at coordinates that are known."""
+        """As `evaluate`, at instants (n,) at which all coordinates are known."""
         free = self.without_reactions(t, state)
         if self.frictions.all:
             return self.frictions.act(free)

@@ -33,13 +33,7 @@ from exudyn_flexlink.mechanism import (
     without_teeth,
 )
 from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
-from exudyn_flexlink.result import (
-    EnergyHistory,
-    EngineSettings,
-    Event,
-    Outcome,
-    Result,
-)
+from exudyn_flexlink.result import EnergyHistory, EngineSettings, Event, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 

@@ -41,10 +41,7 @@ NEAR = 1e-6  # of the run: where it ends, and where equations were found to have
 
 
 def prepare(
-    scene: Scene,
-    assembly: Assembly,
-    progress: Callable[[float], None] | None,
-    limits: float = 1.0,
+    scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None, limits: float = 1.0
 ) -> MinimalRun:
     """Build the tree, the loop and what records it; SceneError: it starts at a dead centre."""
     mechanism = assembly.mechanism
