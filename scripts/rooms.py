@@ -20,7 +20,7 @@ PACKAGE = "exudyn_flexlink"
 CEILINGS = {
     "integrate": 1_680,
     "engines": 2_515,
-    "engines/exudyn/minimal": 6_070,
+    "engines/exudyn/minimal": 5_750,
     "engines/exudyn/redundant": 3_535,
     "engines/lagrangian": 2_090,
     "mechanism": 6_185,
