@@ -68,7 +68,7 @@ class Transform:
 def picked(own: Any, which: Which) -> Any:
     """Arrays, or tuples of them, at one of several instants, the first axis, or at some of them."""
     if isinstance(own, tuple):
-        return type(own)._make(picked(part, which) for part in own)  # type: ignore[attr-defined]
+        return type(own)._make([picked(part, which) for part in own])  # type: ignore[attr-defined]
     return None if own is None else own[which]
 
 
