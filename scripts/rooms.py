@@ -20,10 +20,10 @@ PACKAGE = "exudyn_flexlink"
 CEILINGS = {
     "integrate": 1_610,
     "engines": 2_535,
-    "engines/exudyn/minimal": 6_000,
+    "engines/exudyn/minimal": 5_700,
     "engines/exudyn/redundant": 3_355,
     "engines/lagrangian": 2_015,
-    "mechanism": 6_070,
+    "mechanism": 6_060,
     "scene": 4_050,
     "expressions": 1_225,
     "curves": 1_305,
@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_735,
     "": 5_200,
 }
-WHOLE = {PACKAGE: 52_760, "tests": 27_880, "scripts": 8_700}
+WHOLE = {PACKAGE: 52_450, "tests": 27_890, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -223,6 +223,8 @@ def test_a_turning_arm_carries_a_ball_outwards():
 # --- accelerations of gaps --------------------------------------------------------------------
 
 TURNING = """
+curves:
+  egg: {type: spline, points: [[0.9, 0], [0, 0.6], [-0.5, 0], [0, -0.6]], closed: true, on: ball}
 bodies:
   arm:
     type: rigid
@@ -249,13 +251,15 @@ contacts:
     type: circle_on_circle
     circles: [{at: ball.c, radius: 0.1}, {at: arm.b, radius: 5, inside: true}]
     law: *law
+  on_egg: {type: point_on_curve, point: hand.b, curve: egg, side: right, radius: 0.05, law: *law}
+  flat: {type: line_on_curve, line: [hand.a, hand.b], side: right, curve: egg, law: *law}
 initial: {angles: {arm: 0.3, hand: 0.9}, positions: {ball: [2, 1.5]}}
 run: {duration: 1}
 accuracy: {tolerance: 1.0e-6}
 """
 
 
-@pytest.mark.parametrize("name", ["on_arm", "on_hand", "of_hand", "within"])
+@pytest.mark.parametrize("name", ["on_arm", "on_hand", "of_hand", "within", "on_egg", "flat"])
 def test_gaps_bend_at_steady_speeds_as_their_rates_change(name):
     """Against differences of the gap's rate along the motion, of any speeds."""
     mechanism = assemble_scene(scene(TURNING)).mechanism
@@ -267,5 +271,5 @@ def test_gaps_bend_at_steady_speeds_as_their_rates_change(name):
         steps = np.array([-2, -1, 1, 2]) * 1e-3
         rates = [shape.look((x + h * v).tolist(), v.tolist()).touch.gap_rate for h in steps]
         slope = np.array(rates) @ [1 / 12, -2 / 3, 2 / 3, -1 / 12] / 1e-3
-        state = x.tolist(), v.tolist()
-        assert shape.steady_bend(shape.look(*state), *state) == pytest.approx(slope, abs=1e-8)
+        look = shape.look(x.tolist(), v.tolist())
+        assert shape.steady_bend(look) == pytest.approx(slope, abs=1e-8)

@@ -129,6 +129,13 @@ class TreeLayout:
         row[self.hinges(first)] -= 1.0
         return row
 
+    def sliding_row(self, slide: Slide) -> FloatArray | None:
+        """As `turning_row`, of how far a slide of the tree is out; None where it closes a loop."""
+        if slide.name not in self.joints:
+            return None
+        link, sign = self.joints[slide.name]
+        return np.asarray(sign * np.eye(len(self.links))[link])
+
     def hinges(self, part: int) -> list[int]:
         """Links whose angles add up to that of a part."""
         path = self.path(self.frame(part).link)
@@ -140,29 +147,15 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
     layout = _Spanning(mechanism).layout
     layout.closures += mechanism.gears
     for motor in mechanism.speed_motors:
-        if motor.slide:
-            found = layout.joints.get(motor.slide.name)
-        else:
-            found = hinge_between(layout, motor.first, motor.second)
-        if found is None or found[0] in layout.motors:
+        ends = motor.first, motor.second
+        row = layout.sliding_row(motor.slide) if motor.slide else layout.turning_row(*ends)
+        moved = [] if row is None else np.flatnonzero(row).tolist()
+        if row is None or len(moved) != 1 or moved[0] in layout.motors:
             layout.closures.append(motor)
         else:
-            layout.motors[found[0]] = (motor, found[1])
+            layout.motors[moved[0]] = (motor, float(row[moved[0]]))
     _place_slots(layout, mechanism)
     return layout
-
-
-def hinge_between(layout: TreeLayout, first: int, second: int) -> tuple[int, float] | None:
-    """Link whose coordinate turns part `second` against `first`, with its sign.
-
-    None if more than one hinge, or none, is between the two.
-    """
-    of_first, of_second = set(layout.hinges(first)), set(layout.hinges(second))
-    between = of_first ^ of_second
-    if len(between) != 1:
-        return None
-    link = between.pop()
-    return link, 1.0 if link in of_second else -1.0
 
 
 # --- the spanning tree --------------------------------------------------------------------------

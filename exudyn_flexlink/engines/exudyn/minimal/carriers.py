@@ -1,80 +1,81 @@
-"""Links that carry a point of the tree: where that is, and how forces there act on them."""
+"""Links that carry a point of the tree: where that is, and how forces there act on them.
+
+In plain numbers, for one point at one instant: see `kinematics` for many. Vectors in the plane are
+complex numbers.
+"""
 
 from __future__ import annotations
 
 from math import cos, sin
+from typing import NamedTuple
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.exudyn.faces import Vector
 from exudyn_flexlink.mechanism import Anchor
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
 
-Row = list[tuple[int, float, float]]
-"""Links that move a point: hinges at (a, b), slides, by the complement of their number, along."""
+Moves = list[tuple[int, complex]]
+"""Links that move a point: hinges at a place, slides, by the complement of their number, along."""
 
 
-def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector, moment: float = 0.0) -> None:
+class Carried(NamedTuple):
+    """An anchor at one instant: place (m), velocity (m/s), angle (rad) and its rate (rad/s).
+
+    `bend` (m/s^2) is its acceleration where no coordinate of the tree accelerates.
+    """
+
+    moves: Moves
+    place: complex = 0j
+    velocity: complex = 0j
+    bend: complex = 0j
+    angle: float = 0.0
+    turning: float = 0.0
+
+
+def add_force(
+    onto: FloatArray, moves: Moves, at: complex, force: complex, moment: float = 0.0
+) -> None:
     """Add a force at a place, and a moment, to those (links,) of the links that move it."""
-    for i, a, b in moves:
+    for i, place in moves:
         if i >= 0:
-            onto[i] += (at[0] - a) * force[1] - (at[1] - b) * force[0] + moment
+            onto[i] += ((at - place).conjugate() * force).imag + moment
         else:
-            onto[~i] += a * force[0] + b * force[1]
+            onto[~i] += (place.conjugate() * force).real
 
 
 class Carrier:
-    """The links that carry an anchor, from the ground on, in plain floats."""
+    """The links that carry an anchor, from the ground on."""
 
     def __init__(self, layout: TreeLayout, anchor: Anchor) -> None:
-        self._links: list[tuple[int, int, float, float, float]] = []
-        last, *self._end = layout.place(anchor)
-        for i in layout.path(last):
-            link = layout.links[i]
-            kind = 0 if link.kind == HINGE else 1 if link.kind == ALONG_X else 2
-            self._links.append((i, kind, link.turn, *link.offset))
+        last, *end = layout.place(anchor)
+        self._end = complex(*end)
+        links = [(i, layout.links[i]) for i in layout.path(last)]
+        along = {HINGE: 0j, ALONG_X: 1 + 0j}
+        self._links = [
+            (i, along.get(link.kind, 1j), link.turn, complex(*link.offset)) for i, link in links
+        ]
 
-    def state(
-        self, x: list[float], v: list[float]
-    ) -> tuple[Vector, Vector, tuple[float, float], Row]:
-        """Place, velocity, angle with its rate, and the links with their hinges or axes."""
-        px = py = ux = uy = angle = turning = 0.0
-        c, s = 1.0, 0.0
-        row: Row = []
-        for i, kind, turn, ox, oy in self._links:
-            ax, ay = c * ox - s * oy, s * ox + c * oy
-            px, py, ux, uy = px + ax, py + ay, ux - turning * ay, uy + turning * ax
-            if turn != 0:
-                angle += turn
-                c, s = cos(angle), sin(angle)
-            if kind == 0:
-                angle, turning = angle + x[i], turning + v[i]
-                c, s = cos(angle), sin(angle)
-                row.append((i, px, py))
-                continue
-            ex, ey = (c, s) if kind == 1 else (-s, c)
-            ax, ay = x[i] * ex, x[i] * ey
-            px, py = px + ax, py + ay
-            ux, uy = ux + v[i] * ex - turning * ay, uy + v[i] * ey + turning * ax
-            row.append((~i, ex, ey))
-        ax, ay = c * self._end[0] - s * self._end[1], s * self._end[0] + c * self._end[1]
-        place, velocity = (px + ax, py + ay), (ux - turning * ay, uy + turning * ax)
-        return place, velocity, (angle, turning), row
-
-    def steady_bend(self, x: list[float], v: list[float]) -> Vector:
-        """Acceleration (m/s^2) of the anchor where no coordinate of the tree accelerates."""
-        angle = turning = bx = by = 0.0
-        c, s = 1.0, 0.0
-        for i, kind, turn, ox, oy in self._links:
-            inward = -turning * turning
-            bx, by = bx + inward * (c * ox - s * oy), by + inward * (s * ox + c * oy)
+    def state(self, x: list[float], v: list[float]) -> Carried:
+        """Look at coordinates and speeds of the tree."""
+        place = velocity = bend = 0j
+        angle = turning = 0.0
+        axis, moves = 1 + 0j, []
+        for i, along, turn, offset in self._links:
+            arm, inward = axis * offset, -turning * turning
+            place, velocity = place + arm, velocity + 1j * turning * arm
+            bend += inward * arm
             angle += turn
-            c, s = cos(angle), sin(angle)
-            if kind == 0:
+            if along == 0:
                 angle, turning = angle + x[i], turning + v[i]
-                c, s = cos(angle), sin(angle)
+                axis = complex(cos(angle), sin(angle))
+                moves.append((i, place))
                 continue
-            ex, ey = (c, s) if kind == 1 else (-s, c)
-            inward, aside = inward * x[i], 2 * turning * v[i]  # centripetal, and Coriolis'
-            bx, by = bx + inward * ex - aside * ey, by + inward * ey + aside * ex
-        (ax, ay), inward = self._end, -turning * turning
-        return bx + inward * (c * ax - s * ay), by + inward * (s * ax + c * ay)
+            axis = complex(cos(angle), sin(angle))
+            way = axis * along
+            arm = x[i] * way
+            place, velocity = place + arm, velocity + v[i] * way + 1j * turning * arm
+            # Centripetal, and Coriolis'.
+            bend = bend + inward * x[i] * way + 2j * turning * v[i] * way
+            moves.append((~i, way))
+        arm = axis * self._end
+        place, velocity = place + arm, velocity + 1j * turning * arm
+        return Carried(moves, place, velocity, bend - turning * turning * arm, angle, turning)

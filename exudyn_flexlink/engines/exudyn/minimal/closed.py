@@ -58,8 +58,8 @@ class ClosedCoordinates:
         lengths: FloatArray,
     ) -> None:
         """`lengths` (links,) are how far (m) a unit of each coordinate moves anything, at most."""
-        self._points = list(points)
-        self.closures = Closures(layout, kinematics, start[0], self._points)
+        self.points: Sequence[TrackPoint] = points
+        self.closures = Closures(layout, kinematics, start[0], self.points)
         self._links, self._lengths = len(layout.links), lengths
         self._size = float(lengths.max())
         self._hinges = np.flatnonzero(kinematics.hinge)
@@ -68,9 +68,9 @@ class ClosedCoordinates:
         self._prescribed = bool(layout.motors or self.closures.motors)
         self._start = start[0]
         self._solver = ClosureSolver(self.closures, self._size)
-        self._pieces = [(point.changes, point.at) for point in self._points]
+        self._pieces = [(point.changes, point.at) for point in self.points]
         self._time = 0.0
-        self._y = np.concatenate([start[0], [point.u for point in self._points]])
+        self._y = np.concatenate([start[0], [point.u for point in self.points]])
         self._v = np.append(start[1], self._place_rates(start[1]))
         self._a = np.zeros(len(self._y))
         self._scale_here = self._scale(self._y)
@@ -80,11 +80,6 @@ class ClosedCoordinates:
         free = self._split.free
         start_of = self.states(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
         self.settle(0.0, start_of, np.zeros(len(free)))
-
-    @property
-    def points(self) -> Sequence[TrackPoint]:
-        """The slots' points, as they are followed."""
-        return self._points
 
     def _place_rates(self, v: FloatArray) -> FloatArray:
         """Rates of the slots' places at time 0, from the tree's speeds (links,)."""
@@ -96,7 +91,7 @@ class ClosedCoordinates:
 
     def _scale(self, y: FloatArray) -> FloatArray:
         """How far (m) a unit of every coordinate moves anything."""
-        places = zip(self._points, y[self._links :].tolist(), strict=True)
+        places = zip(self.points, y[self._links :].tolist(), strict=True)
         return np.concatenate([self._lengths, [_stretch(point.at, u) for point, u in places]])
 
     def _jacobian(self, y: FloatArray) -> FloatArray:
@@ -116,7 +111,7 @@ class ClosedCoordinates:
 
     def resume(self) -> None:
         """Choose the independent coordinates anew, and go on to the slots' present pieces."""
-        for k, point in enumerate(self._points):
+        for k, point in enumerate(self.points):
             changes, at = self._pieces[k]
             if changes == point.changes:
                 continue

@@ -222,8 +222,9 @@ def _geared_row(layout: TreeLayout, gear: Gear) -> FloatArray:
         if tie.slide is None:
             row += weight * layout.turning_row(*tie.parts)
         else:
-            link, sign = layout.joints[tie.slide.name]
-            row[link] += weight * sign
+            own = layout.sliding_row(tie.slide)
+            assert own is not None  # gears are of the tree's own joints
+            row += weight * own
     return row
 
 

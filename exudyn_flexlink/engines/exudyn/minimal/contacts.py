@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, tanh
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.faces import Touch, Vector
 from exudyn_flexlink.engines.exudyn.minimal.carriers import add_force
-from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, OnCurve, Vector, shape_of
-from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
+from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, OnCurve, shape_of
 from exudyn_flexlink.engines.pressing import press_by
 from exudyn_flexlink.laws import Impulse, Penalty, RestitutionPenalty, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
+
+
+class TableFollower:
+    """Follows the depth (m) of a contact whose force is a table, from row to row."""
+
+    seam = 1e-12  # m: so far beyond a piece is on it
+
+    def __init__(self, depth: Callable[[FloatArray], float], name: str, table: SpringTable) -> None:
+        self._depth, self.name, self._table = depth, name, table
+        self.number: int | None = None  # of the piece, while the contact presses
+
+    def follow(self, x: FloatArray | None) -> None:
+        """Follow the piece of the present depth from here on, if none is; None: nothing presses."""
+        if x is None or self.number is None:
+            self.number = None if x is None else self._table.number(self._depth(x))
+
+    def law(self, depth: float) -> SpringDamper:
+        """Law of the piece that is followed; while nothing presses, of that of a depth (m)."""
+        own = self._table.number(depth) if self.number is None else self.number
+        return self._table.piece(own)
+
+    def left(self, x: FloatArray, _: FloatArray) -> tuple[float, float]:
+        """How far (m) the depth is from the end and the start of the piece."""
+        assert self.number is not None  # only what presses comes to a piece's end
+        depth, depths = self._depth(x), self._table.depths
+        behind = depth - depths[self.number] if self.number else inf
+        return depths[self.number + 1] - depth, behind
+
+    def next_piece(self, way: int, _: float) -> bool:
+        """Go on along the next piece (way 1), or the one before (-1); False if there is none."""
+        assert self.number is not None  # only what presses comes to a piece's end
+        self.number += way
+        return self.number < len(self._table.depths) - 1
 
 
 class MinimalContact:
@@ -26,12 +59,15 @@ class MinimalContact:
     """
 
     lets_go = False
-    along_table: TableFollower | None = None  # if its law is one
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
         self._shape = shape_of(layout, contact)
         self.length = self._shape.length
         self._count = len(layout.links)
+        # What is followed along pieces while it presses.
+        self.followed: list[OnCurve | TableFollower] = []
+        if isinstance(self._shape, OnCurve):
+            self.followed.append(self._shape)
 
     def touch(self, x: FloatArray, v: FloatArray) -> Touch:
         """Gap, place and rates at coordinates and speeds of the tree."""
@@ -40,18 +76,10 @@ class MinimalContact:
     def _look(self, x: FloatArray, v: FloatArray) -> Look:
         return self._shape.look(x.tolist(), v.tolist())
 
-    @property
-    def along_curve(self) -> OnCurve | None:
-        """Its shape, if that is a curve: what presses is followed along its pieces."""
-        return self._shape if isinstance(self._shape, OnCurve) else None
-
     def follow(self, x: FloatArray, *, presses: bool) -> None:
         """Take up a state in which the contact goes on, begins or ends."""
-        if isinstance(self._shape, OnCurve):
-            if presses:
-                self._shape.follow(x.tolist())
-            else:
-                self._shape.free()
+        for own in self.followed:
+            own.follow(x if presses else None)
 
     def pressed_by(self, touch: Touch) -> float:
         """How far (m) a contact that presses is from letting go: its depth."""
@@ -72,19 +100,20 @@ class MinimalContact:
         return self._normal_row(self._look(x, v))
 
     def _normal_row(self, look: Look) -> FloatArray:
-        return self._row(look, look.normal, (look.at, look.at), look.moment)
+        return self._row(look, look.normal, look.at, look.moment)
 
     def _slip_row(self, look: Look) -> FloatArray:
-        (tx, ty), (part, arm) = look.along, look.grip
-        return self._row(look, (part * tx, part * ty), (look.at, look.at), arm)
+        part, arm = look.grip
+        return self._row(look, part * look.along, look.at, arm)
 
-    def _row(
-        self, look: Look, way: Vector, at: tuple[Vector, Vector], arm: float = 0.0
-    ) -> FloatArray:
-        """Derivatives (links,) of how far both move apart, each at its place, or turn by an arm."""
+    def _row(self, look: Look, way: complex, second: complex, arm: float = 0.0) -> FloatArray:
+        """Derivatives (links,) of how far both move apart, or turn by an arm.
+
+        The first part moves at its point, the other at the place `second`.
+        """
         row = np.zeros(self._count)
-        add_force(row, look.first, at[0], way, arm)
-        add_force(row, look.second, at[1], (-way[0], -way[1]), -arm)
+        add_force(row, look.first.moves, look.at, way, arm)
+        add_force(row, look.second.moves, second, -way, -arm)
         return row
 
 
@@ -104,11 +133,9 @@ class RigidContact(MinimalContact):
         The latter is that where no coordinate of the tree accelerates. The last is the gradient
         (links,) of the way slid, 0 where nothing rubs.
         """
-        places, speeds = x.tolist(), v.tolist()
-        look = self._shape.look(places, speeds)
-        bend = self._shape.steady_bend(look, places, speeds)
+        look = self._look(x, v)
         slides = 0.0 if self.friction is None else self._slip_row(look)
-        return look.touch, self._normal_row(look), bend, slides
+        return look.touch, self._normal_row(look), self._shape.steady_bend(look), slides
 
 
 class PenaltyContact(MinimalContact):
@@ -119,15 +146,10 @@ class PenaltyContact(MinimalContact):
         self.law, self.friction = law, contact.friction
         self.lets_go = law.lets_go
         self._softness = law.half_period(1.0) ** 2 if self.lets_go else 0.0  # m/N, but for pi^2
+        self._table: TableFollower | None = None
         if isinstance(law, SpringTable):
-            self.along_table = TableFollower(self.depth, contact.name, law)
-
-    def follow(self, x: FloatArray, *, presses: bool) -> None:
-        """Take up a state in which the contact goes on, begins or ends."""
-        super().follow(x, presses=presses)
-        own = self.along_table
-        if own is not None:
-            own.follow(self.depth(x) if presses else None)
+            self._table = TableFollower(self.depth, contact.name, law)
+            self.followed.append(self._table)
 
     def depth(self, x: FloatArray) -> float:
         """Penetration (m) at coordinates of the tree; negative while apart."""
@@ -135,10 +157,7 @@ class PenaltyContact(MinimalContact):
 
     def acting(self, touch: Touch) -> Penalty:
         """The law, or that of the piece of a table that acts."""
-        if isinstance(self.law, SpringTable):
-            assert self.along_table is not None
-            return self.along_table.law(-touch.gap)
-        return self.law
+        return self.law if self._table is None else self._table.law(-touch.gap)
 
     def force(self, touch: Touch, approach: float) -> float:
         """Pressing force, N, in a touch that began so fast (m/s); none while apart.
@@ -176,11 +195,11 @@ class PenaltyContact(MinimalContact):
         # As a contact ends a trial state may be just off the face: no force pulls.
         press = self.force(touch, approach)
         rub = self._rub(press, touch)
-        (nx, ny), (tx, ty), (part, arm) = look.normal, look.along, look.grip
-        fx, fy = press * nx + part * rub * tx, press * ny + part * rub * ty
+        part, arm = look.grip
+        force = press * look.normal + part * rub * look.along
         turned = press * look.moment + arm * rub
-        add_force(onto, look.first, look.at, (fx, fy), turned)
-        add_force(onto, look.second, look.at, (-fx, -fy), -turned)
+        add_force(onto, look.first.moves, look.at, force, turned)
+        add_force(onto, look.second.moves, look.at, -force, -turned)
         power = -press * touch.gap_rate - rub * touch.slip
         return (press, power), (touch.gap, touch.gap_rate)
 
@@ -202,7 +221,7 @@ class PenaltyContact(MinimalContact):
         press_of = press_by([self.acting(touch)], np.array([approach]))
         pressing = press_of(np.array([[touch.gap, touch.gap_rate]]))
         press, spring, damper = (float(part[0]) for part in pressing)
-        past = self._row(look, look.along, (look.at, look.centre))
+        past = self._row(look, look.along, look.centre)
         stiffness = -press * look.bend * np.outer(past, past)
         damping = np.zeros_like(stiffness)
         if self.friction is None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide, TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which, picked
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
@@ -43,7 +43,7 @@ class TreeState(NamedTuple):
 
     def pick(self, which: Which) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return TreeState(*[own[which] for own in self])  # type: ignore[arg-type]
+        return TreeState._make(picked(own, which) for own in self)
 
 
 class Coordinates(Protocol):
@@ -52,9 +52,8 @@ class Coordinates(Protocol):
     What nothing is said of in a class that inherits holds where no joint closes a loop.
     """
 
-    @property
-    def points(self) -> Sequence[TrackPoint]:
-        """The slots' points, as they are followed."""
+    points: Sequence[TrackPoint]
+    """The slots' points, as they are followed."""
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
@@ -129,6 +128,7 @@ class OpenCoordinates(Coordinates):
         """
         self.free = np.array(layout.free, dtype=int)
         self._guides, self._riders = list(guides), list(riders)
+        self.points: Sequence[TrackPoint] = [*self._guides, *self._riders]
         # The slide along y is the link after the one along x.
         self._rides = [slice(ride.along[0], ride.along[1] + 1) for ride in layout.rides]
         self._slots = len(self._guides) + len(self._riders)
@@ -161,11 +161,6 @@ class OpenCoordinates(Coordinates):
         _, _, dx, dy, _, _ = self._riders[k].at(self._riders[k].u)
         along, across = self._end[1][self._rides[k]].tolist()
         return float((along * dx + across * dy) / (dx * dx + dy * dy))
-
-    @property
-    def points(self) -> Sequence[TrackPoint]:
-        """The slots' points, as they are followed."""
-        return [*self._guides, *self._riders]
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
@@ -227,11 +222,10 @@ class OpenCoordinates(Coordinates):
         first = len(self._guides)
         places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
-            both = zip(u[:, k].tolist(), rate[:, k].tolist(), strict=True)
-            found = np.array([_riding(rider.at(place), own) for place, own in both])
-            x[:, slides] = found[:, :2]
-            transform.matrix[:, slides, len(self.free) + k] = found[:, 2:4]
-            speed[:, slides], b[:, slides] = found[:, 4:6], found[:, 6:]
+            parts = [np.stack([z.real, z.imag], axis=-1) for z in rider.together(u[:, k])]
+            along = rate[:, k, None]
+            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = parts[:2]
+            speed[:, slides], b[:, slides] = parts[1] * along, parts[2] * along * along
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""
@@ -283,12 +277,3 @@ class OpenCoordinates(Coordinates):
         places = zip(self._guides, at.places.tolist(), strict=False)
         grazing = any(g.grazes(float(at.x[g.guided.turning]), u) for g, u in places)
         return AT_DEAD_CENTRE if grazing else ""
-
-
-def _riding(at: tuple[float, ...], rate: float) -> tuple[float, ...]:
-    """Of a point whose place on its curve changes at a rate, what its slides along x and y make.
-
-    Coordinates, derivatives by the place, speeds, and accelerations without that of the place.
-    """
-    x, y, dx, dy, ddx, ddy = at
-    return x, y, dx, dy, dx * rate, dy * rate, ddx * rate * rate, ddy * rate * rate

@@ -11,14 +11,13 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
+from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, TableFollower
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionWatch
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
-from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
 from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm
 from exudyn_flexlink.engines.touching import Side
@@ -38,7 +37,6 @@ Following = tuple[Followed, float, Left]
 WHOLE = np.ones((1, 1))  # of the step, between its ends
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
 SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
-NEAR_SEAM = 1e-9  # likewise of a struck curve, whose pieces may meet at an angle by typed decimals
 
 
 class ContactChange(NamedTuple):
@@ -67,21 +65,20 @@ class EventFinder:
         self.model, self.goal = model, goal
         self._sides = model.touches
         self.touches = [contact.touch(x, v) for contact in model.contacts]
-        endless = [touch.inside == inf for touch in self.touches]
+        self._endless = np.array([touch.inside == inf for touch in self.touches], dtype=bool)
         own = np.array([contact.length for contact in model.contacts])
-        self._lengths = np.where(endless, inf, own)
+        self._lengths = np.where(self._endless, inf, own)
         self._let_go = np.array([contact.lets_go for contact in model.contacts], dtype=bool)
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
         self.kinks = KinkWatch(model)
         self.frictions = FrictionWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
-        self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
         self.walls.accept(end)
-        self.x, self.touches = end.x, self._at_end(end)
+        self.x, self.touches = end.x, self._touches_at(end)
         for k, touch in enumerate(self.touches):
             if touch.inside < 0:
                 self._sides.beside(k, touch.gap)
@@ -108,14 +105,11 @@ class EventFinder:
 
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
-        self.touches = [contact.touch(end.x, end.v) for contact in self.model.contacts]
+        self.touches = self._touches_at(end)
         self.walls.accept(end)
 
-    def _at_end(self, end: TreeState) -> list[Touch]:
-        """Touches at the end of a step, which are asked for again as it is accepted."""
-        if self._ahead is None or self._ahead[0] is not end:
-            self._ahead = end, [contact.touch(end.x, end.v) for contact in self.model.contacts]
-        return self._ahead[1]
+    def _touches_at(self, end: TreeState) -> list[Touch]:
+        return [contact.touch(end.x, end.v) for contact in self.model.contacts]
 
     def _at(self, step: Step, t: float) -> TreeState:
         """All coordinates at a time within the step."""
@@ -143,12 +137,9 @@ class EventFinder:
             if point.left(high)[0] < -SEAM or point.left(low)[1] < -SEAM
         ]
         pressed = [self.model.contacts[k] for k in self.model.pressed_of_scene]
-        curves = [contact.along_curve for contact in pressed]
-        tables = [contact.along_table for contact in pressed]
         followed: list[Following] = [
             *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),
-            *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
-            *((table, SEAM, table.left) for table in tables if table),
+            *((own, own.seam, own.left) for contact in pressed for own in contact.followed),
         ]
         if not followed:
             return []
@@ -194,7 +185,7 @@ class EventFinder:
         every = range(len(self.model.contacts))
         if not every:
             return []
-        pressed, ahead = self._sides.pressed[: len(every)], self._at_end(end)
+        pressed, ahead = self._sides.pressed[: len(every)], self._touches_at(end)
         ends = self._path(every, [self.touches, ahead])
         which = np.flatnonzero(pressed | ~calm(ends, self._lengths, pressed, step.h * WHOLE))
         near = which.tolist()
@@ -211,72 +202,55 @@ class EventFinder:
         return [k for k, calmly in zip(near, still.tolist(), strict=True) if not calmly]
 
     def _path(self, which: Sequence[int], nodes: Sequence[Sequence[Touch]]) -> Seen:
-        """Contacts at nodes, seen from where they are: behind a face its gap is that to its back.
+        """Contacts at nodes, seen from the side where they are.
 
         A rigid one that presses is as if behind a face that never opens; round ones have no ends.
         """
-        found = [[_numbers(touch) for touch in node] for node in nodes]
+        found = [[(own.gap, own.place, own.gap_rate, own.slip) for own in node] for node in nodes]
         gap, place, gap_rate, slip = np.array(found).transpose(2, 0, 1)
-        way = np.array([-1.0 if self._sides.sides[k] is Side.BEHIND else 1.0 for k in which])
+        endless = self._endless[list(which)]  # they may be anywhere
+        place, slip = np.where(endless, 1.0, place), np.where(endless, 0.0, slip)
+        way = np.array([self._way(k) for k in which])
         path = Seen(way * gap, place, way * gap_rate, slip)
         return path.closed((self._sides.pressed & self._sides.rigid)[list(which)])
-
-    def _touch(self, contact: MinimalContact, step: Step, t: float) -> Touch:
-        at = self._at(step, t)
-        return contact.touch(at.x, at.v)
-
-    def _change(self, k: int, step: Step) -> float | None:
-        """When within the step a contact's state changes; None if it does not."""
-        contact = self.model.contacts[k]
-        if self.presses(k):
-            rigid = isinstance(contact, RigidContact)
-            stays = partial(self._holds, contact, k) if rigid else partial(self._stays, contact)
-            return first_fall(partial(stays, step), None, (step.t, step.end))
-        if self.let_go(k):
-            return first_fall(partial(self._free, contact, step), None, (step.t, step.end))
-        way = 1.0 if self._sides.sides[k] is Side.APART else -1.0
-
-        def gap(t: float) -> float:
-            return way * self._touch(contact, step, t).gap
-
-        def rate(t: float) -> float:
-            return way * self._touch(contact, step, t).gap_rate
-
-        return first_fall(gap, rate, (step.t, step.end))
-
-    def _stays(self, contact: MinimalContact, step: Step, t: float) -> float:
-        """Value (m) that is positive as long as the point presses on the face."""
-        touch = self._touch(contact, step, t)
-        return min(contact.pressed_by(touch), touch.inside)
 
     def let_go(self, k: int) -> bool:
         """Tell whether a contact let go before its gap had opened, and has not been apart since."""
         closed = self.touches[k].gap < -GAP_ROUNDING and self._sides.sides[k] is Side.APART
         return bool(self._let_go[k]) and closed
 
-    def _free(self, contact: MinimalContact, step: Step, t: float) -> float:
-        """Value (m) that is positive as long as what has let go has no force."""
-        return -contact.pressed_by(self._touch(contact, step, t))
+    def _change(self, k: int, step: Step) -> float | None:
+        """When within the step a contact's state changes; None if it does not."""
+        flies = not self.presses(k) and not self.let_go(k)
+        rate = partial(self._rate, k, step) if flies else None
+        return first_fall(partial(self._left, k, step), rate, (step.t, step.end))
 
-    def _holds(self, contact: MinimalContact, k: int, step: Step, t: float) -> float:
-        """Value that is positive as long as a rigid contact presses (N), on its face (m)."""
-        q, v = step.at(np.array([t]))
-        at = self.model.evaluate(t, q[0], v[0]).kept
-        return min(float(at.pushes[k, 0]), contact.touch(at.state.x, at.state.v).inside)
+    def _left(self, k: int, step: Step, t: float) -> float:
+        """Value (m) that is positive until contact k's state changes; of a reaction, N."""
+        contact = self.model.contacts[k]
+        if self.presses(k) and isinstance(contact, RigidContact):
+            q, v = step.at(np.array([t]))
+            at = self.model.evaluate(t, q[0], v[0]).kept
+            return min(float(at.pushes[k, 0]), contact.touch(at.state.x, at.state.v).inside)
+        touch = self._touch(k, step, t)
+        if self.presses(k):
+            return min(contact.pressed_by(touch), touch.inside)
+        # What has let go has no force until it is apart.
+        return -contact.pressed_by(touch) if self.let_go(k) else self._way(k) * touch.gap
 
+    def _rate(self, k: int, step: Step, t: float) -> float:
+        return self._way(k) * self._touch(k, step, t).gap_rate
 
-def _numbers(touch: Touch) -> tuple[float, float, float, float]:
-    """Gap and place, and their rates; anywhere on what has no ends."""
-    if touch.inside == inf:
-        return touch.gap, 1.0, touch.gap_rate, 0.0
-    return touch.gap, touch.place, touch.gap_rate, touch.slip
+    def _touch(self, k: int, step: Step, t: float) -> Touch:
+        at = self._at(step, t)
+        return self.model.contacts[k].touch(at.x, at.v)
+
+    def _way(self, k: int) -> float:
+        """Behind a face the gap is that to its back."""
+        return -1.0 if self._sides.sides[k] is Side.BEHIND else 1.0
 
 
 def _left_of_slot(
     point: TrackPoint, k: int, _: FloatArray, places: FloatArray
 ) -> tuple[float, float]:
     return point.left(float(places[k]))
-
-
-def _left_of_curve(curve: OnCurve, x: FloatArray, _: FloatArray) -> tuple[float, float]:
-    return curve.left(x.tolist())

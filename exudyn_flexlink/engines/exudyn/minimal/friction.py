@@ -9,9 +9,8 @@ A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with error
 `contacts.BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
 zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
 sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988).
-Where more
-joints rest than there are freedoms between them, as in a loop, their T are those that use the least
-part of their bounds: they slide when none other would hold.
+Where more joints rest than there are freedoms between them, as in a loop, their T are those that
+use the least part of their bounds: they slide when none other would hold.
 
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
 There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
@@ -46,11 +45,12 @@ AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which rea
 DRIVEN = 1e-12  # of the row of a joint: less of an independent coordinate is rounding
 MOST_ROUNDS, ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
 FEW_ROUNDS = 8  # likewise, where each tells some digits more
-LOCKS_ADVICE = "a smaller 'coefficient' or 'radius'"
 
 
 class LockedError(Sendable, ArithmeticError):
     """Friction by the force in a joint has no answer, or more than one."""
+
+    advice = "a smaller 'coefficient' or 'radius'"
 
     def __init__(self, joint: str) -> None:
         """Take the name of the joint."""
@@ -61,15 +61,13 @@ class LockedError(Sendable, ArithmeticError):
 class _Known(NamedTuple):
     """All joints at instants (n,), with what T does.
 
-    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations that no T gives, with
-    `given`, that part of them which drives give, and `mobility` (n, joints, joints) those by a unit
-    of each T; `rate` and `place` are of joints. R are `felt` (n, joints, 2) without T, and `by`
-    (n, joints, joints, 2) a unit of each, the last.
+    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations that no T gives, and
+    `mobility` (n, joints, joints) those by a unit of each T; `rate` and `place` are of joints. R
+    are `felt` (n, joints, 2) without T, and `by` (n, joints, joints, 2) a unit of each, the last.
     """
 
     free: FloatArray
     away: FloatArray
-    given: FloatArray
     mobility: FloatArray
     rate: FloatArray
     place: FloatArray
@@ -98,7 +96,6 @@ class JointFrictions:
         self._place = np.full(count, np.nan)  # where joints rest
         self.since = np.zeros(count)  # speed with which each left its rest: what steps err there
         self.stopped: int | None = None  # number of the joint that has just come to rest
-        self.trouble: LockedError | None = None  # of the last evaluation that failed
 
     @property
     def held(self) -> IndexArray:
@@ -129,26 +126,19 @@ class JointFrictions:
         free = np.broadcast_to(self._free(state), (count, joints, at.force.shape[1]))
         forces = np.concatenate([at.force[:, None], free], axis=1)
         moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
-        given = state.b @ self.rows.T
         mobility = moved[:, 1:] @ np.swapaxes(free, 1, 2)
-        away = given + (free @ moved[:, 0, :, None])[..., 0]
+        away = state.b @ self.rows.T + (free @ moved[:, 0, :, None])[..., 0]
         felt = np.zeros((count, 1 + joints, joints, 2))
         if self._share.any():
-            whole = np.concatenate(
-                [kept.force[:, None], np.broadcast_to(self.rows, (count, *self.rows.shape))], axis=1
-            )
-            bends = moved @ np.swapaxes(
-                np.broadcast_to(
-                    state.transform.matrix, (count, *state.transform.matrix.shape[-2:])
-                ),
-                1,
-                2,
-            )
+            bends = moved @ np.swapaxes(state.transform.matrix, -1, -2)
             bends[:, 0] += state.b
-            felt = self._force(state, bends @ kept.mass - whole)
+            excess = bends @ kept.mass
+            excess[:, 0] -= kept.force
+            excess[:, 1:] -= self.rows
+            felt = self._force(state, excess)
         places = state.v @ self.rows.T, state.x @ self.rows.T
         by = np.swapaxes(felt[:, 1:], 1, 2)
-        return _Known(free, away, given, mobility, *places, felt[:, 0], by)
+        return _Known(free, away, mobility, *places, felt[:, 0], by)
 
     def _force(self, state: TreeState, excess: FloatArray) -> FloatArray:
         """Forces R (n, k, joints, 2) by what accelerations leave of the forces (n, k, links).
@@ -182,11 +172,10 @@ class JointFrictions:
         by_moving = -inverse @ known.mobility[:, held[:, None], moving]
         alone = (inverse @ wanted[..., None])[..., 0]
         if self._share[moving].any():
-            felt = known.felt + np.einsum("njhi,nh->nji", known.by[:, :, held], alone)
-            by = known.by[:, :, moving] + np.einsum(
-                "njhi,nhm->njmi", known.by[:, :, held], by_moving
-            )
-            torque[:, moving] = self._braking(felt[:, moving], by[:, moving], moving)
+            of_moving, of_held = known.by[:, moving][:, :, moving], known.by[:, moving][:, :, held]
+            felt = known.felt[:, moving] + np.einsum("njhi,nh->nji", of_held, alone)
+            by = of_moving + np.einsum("njhi,nhm->njmi", of_held, by_moving)
+            torque[:, moving] = self._braking(felt, by, moving)
         torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
         bound = self._bound(known, torque)
         for block in dependent(known.mobility[0], held):
@@ -202,9 +191,8 @@ class JointFrictions:
         return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
-        return np.asarray(
-            self._constant + self._share * np.linalg.norm(_felt(known, torque), axis=-1)
-        )
+        felt = np.linalg.norm(_felt(known, torque), axis=-1)
+        return np.asarray(self._constant + self._share * felt)
 
     def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
         """T (n, moving) of joints that slide, by Newton's method: bounds and T follow each other.
@@ -225,18 +213,15 @@ class JointFrictions:
             braked = braked - change
             if np.abs(change).max() <= ROUNDING * np.abs(braked).max():
                 return braked
-        self.trouble = LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
-        raise self.trouble
+        raise LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
 
     def _require_one(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
         """Require that bounds grow by less than T does, in whatever units."""
-        self.trouble = None
         grown = share[:, None] * np.linalg.norm(by, axis=-1)
         if not share.any() or np.abs(np.linalg.eigvals(grown)).max(initial=0.0) < 1:
             return
         worst = np.diagonal(grown, axis1=-2, axis2=-1).max(axis=0).argmax()
-        self.trouble = LockedError(self.all[which[worst]].name)
-        raise self.trouble
+        raise LockedError(self.all[which[worst]].name)
 
     def projector(self, at: Evaluation) -> Projector | None:
         """What the joints that rest let through at one state; None if none does."""
@@ -264,8 +249,9 @@ class JointFrictions:
         still |= every == self.stopped
         way = np.where(still, 0.0, np.sign(rate))
         driven = self.driven(at.kept.state.pick(0))
-        given = known.given[0]
-        pushed = np.abs(given) > NO_ACCELERATION * np.abs(at.kept.state.b).max()
+        by_drives = at.kept.state.b[0]
+        given = self.rows @ by_drives
+        pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
         resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(every)))
         for _ in range(MOST_ROUNDS):
@@ -305,8 +291,9 @@ def _row(layout: TreeLayout, friction: JointFriction) -> FloatArray:
     joint = friction.joint
     if isinstance(joint, Pin):
         return layout.turning_row(joint.first.part, joint.second.part)
-    link, sign = layout.joints[joint.name]
-    return np.asarray(sign * np.eye(len(layout.links))[link])
+    row = layout.sliding_row(joint)
+    assert row is not None  # the loader refuses friction of a slide that closes a loop
+    return row
 
 
 def _felt(known: _Known, torque: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from enum import Enum, auto
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -37,10 +38,11 @@ class Happens(Enum):
 
 
 class FrictionChange(NamedTuple):
-    """It happens to friction number `joint`."""
+    """It happens to friction number `joint` when the `value` comes to zero."""
 
     joint: int
     what: Happens
+    value: Value
 
 
 class FrictionWatch:
@@ -62,35 +64,35 @@ class FrictionWatch:
             return []
         known = [step.begin.kept.pick(None), step.stages.kept]
         found = []
-        for what, value in self._values(step):
-            at_nodes = np.concatenate([value(own) for own in known])
+        for change in self._changes(step):
+            at_nodes = np.concatenate([change.value(own) for own in known])
             if (TO_LOOKS @ at_nodes)[1:].min() > 0:
                 continue
             slope = Polynomial(POWERS @ at_nodes).deriv()
             time = first_fall(
-                lambda t, value=value: self._at(step, value, t),  # type: ignore[misc]
+                partial(self._at, step, change.value),
                 lambda t, slope=slope: float(slope((t - step.t) / step.h)),  # type: ignore[misc]
                 (step.t, step.end),
             )
             if time is not None:
-                bends = what.what in (Happens.SLIDES, Happens.CHANGES_SIDES)
-                found.append(Event(time, what, bends))
+                bends = change.what in (Happens.SLIDES, Happens.CHANGES_SIDES)
+                found.append(Event(time, change, bends))
         return found
 
-    def _values(self, step: Step) -> Iterator[tuple[FrictionChange, Value]]:
-        """Event functions of what may happen to each joint, as it slides or rests now."""
+    def _changes(self, step: Step) -> Iterator[FrictionChange]:
+        """What may happen to each joint, as it slides or rests now."""
         own, rows = self._own, self._own.rows
         driven = own.driven(step.begin.kept.state)
         for k, way in enumerate(own.way.tolist()):
             if way:
-                yield FrictionChange(k, Happens.RESTS), _speed(rows[k], way, own.since[k])
+                yield FrictionChange(k, Happens.RESTS, _speed(rows[k], way, own.since[k]))
             elif driven[k]:
-                yield FrictionChange(k, Happens.SWEPT_ALONG), _stillness(rows[k])
+                yield FrictionChange(k, Happens.SWEPT_ALONG, _stillness(rows[k]))
             else:
-                yield FrictionChange(k, Happens.SLIDES), _left_of_bound(k)
+                yield FrictionChange(k, Happens.SLIDES, _left_of_bound(k))
         for k in own.has_sides.tolist():
             if own.way[k]:
-                yield FrictionChange(k, Happens.CHANGES_SIDES), _press(k, own.side[k])
+                yield FrictionChange(k, Happens.CHANGES_SIDES, _press(k, own.side[k]))
 
     def _at(self, step: Step, value: Value, t: float) -> float:
         q, v = step.at(np.array([t]))
@@ -117,9 +119,7 @@ class FrictionWatch:
         elif change.what is Happens.RESTS:
             self._own.stopped = k
         elif change.what is Happens.CHANGES_SIDES:
-            self._own.side = (
-                np.where(np.arange(len(self._own.all)) == k, -1.0, 1.0) * self._own.side
-            )
+            self._own.side[k] *= -1
 
 
 def _speed(row: FloatArray, way: float, since: float) -> Value:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.optimize import linprog
+from scipy.optimize import linprog, lsq_linear
 from scipy.sparse.csgraph import connected_components
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.integrate.complementarity import least_inverse
+from exudyn_flexlink.integrate.complementarity import RANK, least_inverse
 
-MOST_CHANGES = 10  # of the set of joints at their bounds, for each joint
+SOLVED = 1e-15  # of a sum of squares: a search that gains less is over
 COUPLED = 1e-9  # of joints that move each other: less is rounding
 LEAST_BOUND = 1e-30  # N m or N: of what no force presses together
 
@@ -19,28 +19,21 @@ LEAST_BOUND = 1e-30  # N m or N: of what no force presses together
 def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> FloatArray:
     """T (k,) that make ``T W T/2 + free T`` least for a mobility W (k, k), none beyond its bound.
 
-    So a joint rests, ``W T + free = 0``, or T is at the bound against its acceleration. By a set of
-    those at their bounds (P. B. Stark and R. L. Parker, Comput. Stat. 10 (1995) 129).
+    So a joint rests, ``W T + free = 0``, or T is at the bound against its acceleration. With a root
+    of W, ``W = A^T A``, that is a least-squares problem with bounds (P. B. Stark and R. L. Parker,
+    Comput. Stat. 10 (1995) 129).
     """
-    torque, inside = np.zeros(len(free)), np.ones(len(free), dtype=bool)
-    for _ in range(MOST_CHANGES * (1 + len(free))):
-        own = np.flatnonzero(inside)
-        rest = free[own] + mobility[np.ix_(own, ~inside)] @ torque[~inside]
-        change = -scaled_inverse(mobility[np.ix_(own, own)]) @ rest - torque[own]
-        room = np.where(change > 0, bound[own] - torque[own], bound[own] + torque[own])
-        parts = room / np.maximum(np.abs(change), LEAST_BOUND)
-        if len(own) and parts.min() < 1:
-            first = own[parts.argmin()]
-            torque[own] += parts.min() * change
-            torque[first] = np.copysign(bound[first], change[parts.argmin()])
-            inside[first] = False
-            continue
-        torque[own] += change
-        pulled = np.where(inside, 0.0, np.sign(torque) * (free + mobility @ torque))
-        if pulled.max(initial=0.0) <= COUPLED * np.abs(free).max(initial=0.0):
-            break
-        inside[pulled.argmax()] = True
-    return torque
+    if not len(free):
+        return np.zeros(0)
+    scale = 1 / np.sqrt(np.diag(mobility))
+    values, ways = np.linalg.eigh(mobility * scale[:, None] * scale)
+    moves = values > RANK * values.max()
+    root, ways = np.sqrt(values[moves]), ways[:, moves]
+    most = np.maximum(bound, LEAST_BOUND) / scale
+    wanted = -(free * scale) @ ways / root
+    found = lsq_linear((ways * root).T, wanted, (-most, most), "bvls", tol=SOLVED)
+    at_bounds = found.active_mask != 0
+    return np.asarray(np.where(at_bounds, found.active_mask * bound, found.x * scale))
 
 
 def scaled_inverse(mobility: FloatArray) -> FloatArray:

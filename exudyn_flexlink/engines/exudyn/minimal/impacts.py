@@ -15,7 +15,7 @@ accelerations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
@@ -50,7 +50,6 @@ NO_ACCELERATION = 1e-9
 NOTHING_PASSED_ON = 1e-6
 SEVERAL = "friction in impacts is known of one contact alone"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
-NOTHING_KNOWN: Mapping[int, float] = {}
 
 
 def meets(touch: Touch, time: float) -> bool:
@@ -187,7 +186,7 @@ class Impacts:
             return
         self._change(time, k, what)
         if what is not Change.PASSES:
-            self._rest(time, self.model.rigid.closed())
+            self._rest(time, self.model.rigid.closed(), None, {})
 
     # --- impacts ------------------------------------------------------------------------------
 
@@ -251,11 +250,7 @@ class Impacts:
     # --- contacts that last -------------------------------------------------------------------
 
     def _rest(
-        self,
-        time: float,
-        resting: Sequence[int],
-        struck: int | None = None,
-        approach: Mapping[int, float] = NOTHING_KNOWN,
+        self, time: float, resting: Sequence[int], struck: int | None, approach: dict[int, float]
     ) -> None:
         """Let those of the contacts at rest press that have to, and open the others.
 

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.mechanism import Anchor, Assembly, RigidPart
+from exudyn_flexlink.mechanism import Anchor, Assembly
 from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, TreeLayout
 from exudyn_flexlink.mechanism.weld_groups import ROOT
 
@@ -63,6 +63,25 @@ class Transform:
         found = np.zeros((*free.shape[:-1], len(self.matrix)))
         found[..., self.chosen] = free
         return found
+
+
+def picked(own: Any, which: Which) -> Any:
+    """Arrays, or tuples of them, at one of several instants, the first axis, or at some of them."""
+    if isinstance(own, tuple):
+        return type(own)._make([picked(part, which) for part in own])  # type: ignore[attr-defined]
+    return None if own is None else own[which]
+
+
+def joined(parts: Sequence[Any]) -> Any:
+    """Arrays, or tuples of them, of several instants each, all in a row."""
+    first = parts[0]
+    if isinstance(first, tuple):
+        columns = zip(*parts, strict=True)
+        return type(first)._make(map(joined, columns))  # type: ignore[attr-defined]
+    if isinstance(first, Transform):
+        chosen = first.chosen is not None
+        return first if chosen else Transform(np.concatenate([own.matrix for own in parts]))
+    return None if first is None else np.concatenate(parts)
 
 
 @dataclass(frozen=True)
@@ -138,9 +157,10 @@ class LinkKinematics:
         slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above, turning)
 
-    def moves(self, at: Places, links: IndexArray, points: ComplexArray) -> ComplexArray:
-        """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
-        return np.asarray(np.where(self.moved_by[links], self.carries(at, points), 0.0))
+    def moves(self, at: Places, points: Points) -> ComplexArray:
+        """Derivatives (..., points, links) of points by the coordinates."""
+        found = self.carries(at, points.places(at))
+        return np.asarray(np.where(self.moved_by[points.links], found, 0.0))
 
     def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) of points as if every link carried them."""
@@ -151,7 +171,7 @@ class LinkKinematics:
 class Points:
     """Points carried by links: their places and derivatives."""
 
-    def __init__(self, layout: TreeLayout, anchors: list[Anchor]) -> None:
+    def __init__(self, layout: TreeLayout, anchors: Sequence[Anchor]) -> None:
         places = [layout.place(anchor) for anchor in anchors]
         self.links = np.array([link for link, _, _ in places], dtype=int)  # -1: the ground
         self._own = np.array([complex(x, y) for _, x, y in places])
@@ -170,33 +190,6 @@ class Points:
         """Second derivatives (..., points)."""
         turned = ((bends.spin - rates.angle**2) * at.axis).take(self.links, axis=-1)
         return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._own)
-
-
-class PartPoints:
-    """How the coordinates of a tree move its parts: their origins, and all that is referred to.
-
-    A part may turn about any of these points, so that no single one tells of its angle.
-    """
-
-    def __init__(
-        self, layout: TreeLayout, kinematics: LinkKinematics, parts: Sequence[RigidPart]
-    ) -> None:
-        self._kinematics = kinematics
-        points = [
-            Anchor(i, *at) for i, part in enumerate(parts) for at in ((0.0, 0.0), *part.points)
-        ]
-        self._points = Points(layout, points)
-        self._moved = kinematics.moved_by[self._points.links].astype(float)
-
-    def moves(self, x: FloatArray) -> ComplexArray:
-        """Derivatives (links, points) of all points, at coordinates (links,)."""
-        at = self._kinematics.places(x)
-        return np.asarray((self._moved * self._kinematics.carries(at, self._points.places(at))).T)
-
-    def lengths(self, x: FloatArray) -> FloatArray:
-        """How far (m) a unit of each coordinate (links,) moves a point, at coordinates (links,)."""
-        lengths = np.abs(self.moves(x)).max(1, initial=0.0)
-        return np.asarray(np.maximum(lengths, 1e-3 * lengths.max(initial=1.0)))
 
 
 def motions(

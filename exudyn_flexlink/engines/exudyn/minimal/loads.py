@@ -6,13 +6,13 @@ With P the point of a force F, both complex, and m_k = dP/dx_k, the force on coo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import ComplexArray, FloatArray
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
+from exudyn_flexlink.engines.exudyn.minimal.springs import Stretches
 from exudyn_flexlink.mechanism import (
     Apart,
     Mechanism,
@@ -21,14 +21,11 @@ from exudyn_flexlink.mechanism import (
     Sense,
     Size,
     Sliding,
-    TorqueMotor,
     Turning,
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
-from exudyn_flexlink.mechanism.spring_laws import PlaceTable, SpringLaw
+from exudyn_flexlink.mechanism.spring_laws import PlaceTable
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-MEETING = 1e-300  # m: where both ends of a spring meet, it has no direction
 
 
 class Now(NamedTuple):
@@ -63,39 +60,24 @@ class _Linear:
 
 
 class _Length:
-    """How far a slide that closes a loop is out, or its speed.
+    """How far apart two points are, or how far a slide that closes a loop is out, or its speed."""
 
-    With d from its first to its second end (complex) and e^(i a) along it, that is
-    ``Re(e^(-i a) d)``.
-    """
-
-    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, sense: Sliding) -> None:
-        slide = sense.slide
-        self._points = Points(layout, [slide.first, slide.second])
-        self._kinematics, self._is_speed = kinematics, sense.is_speed
-        frame = layout.frame(slide.first.part)
-        self._base, self._turn = frame.link, complex(np.exp(1j * (frame.angle + slide.direction)))
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, sense: Sliding | Apart
+    ) -> None:
+        ends, slide = (sense, None) if isinstance(sense, Apart) else (sense.slide, sense.slide)
+        self._ends = Stretches(layout, kinematics, [(ends.first, ends.second, slide)])
+        self._is_speed = isinstance(sense, Sliding) and sense.is_speed
 
     def value(self, now: Now) -> FloatArray:
         if self._is_speed:
             return np.asarray(np.sum(self.rows(now) * now.v, axis=1))
-        first, second = self._points.places(now.places).T
-        return np.asarray((self._back(now) * (second - first)).real)
-
-    def _back(self, now: Now) -> ComplexArray:
-        return np.asarray((now.places.axis[:, self._base] * self._turn).conj())
-
-    def _spun(self, points: ComplexArray, moves: ComplexArray) -> ComplexArray:
-        """Derivatives (n, links) of the second point against the first, seen from the line."""
-        turning = self._kinematics.turning[:, self._base]
-        between = (points[:, 1] - points[:, 0])[:, None]
-        return np.asarray(moves[:, 1] - moves[:, 0] - 1j * between * turning)
+        return self._ends.look(now.places).size[:, 0]
 
     def rows(self, now: Now) -> FloatArray:
-        """Derivatives (n, links) of the length."""
-        points = self._points.places(now.places)
-        moves = self._kinematics.moves(now.places, self._points.links, points)
-        return np.asarray((self._back(now)[:, None] * self._spun(points, moves)).real)
+        """Derivatives (n, links) by the coordinates; where both points meet there are none."""
+        found = self._ends.look(now.places)
+        return np.asarray((found.along.conj() * found.moved[:, 0]).real)
 
 
 class _Place:
@@ -110,40 +92,20 @@ class _Place:
         return place.imag if self._axis else place.real
 
 
-class _Apart:
-    """How far apart two points are; where they meet no direction is known, and no derivative."""
-
-    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, sense: Apart) -> None:
-        self._points = Points(layout, [sense.first, sense.second])
-        self._kinematics = kinematics
-
-    def value(self, now: Now) -> FloatArray:
-        first, second = self._points.places(now.places).T
-        return np.asarray(np.abs(second - first))
-
-    def rows(self, now: Now) -> FloatArray:
-        """Derivatives (n, links) of the distance."""
-        points = self._points.places(now.places)
-        moves = self._kinematics.moves(now.places, self._points.links, points)
-        between = points[:, 1] - points[:, 0]
-        along = between / np.maximum(np.abs(between), MEETING)
-        return np.asarray((along.conj()[:, None] * (moves[:, 1] - moves[:, 0])).real)
-
-
 def _sensor(
     layout: TreeLayout, kinematics: LinkKinematics, sense: Sense
-) -> _Linear | _Length | _Place | _Apart:
+) -> _Linear | _Length | _Place:
     if isinstance(sense, Apart):
-        return _Apart(layout, kinematics, sense)
+        return _Length(layout, kinematics, sense)
     if isinstance(sense, Placed):
         return _Place(layout, kinematics, sense)
     if isinstance(sense, Turning):
         rest = layout.turn(sense.first, sense.second)
         return _Linear(layout.turning_row(sense.first, sense.second), rest, sense.is_speed)
-    found = layout.joints.get(sense.slide.name)
-    if found is None:
+    row = layout.sliding_row(sense.slide)
+    if row is None:
         return _Length(layout, kinematics, sense)
-    return _Linear(found[1] * np.eye(len(layout.links))[found[0]], 0.0, sense.is_speed)
+    return _Linear(row, 0.0, sense.is_speed)
 
 
 class LoadSize:
@@ -154,7 +116,7 @@ class LoadSize:
 
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, size: Size) -> None:
         self._applied = size.value
-        self._senses = [_sensor(layout, kinematics, sense) for sense in size.senses]
+        self.senses = [_sensor(layout, kinematics, sense) for sense in size.senses]
         self.sides: list[float] = []
 
     def value(self, now: Now) -> FloatArray:
@@ -168,7 +130,7 @@ class LoadSize:
 
     def sensed(self, now: Now) -> list[FloatArray]:
         """What it senses (n,), in order, and the sides (n,) of its kinks."""
-        found = [sense.value(now) for sense in self._senses]
+        found = [sense.value(now) for sense in self.senses]
         return found + [np.full(now.t.shape, side) for side in self.sides]
 
     @property
@@ -186,20 +148,18 @@ class LoadSize:
         return self.formula.expression.switches(now.t + self.formula.clock, self.sensed(now))
 
 
-class _Torque:
-    """A torque between two parts."""
+class _Along:
+    """A torque or force along what is sensed, or against it (`way` -1), as springs act."""
 
-    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, motor: TorqueMotor) -> None:
-        self._row = layout.turning_row(motor.first, motor.second)
-        self._size = LoadSize(layout, kinematics, motor.size)
-        self.sizes = [self._size]
-
-    def push(self, now: Now) -> FloatArray:
-        return self._size.value(now)[:, None] * self._row
+    def __init__(
+        self, size: LoadSize, sensor: _Linear | _Length | _Place, way: float = 1.0
+    ) -> None:
+        assert not isinstance(sensor, _Place)  # a spring has a length or an angle
+        self.sizes, self._sensor, self._way = [size], sensor, way
 
     def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
         """Size, and what a unit of it is on the coordinates (n, links)."""
-        return [(self._size, np.broadcast_to(self._row, now.x.shape))]
+        return [(self.sizes[0], self._way * self._sensor.rows(now))]
 
 
 class _Force:
@@ -212,47 +172,12 @@ class _Force:
         self._axes, self._turn = frame.link, complex(np.exp(1j * frame.angle))
         self.sizes = [LoadSize(layout, kinematics, size) for size in force.sizes]
 
-    def _direction(self, now: Now) -> ComplexArray:
-        """Where the x-axis of the force's axes points (n,)."""
-        return np.asarray(now.places.axis[:, self._axes] * self._turn)
-
-    def _moved(self, now: Now) -> ComplexArray:
-        """Derivatives (n, links) of the point."""
-        points = self._points.places(now.places)
-        return np.asarray(self._kinematics.moves(now.places, self._points.links, points)[:, 0])
-
-    def _force(self, now: Now) -> ComplexArray:
-        x, y = (size.value(now) for size in self.sizes)
-        return np.asarray(self._direction(now) * (x + 1j * y))
-
     def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
         """Sizes, and what a unit of each is on the coordinates (n, links)."""
-        along = np.conj(self._direction(now))[:, None] * self._moved(now)
+        direction = now.places.axis[:, self._axes] * self._turn  # of the x-axis
+        moved = self._kinematics.moves(now.places, self._points)[:, 0]
+        along = direction.conj()[:, None] * moved
         return list(zip(self.sizes, (along.real, along.imag), strict=True))
-
-    def push(self, now: Now) -> FloatArray:
-        return np.asarray((np.conj(self._force(now))[:, None] * self._moved(now)).real)
-
-
-class _Spring:
-    """A spring by a table or a formula: it draws back what it senses."""
-
-    def __init__(
-        self, layout: TreeLayout, kinematics: LinkKinematics, law: SpringLaw, sense: Sense
-    ) -> None:
-        senses = (sense,) if law.senses else ()
-        self._size = LoadSize(layout, kinematics, Size(law.applied, senses))
-        sensor = _sensor(layout, kinematics, sense)
-        assert not isinstance(sensor, _Place)  # a spring has a length or an angle
-        self._sensor = sensor
-        self.sizes = [self._size]
-
-    def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
-        """Size, and what a unit of it is on the coordinates (n, links)."""
-        return [(self._size, -self._sensor.rows(now))]
-
-    def push(self, now: Now) -> FloatArray:
-        return -self._size.value(now)[:, None] * self._sensor.rows(now)
 
 
 class Loads:
@@ -262,19 +187,23 @@ class Loads:
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
         self._kinematics = kinematics
-        laws = mechanism.spring_laws
-        self._springs = [_Spring(layout, kinematics, law, sense) for law, sense in laws]
-        self._drives: Sequence[_Torque | _Force] = [
-            *(_Torque(layout, kinematics, motor) for motor in mechanism.torque_motors),
-            *(_Force(layout, kinematics, force) for force in mechanism.forces),
-        ]
+        self._drives: list[_Along | _Force] = []
+        for motor in mechanism.torque_motors:
+            angle = Turning(motor.first, motor.second, is_speed=False)
+            size = LoadSize(layout, kinematics, motor.size)
+            self._drives.append(_Along(size, _sensor(layout, kinematics, angle)))
+        self._drives += [_Force(layout, kinematics, force) for force in mechanism.forces]
+        self._springs = []
+        for law, sense in mechanism.spring_laws:
+            senses = (sense,) if law.senses else ()
+            size = LoadSize(layout, kinematics, Size(law.applied, senses))
+            self._springs.append(_Along(size, _sensor(layout, kinematics, sense), way=-1.0))
         self._all = [*self._drives, *self._springs]
-        sizes = [size for _, size in mechanism.sizes]
+        sizes = [size for load in self._drives for size in load.sizes]
         self.any = bool(self._all)
-        self.by_formula = [size for size in sizes if isinstance(size.value, Formula)]
-        every = [size for load in self._all for size in load.sizes]
-        self.bent = [one for one in every if one.kinks]
-        self.stiff = bool(mechanism.forces or laws) or any(size.senses for size in sizes)
+        self.by_formula = [size for size in sizes if size.formula]
+        self.bent = [size for load in self._all for size in load.sizes if size.kinks]
+        self.stiff = bool(mechanism.forces or self._springs) or any(one.senses for one in sizes)
 
     def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (n, links) at instants (n,), coordinates and speeds (n, links).
@@ -289,14 +218,12 @@ class Loads:
         self, t: FloatArray, x: FloatArray, v: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """As `push`, and the power (n,), W, of all but springs, which store what they take."""
-        found = np.zeros(x.shape)
         now = self.now(t, x, v)
-        for load in self._drives:
-            found += load.push(now)
-        supply = (found * v).sum(axis=1)
-        for spring in self._springs:
-            found += spring.push(now)
-        return found, supply
+        of_drives, of_springs = np.zeros((2, *x.shape))
+        for onto, loads in ((of_drives, self._drives), (of_springs, self._springs)):
+            for size, unit in (one for load in loads for one in load.units(now)):
+                onto[:] += size.value(now)[:, None] * unit
+        return of_drives + of_springs, (of_drives * v).sum(axis=1)
 
     def formulas(self, now: Now) -> list[Given]:
         """Every torque and component of a force that a formula gives."""

@@ -10,33 +10,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    PenaltyContact,
-    contact_of,
-)
+from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, contact_of
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     Coordinates,
     OpenCoordinates,
     TreeState,
 )
-from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions
+from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
-    PartPoints,
+    Points,
     Transform,
+    Which,
     falls,
+    picked,
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
 from exudyn_flexlink.engines.exudyn.minimal.rigid import Projector, RigidContacts
+from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
@@ -45,9 +45,12 @@ from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.clock import Window
 from exudyn_flexlink.integrate.problem import Evaluation, Press
-from exudyn_flexlink.mechanism import Assembly
+from exudyn_flexlink.mechanism import Anchor, Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
+
+TROUBLES = NoValueError, LockedError, JammedError
+"""Equations that have no answer; each has an `advice`."""
 
 States = Callable[[FloatArray, FloatArray, FloatArray], TreeState]
 """All coordinates by instants, independent coordinates and their speeds."""
@@ -60,24 +63,14 @@ class TreeForces(NamedTuple):
     state: TreeState
     mass: FloatArray  # (links, links)
     force: FloatArray  # (links,)
-    pushes: FloatArray  # (contacts, 2): pressing force, N, and the power it takes, W
+    pushes: FloatArray  # (contacts and pairs, 2): pressing force, N, and the power it takes, W
     friction: FloatArray  # (joints, 4): torque or force of friction, bound, press, if it rests
     wall: WallPush | None  # what pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
-    def pick(self, which: int | slice | IndexArray | None) -> TreeForces:
+    def pick(self, which: Which) -> TreeForces:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
-        wall = None if self.wall is None else self.wall.pick(which)
-        return TreeForces(
-            self.t[which],
-            self.state.pick(which),
-            self.mass[which],
-            self.force[which],
-            self.pushes[which],
-            self.friction[which],
-            wall,
-            self.supply[which],
-        )
+        return TreeForces._make(picked(own, which) for own in self)
 
 
 class MinimalModel:
@@ -88,13 +81,19 @@ class MinimalModel:
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
-        self._part_points = PartPoints(layout, self.kinematics, mechanism.parts)
-        self._lengths = self._part_points.lengths(self.start[0])
+        # Parts may turn about any point that is referred to: no single one tells of an angle.
+        own = [((0.0, 0.0), *part.points) for part in mechanism.parts]
+        self._points = Points(
+            layout, [Anchor(i, *at) for i, all_of in enumerate(own) for at in all_of]
+        )
+        # How far (m) a unit of each coordinate moves a point.
+        lengths = np.abs(self._moves_of_points(self.start[0])).max(0, initial=0.0)
+        self._lengths = np.maximum(lengths, 1e-3 * lengths.max(initial=1.0))
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)
         self.window = Window()
-        self.trouble: NoValueError | None = None  # of the last evaluation that failed
+        self.trouble: tuple[float, Any] | None = None  # of the last evaluation that failed, and s
         self.contacts = [contact_of(layout, contact) for contact in mechanism.touching]
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
         pairs = [*mechanism.touching, *self.walls.contacts]
@@ -159,26 +158,23 @@ class MinimalModel:
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force of the independent coordinates."""
-        return self.evaluate_all(np.array([t]), q[None], v[None]).pick(0)
-
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
-        return self._found(self.coordinates.states, t, q, v)
+        states = self.coordinates.states
+        return self._found(states, np.array([t]), q[None], v[None]).pick(0)
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """As `evaluate_all`, at the stages of a step that is tried."""
+        """As `evaluate`, at the stages (n,) of a step that is tried."""
         return self._found(self.coordinates.states_at_stages, t, q, v)
 
     def _found(self, states: States, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         t = self.window.all_inside(t)
         try:
             return self.forces_at(t, states(t, q, v))
-        except NoValueError as error:
-            self.trouble = error
+        except TROUBLES as error:
+            self.trouble = float(t[0]), error
             raise
 
     def forces_at(self, t: FloatArray, state: TreeState) -> Evaluation:
-        """As `evaluate_all`, at coordinates that are known."""
+        """As `evaluate`, at instants (n,) at which all coordinates are known."""
         free = self.without_reactions(t, state)
         if self.frictions.all:
             return self.frictions.act(free)
@@ -197,6 +193,8 @@ class MinimalModel:
         wall = self.walls.push(state.x, state.v)
         if wall is not None:
             force += wall.force
+            pairs = len(self.contacts) + self.walls.which
+            pushes[:, pairs] = np.stack([wall.press, wall.power], axis=-1)
         rubbed = np.zeros((len(t), len(self.frictions.all), 4))
         kept = TreeForces(t, state, mass, force, pushes, rubbed, wall, supply)
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
@@ -221,12 +219,12 @@ class MinimalModel:
     def _push(
         self, x: FloatArray, v: FloatArray, onto: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Add the contacts' forces.
+        """Add the forces of contacts, but for pairs.
 
-        Return force and power of each (n, contacts, 2), and gaps and rates of those that act
-        (n, c, 2).
+        Return force and power of each (n, contacts and pairs, 2), and gaps and rates of those that
+        act (n, c, 2).
         """
-        pushes = np.zeros((len(x), len(self.contacts), 2))
+        pushes = np.zeros((len(x), len(self.touches.pressed), 2))
         acting, approach = self.giving_way(), self.touches.approach.tolist()
         touching = np.empty((len(x), len(acting), 2))
         for c, (k, contact) in enumerate(acting):
@@ -306,18 +304,13 @@ class MinimalModel:
 
     def look(self, x: FloatArray, transform: Transform) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
-        moves = self._part_points.moves(x)
+        moves: Any = self._moves_of_points(x)
         # Real and imaginary parts side by side: real numbers are multiplied sooner.
-        self._moves = np.ascontiguousarray(transform.reduced_rows(moves.T).T).view(float)
+        self._moves = np.ascontiguousarray(transform.reduced_rows(moves).T).view(float)
 
-    def whole_accelerations(self, state: TreeState, free: FloatArray) -> FloatArray:
-        """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
-        return state.b + state.transform.expanded(free)
-
-    @staticmethod
-    def constraint_forces(at: TreeForces, accelerations: FloatArray) -> FloatArray:
-        """Those of motors, slots and loops (n, links), where all coordinates accelerate so."""
-        return np.asarray((at.mass @ accelerations[:, :, None])[:, :, 0] - at.force)
+    def _moves_of_points(self, x: FloatArray) -> ComplexArray:
+        """Derivatives (points, links) of points of parts by the coordinates (links,)."""
+        return self.kinematics.moves(self.kinematics.places(x), self._points)
 
     # --- places on curves ---------------------------------------------------------------------
 

@@ -20,6 +20,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     PenaltyContact,
     RigidContact,
+    TableFollower,
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
@@ -30,12 +31,12 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     TurnsMade,
 )
 from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionChange
+from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
+from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Overlooked
-from exudyn_flexlink.engines.exudyn.minimal.tables import TableFollower
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.control import FREELY, PART, slow_motions
@@ -277,13 +278,12 @@ class MinimalProblem:
     def _next_piece(self, end: PieceEnd, time: float) -> None:
         """Go on along the next piece of a curve or a table; where there is none, the run stops."""
         point, way = end
-        if isinstance(point, OnCurve):
-            point.next_piece(way)
-        elif isinstance(point, TableFollower):
-            if not point.next_piece(way):
-                self.stop_reason = f"the table of forces of '{point.name}' ends there"
-                self.stop_advice = "give it more rows: no force is made up beyond them"
-        elif not point.next_piece(way, time):
+        if point.next_piece(way, time):
+            return
+        if isinstance(point, TableFollower):
+            self.stop_reason = f"the table of forces of '{point.name}' ends there"
+            self.stop_advice = "give it more rows: no force is made up beyond them"
+        elif isinstance(point, TrackPoint):
             self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
             self.stop_advice = "lengthen the curve, or end the run before"
 
@@ -293,7 +293,8 @@ class MinimalProblem:
         try:
             self.impacts.change(time, k)
         except ArithmeticError as error:
-            self.stop_reason, self.stop_advice = str(error), GIVE_WAY
+            self.stop_reason = str(error)
+            self.stop_advice = error.advice if isinstance(error, JammedError) else GIVE_WAY
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         for other, contact in self.model.rigid.all.items():  # one impact may begin or end others

@@ -10,7 +10,6 @@ such steps count as several, which end at samples, for what is summed up or look
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,9 +17,8 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, motions
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import joined, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
-from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush
 from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import STAGES, C
@@ -116,12 +114,9 @@ class Recorder(BlockRecorder):
         self._pass(step.end)
         instants = sum(len(one.t) for one in self._waiting)
         # A formula without a value ends the run where it has none.
-        if self.model.loads.by_formula or instants > MOST_INSTANTS or self._is_long:
+        long = len(self._waiting) >= AT_ONCE or instants > MOST_INSTANTS
+        if self.model.loads.by_formula or long:
             self.work_off()
-
-    @property
-    def _is_long(self) -> bool:
-        return len(self._waiting) >= AT_ONCE
 
     def work_off(self) -> None:
         """Work off the steps that wait: the same contacts press in all of them."""
@@ -134,14 +129,14 @@ class Recorder(BlockRecorder):
             found += [begin, step.stages]
             # At the stages those of the polynomial: so energies are balanced as the motion is.
             free += [begin.accelerations, step.accelerations]
-        state = _joined([one.found for one in waiting])
+        state = joined([one.found for one in waiting])
         t = np.concatenate([one.t for one in waiting])
         last = np.cumsum([len(one.t) for one in waiting]) - 1
         inner = np.delete(np.arange(len(t)), last)
         if len(inner):
             found.append(self.model.forces_at(t[inner], state.pick(inner)))
             free.append(found[-1].accelerations)
-        whole = _evaluations(found)
+        whole: Evaluation = joined(found)
         known = self._known(whole, np.concatenate(free))
         rates, steps, ends = self._rates(whole, known), _steps(waiting), state.pick(last)
         # What is kept of the ends of steps are accelerations and forces of the equations, too.
@@ -163,12 +158,9 @@ class Recorder(BlockRecorder):
         """What is known at instants, but for the totals, with accelerations (m, independent)."""
         whole: TreeForces = at.kept
         state, count = whole.state, len(whole.t)
-        a = self.model.whole_accelerations(state, free)
-        forces = self.model.constraint_forces(whole, a)
-        press = np.zeros((count, len(self.contacts)))
-        press[:, : len(self.model.contacts)] = whole.pushes[..., 0]
-        if whole.wall is not None:
-            press[:, len(self.model.contacts) + whole.wall.which] = whole.wall.press
+        a = state.b + state.transform.expanded(free)
+        forces = (whole.mass @ a[:, :, None])[:, :, 0] - whole.force
+        press = whole.pushes[..., 0]
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
         own = TreeKept(state.x, state.v, a, forces, *whole.friction[..., [0, 3]].T.swapaxes(1, 2))
         totals = np.zeros((count, 2 + self.frictions))
@@ -184,18 +176,14 @@ class Recorder(BlockRecorder):
     def _rates(self, at: Evaluation, known: Kept) -> FloatArray:
         """Rates (m, ...) of the totals at instants."""
         whole: TreeForces = at.kept
-        own, count, first = known.own, len(self.contacts), len(self.model.contacts)
+        own, count = known.own, len(self.contacts)
         rates = np.zeros((len(known.t), 2 + 2 * count + self.frictions))
         if self.frictions:
             speeds = own.v @ self.model.frictions.rows.T
             rates[:, 2 + 2 * count :] = -own.friction * speeds
         rates[:, 0] = self.model.all_springs.lost(own.x, own.v)
         rates[:, 1] = (own.forces * own.v).sum(axis=1) + whole.supply
-        rates[:, 2 : 2 + count] = known.press
-        powers = rates[:, 2 + count :]
-        powers[:, :first] = whole.pushes[..., 1]
-        if whole.wall is not None:
-            powers[:, first + whole.wall.which] = whole.wall.power
+        rates[:, 2 : 2 + 2 * count] = np.hstack([known.press, whole.pushes[..., 1]])
         return rates
 
     def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
@@ -228,28 +216,3 @@ def _steps(waiting: list[_Waiting]) -> Steps:
         count, row = count + parts, row + len(one.t) - 1
     columns = begins, lengths, nodes, samples, of
     return Steps._make(np.concatenate(own) for own in columns)
-
-
-def _evaluations(parts: Sequence[Evaluation]) -> Evaluation:
-    """Evaluations at several instants each, all in a row; the same contacts press in all."""
-    *numbers, kept, touching = zip(*[(*at[:2], at.kept, at.touching) for at in parts], strict=True)
-    t, states, *columns, walls, supply = zip(*kept, strict=True)
-    wall: WallPush | None = walls[0]
-    if wall is not None:
-        pushes = zip(*(own[1:] for own in walls), strict=True)
-        wall = WallPush(wall.which, *map(np.concatenate, pushes))
-    forces = map(np.concatenate, columns)
-    whole = TreeForces._make(
-        (np.concatenate(t), _joined(states), *forces, wall, np.concatenate(supply))
-    )
-    return Evaluation._make((*map(np.concatenate, numbers), whole, np.concatenate(touching)))
-
-
-def _joined(states: Sequence[TreeState]) -> TreeState:
-    """Coordinates of several instants each, all in a row."""
-    *columns, transforms = zip(*states, strict=True)
-    transform: Transform = transforms[0]
-    if transform.chosen is None:
-        transform = Transform(np.concatenate([own.matrix for own in transforms]))
-    whole = [np.concatenate(own) for own in columns]
-    return TreeState(*whole, transform)  # type: ignore[arg-type, call-arg]

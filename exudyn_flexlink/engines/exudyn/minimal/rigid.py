@@ -20,14 +20,13 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.rubbing import jammed
+from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
 from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.integrate.complementarity import RANK, least_inverse
+from exudyn_flexlink.integrate.complementarity import RANK
 from exudyn_flexlink.integrate.problem import Evaluation
 
 # 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared.
 BAUMGARTE = 1e2
-JAMMED_ADVICE = "a smaller 'friction', or a law with stiffness"
 
 
 class Gaps(NamedTuple):
@@ -48,7 +47,7 @@ class Gaps(NamedTuple):
 
     def pick(self, which: int) -> Gaps:
         """Return those of one of several instants."""
-        return Gaps(*(column[which] for column in self))
+        return Gaps._make(column[which] for column in self)
 
 
 def mobility(gaps: Gaps, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -74,7 +73,6 @@ class RigidContacts:
 
     def __init__(self, contacts: Sequence[MinimalContact], touches: Touches) -> None:
         self._touches = touches
-        self.jammed = ""  # what the last evaluation failed by
         self.all = {k: c for k, c in enumerate(contacts) if isinstance(c, RigidContact)}
 
     def closed(self) -> list[int]:
@@ -134,25 +132,22 @@ class RigidContacts:
         """Accelerations (..., c, c) of gaps by 1 N in each contact: see `pushing`.
 
         Raises:
-            ArithmeticError: friction presses a contact together by more than its force opens it.
+            JammedError: friction presses a contact together by more than its force opens it.
 
         """
         if pushed is gaps.free:
             return np.asarray(gaps.free @ arms)
-        self.jammed, moved = "", np.asarray(np.swapaxes(pushed @ arms, -1, -2))
+        moved = np.asarray(np.swapaxes(pushed @ arms, -1, -2))
         for c, k in enumerate(which):
             if moved[..., c, c].min() <= 0:
-                self.jammed = jammed(self.all[k].name)
-                raise ArithmeticError(self.jammed)
+                raise JammedError(self.all[k].name)
         return moved
 
     def _inverse(
         self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
     ) -> FloatArray:
-        moved = self.opened(which, gaps, arms, pushed)
-        if pushed is gaps.free:
-            return least_inverse(moved)
-        return np.asarray(np.linalg.pinv(moved, rcond=RANK))
+        moved, smooth = self.opened(which, gaps, arms, pushed), pushed is gaps.free
+        return np.asarray(np.linalg.pinv(moved, rcond=RANK, hermitian=smooth))
 
     def slopes(self, at: Evaluation) -> FloatArray | float:
         """Damping (independent, independent) by friction of those that last, at one state."""

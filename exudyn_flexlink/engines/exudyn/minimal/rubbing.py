@@ -16,6 +16,8 @@ from __future__ import annotations
 from math import copysign, inf
 from typing import NamedTuple
 
+from exudyn_flexlink.raising import Sendable
+
 ROUND = 1e-9  # of sqrt(k_t k_n): less of k_tn is rounding, and so is less of k_n in what it opens
 
 
@@ -38,19 +40,22 @@ class Meeting(NamedTuple):
         return self.both**2 <= ROUND**2 * self.along * self.across
 
 
-def jammed(contact: str) -> str:
-    """Say that friction of a contact has no answer."""
-    return (
-        f"friction jams the contact '{contact}': its force would press the bodies together by more "
-        "than it parts them"
-    )
+class JammedError(Sendable, ArithmeticError):
+    """Friction presses a contact together by more than its force opens it: it has no answer."""
+
+    advice = "a smaller 'friction', or a law with stiffness"
+
+    def __init__(self, contact: str) -> None:
+        """Take the name of the contact."""
+        why = "its force would press the bodies together by more than it parts them"
+        super().__init__(f"friction jams the contact '{contact}': {why}")
 
 
 def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, float]:
     """Return P_n and P_t (N s) of an impact with a coefficient of friction and a restitution.
 
     Raises:
-        ArithmeticError: no impulse, however large, ends the approach.
+        JammedError: no impulse, however large, ends the approach.
 
     """
     both = 0.0 if at.is_round else at.both
@@ -63,7 +68,7 @@ def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, f
         left, closing = at.rate + closing * stops, at.across + both * then
         squeezed = stops - left / closing if closing > ROUND * at.across else inf
     if squeezed == inf:
-        raise ArithmeticError(jammed(at.contact))
+        raise JammedError(at.contact)
     pressed = (1 + restitution) * squeezed
     slid = min(pressed, stops)
     return pressed, slides * slid + then * (pressed - slid)

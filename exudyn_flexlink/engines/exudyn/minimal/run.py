@@ -13,21 +13,15 @@ from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, outcome_of
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.friction import LOCKS_ADVICE, LockedError
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
+from exudyn_flexlink.engines.exudyn.minimal.model import TROUBLES, MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.rigid import JAMMED_ADVICE
-from exudyn_flexlink.engines.exudyn.reporting import (
-    LOCKED_ADVICE,
-    NO_SOLUTION,
-    no_solution_advice,
-)
+from exudyn_flexlink.engines.exudyn.reporting import LOCKED_ADVICE, NO_SOLUTION, no_solution_advice
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.touching import FIRST
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
@@ -35,27 +29,18 @@ from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import NoConvergenceError
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
-from exudyn_flexlink.mechanism import (
-    Assembly,
-    end_of_run,
-    half_periods,
-    sample_times,
-    turn_goal,
-)
+from exudyn_flexlink.mechanism import Assembly, end_of_run, half_periods, sample_times, turn_goal
 from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake, SceneError
 
-NEAR = 1e-6  # of the run: where it ends, and where an expression was found to have no value
+NEAR = 1e-6  # of the run: where it ends, and where equations were found to have no answer
 
 
 def prepare(
-    scene: Scene,
-    assembly: Assembly,
-    progress: Callable[[float], None] | None,
-    limits: float = 1.0,
+    scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None, limits: float = 1.0
 ) -> MinimalRun:
     """Build the tree, the loop and what records it; SceneError: it starts at a dead centre."""
     mechanism = assembly.mechanism
@@ -77,7 +62,7 @@ def prepare(
     try:
         problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
     except LockedError as error:
-        own = Mistake(("joints", error.joint, "friction"), f"{error}, as it starts", LOCKS_ADVICE)
+        own = Mistake(("joints", error.joint, "friction"), f"{error}, as it starts", error.advice)
         raise SceneError(scene.document, [own]) from error
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
@@ -96,11 +81,9 @@ def solve(run: MinimalRun) -> tuple[str, str]:
             run.recorder.work_off()
         except DeadCentreError as error:
             complaint = str(error), LOCKED_ADVICE
-        except LockedError as error:
-            complaint = str(error), LOCKS_ADVICE
         except NoConvergenceError as error:
             complaint = _no_convergence(run, error)
-        except NoValueError as error:  # of a drive, as it goes on past a knot, or at a sample
+        except TROUBLES as error:  # such as of a drive, as it goes on past a knot, or at a sample
             complaint = str(error), error.advice
     if run.stepper.time < run.problem.end * (1 - 1e-9):
         run.recorder.keep_last()  # stopped early
@@ -113,14 +96,11 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
     locked = run.model.coordinates.locked(run.stepper.at.kept.state)
     if locked:
         return locked, LOCKED_ADVICE
-    if run.model.rigid.jammed:
-        return run.model.rigid.jammed, JAMMED_ADVICE
-    if run.model.frictions.trouble is not None:
-        return str(run.model.frictions.trouble), LOCKS_ADVICE
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time
-    trouble = run.model.trouble
-    if trouble is not None and abs(trouble.time - time) < NEAR * run.problem.end:
-        return str(trouble), trouble.advice
+    if run.model.trouble is not None:
+        when, trouble = run.model.trouble
+        if abs(when - time) < NEAR * run.problem.end:
+            return str(trouble), trouble.advice
     shortest = instant(time, EVENT_TIME)
     advice = no_solution_advice(run.model.assembly, tolerance, shortest, time)
     return f"{NO_SOLUTION} ({error})", advice

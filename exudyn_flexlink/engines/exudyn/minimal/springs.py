@@ -12,29 +12,66 @@ and |d| is n . d.
 
 from __future__ import annotations
 
+from cmath import rect
 from collections.abc import Sequence
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points, falls
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points, falls
 from exudyn_flexlink.mechanism import Anchor, LinearSpring, Mechanism, RotarySpring, Slide
-from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
+from exudyn_flexlink.mechanism.tree import TreeLayout
 
-MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
+MEETING = 1e-300  # m: where both ends meet there is no direction, no derivative, and no force
 
 
-class _Stretched(NamedTuple):
-    """Springs at some instants, (..., springs) each; `moved` (..., springs, links) is J."""
+class Stretched(NamedTuple):
+    """Pairs of points at some instants, (..., pairs) each: `between` them is a vector, m.
 
+    `size` (m) is how far they are apart in the direction `along`, and `moved` (..., pairs, links)
+    are the derivatives J of `between`.
+    """
+
+    between: ComplexArray
     along: ComplexArray
     size: FloatArray
-    rate: FloatArray
-    force: ComplexArray
-    moving: ComplexArray
     moved: ComplexArray
+
+
+class Stretches:
+    """Pairs of points, and how far they are apart; along a slide that has a sign."""
+
+    def __init__(
+        self,
+        layout: TreeLayout,
+        kinematics: LinkKinematics,
+        pairs: Sequence[tuple[Anchor, Anchor, Slide | None]],
+    ) -> None:
+        self._kinematics = kinematics
+        self.first = Points(layout, [first for first, _, _ in pairs])
+        self.second = Points(layout, [second for _, second, _ in pairs])
+        self._line = np.array([_line_of(layout, slide) for _, _, slide in pairs], dtype=complex)
+        self.slides = self._line != 0
+
+    def look(self, at: Places) -> Stretched:
+        """Look at links (..., links + 1)."""
+        between = self.second.places(at) - self.first.places(at)
+        moved = self._kinematics.moves(at, self.second) - self._kinematics.moves(at, self.first)
+        size = np.abs(between)
+        along = between / np.maximum(size, MEETING)
+        if self.slides.any():
+            line = at.axis.take(self.first.links, axis=-1) * self._line
+            along = np.where(self.slides, line, along)
+            size = np.where(self.slides, (line.conj() * between).real, size)
+        return Stretched(between, along, size, moved)
+
+
+def _line_of(layout: TreeLayout, slide: Slide | None) -> complex:
+    """Direction of a slide in the axes of the link that carries its line; 0 without."""
+    if slide is None:
+        return 0j
+    return rect(1.0, slide.direction + layout.frame(slide.first.part).angle)
 
 
 class LinearSprings:
@@ -44,53 +81,26 @@ class LinearSprings:
         self, layout: TreeLayout, kinematics: LinkKinematics, springs: Sequence[LinearSpring]
     ) -> None:
         self._kinematics = kinematics
-        self._first = Points(layout, [spring.first for spring in springs])
-        self._second = Points(layout, [spring.second for spring in springs])
-        self.stiffness = np.array([spring.stiffness for spring in springs])
-        self.damping = np.array([spring.damping for spring in springs])
+        pairs = [(spring.first, spring.second, spring.slide) for spring in springs]
+        self._stretches = Stretches(layout, kinematics, pairs)
+        self._stiffness = np.array([spring.stiffness for spring in springs])
+        self._damping = np.array([spring.damping for spring in springs])
         self._length = np.array([spring.length for spring in springs], dtype=float)
-        self._line = np.array([_line_of(layout, spring) for spring in springs], dtype=complex)
-        self._slides = self._line != 0
-        self._drawn = (self._length == 0) & ~self._slides
+        self._drawn = (self._length == 0) & ~self._stretches.slides
 
-    def _look(self, x: FloatArray, v: FloatArray) -> _Stretched:
-        at = self._kinematics.places(x)
+    def pull_and_lost(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Generalised forces (..., links) at coordinates and speeds (..., links); power lost, W."""
+        at, ends = self._kinematics.places(x), self._stretches
         rates = self._kinematics.rates(at, x, v)
-        first, second = self._first.places(at), self._second.places(at)
-        between = second - first
-        moving = self._second.rates(at, rates) - self._first.rates(at, rates)
-        moved = self._kinematics.moves(at, self._second.links, second)
-        moved = moved - self._kinematics.moves(at, self._first.links, first)
-        size = np.abs(between)
-        along = between / np.maximum(size, MEETING)
-        if self._slides.any():
-            line = at.axis.take(self._first.links, axis=-1) * self._line
-            along = np.where(self._slides, line, along)
-            size = np.where(self._slides, (line.conj() * between).real, size)
+        between, along, size, moved = ends.look(at)
+        moving = ends.second.rates(at, rates) - ends.first.rates(at, rates)
         rate = (along.conj() * moving).real
-        pulled = (self.stiffness * (size - self._length) + self.damping * rate) * along
-        drawn = self.stiffness * between + self.damping * moving
+        pulled = (self._stiffness * (size - self._length) + self._damping * rate) * along
+        drawn = self._stiffness * between + self._damping * moving
         force = -np.where(self._drawn, drawn, pulled)
-        return _Stretched(along, size, rate, force, moving, moved)
-
-    def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Generalised forces (..., links) at coordinates and speeds (..., links)."""
-        now = self._look(x, v)
-        return np.asarray((now.force.conj()[..., None] * now.moved).real.sum(-2))
-
-    def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Power that the dampers take (instants,), W."""
-        now = self._look(x, v)
-        square = np.where(self._drawn, np.abs(now.moving) ** 2, now.rate**2)
-        return np.asarray((self.damping * square).sum(-1))
-
-
-def _line_of(layout: TreeLayout, spring: LinearSpring) -> complex:
-    """Direction of a spring's slide in the axes of the link that carries its line; 0 without."""
-    if spring.slide is None:
-        return 0j
-    angle = spring.slide.direction + layout.frame(spring.slide.first.part).angle
-    return complex(cos(angle), sin(angle))
+        square = np.where(self._drawn, np.abs(moving) ** 2, rate**2)
+        pull = (force.conj()[..., None] * moved).real.sum(-2)
+        return np.asarray(pull), np.asarray((self._damping * square).sum(-1))
 
 
 class Springs:
@@ -104,15 +114,22 @@ class Springs:
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
-        self._layout = layout
         self.stiffness, self.damping, self.rest = np.zeros((3, len(layout.links)))
         # Of springs that act across several coordinates: matrices, and forces where all are 0.
         self._stiffness, self._damping = np.zeros((2, len(layout.links), len(layout.links)))
         self._preload = np.zeros(len(layout.links))
         self.pulls = False
         for spring in mechanism.springs:
-            self._add_rotary(spring)
-        between = [s for s in mechanism.linear_springs if not self._add_along(s)]
+            first, second = spring.first, spring.second
+            rest = (spring.rest_angle or 0.0) - layout.turn(first, second)
+            self._add(layout.turning_row(first, second), spring, rest)
+        between = []
+        for own in mechanism.linear_springs:
+            row = None if own.slide is None else layout.sliding_row(own.slide)
+            if row is None:
+                between.append(own)
+            else:
+                self._add(row, own, own.length or 0.0)
         self._between = LinearSprings(layout, kinematics, between)
         self.straight = not between
         self.pulls = self.pulls or not self.straight
@@ -121,36 +138,13 @@ class Springs:
             np.diag(self.damping) + self._damping,
         )
 
-    def _add_rotary(self, spring: RotarySpring) -> None:
-        first, second = spring.first, spring.second
-        rest = (spring.rest_angle or 0.0) - self._layout.turn(first, second)
-        found = hinge_between(self._layout, first, second)
-        if found is None:
-            row = self._layout.turning_row(first, second)
-            self._add_across(row, spring, rest)
-        else:
-            self._add_at(found[0], spring, found[1] * rest)
-
-    def _add_along(self, spring: LinearSpring) -> bool:
-        """Add a spring along one slide of the tree; False if it acts otherwise."""
-        found = slide_between(self._layout, spring)
-        if found is not None:
-            self._add_at(found[0], spring, found[1])
-        return found is not None
-
-    def _add_at(self, link: int, spring: RotarySpring | LinearSpring, rest: float) -> None:
-        """Let a spring act on one coordinate; the tree has one for each."""
-        if self.stiffness[link] or self.damping[link]:
-            row = np.eye(len(self.stiffness))[link]
-            self._add_across(row, spring, rest)
-            return
-        self.stiffness[link], self.damping[link] = spring.stiffness, spring.damping
-        self.rest[link] = rest
-
-    def _add_across(
-        self, row: FloatArray, spring: RotarySpring | LinearSpring, rest: float
-    ) -> None:
+    def _add(self, row: FloatArray, spring: RotarySpring | LinearSpring, rest: float) -> None:
         """Add a spring whose angle or length is ``row @ x``, without force at `rest`."""
+        moved = np.flatnonzero(row)
+        if len(moved) == 1 and not (self.stiffness[moved] or self.damping[moved]):
+            self.stiffness[moved], self.damping[moved] = spring.stiffness, spring.damping
+            self.rest[moved] = row[moved] * rest
+            return
         square = np.outer(row, row)
         self._stiffness += spring.stiffness * square
         self._damping += spring.damping * square
@@ -160,7 +154,7 @@ class Springs:
     def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (instants, links) beside those of the tree's own springs."""
         across = self._preload - x @ self._stiffness - v @ self._damping
-        return across if self.straight else across + self._between.pull(x, v)
+        return across if self.straight else across + self._between.pull_and_lost(x, v)[0]
 
     def slopes(
         self, x: FloatArray, v: FloatArray, lengths: FloatArray
@@ -168,37 +162,10 @@ class Springs:
         """Stiffness and damping matrix (links, links) of all springs at one state: see `falls`."""
         if self.straight:
             return self._slopes
-        stiffness, damping = falls(self._between.pull, x, v, lengths)
+        stiffness, damping = falls(lambda x, v: self._between.pull_and_lost(x, v)[0], x, v, lengths)
         return self._slopes[0] + stiffness, self._slopes[1] + damping
 
     def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Power that dampers take (instants,), W, at coordinates and speeds (instants, links)."""
         lost = (v * v) @ self.damping + np.sum((v @ self._damping) * v, axis=1)
-        return np.asarray(lost if self.straight else lost + self._between.lost(x, v))
-
-
-def slide_between(layout: TreeLayout, spring: LinearSpring) -> tuple[int, float] | None:
-    """Link whose slide is all that moves a spring's ends apart, and where it has no force (m).
-
-    None if another joint, or more than one, is between the two.
-    """
-    if spring.slide is None:
-        return None
-    resting = _resting_place(spring.slide, spring.length or 0.0)
-    (first, *near), (second, *far) = layout.place(resting), layout.place(spring.second)
-    between = set(layout.path(first)) ^ set(layout.path(second))
-    if len(between) != 1:
-        return None
-    number = between.pop()
-    link = layout.links[number]
-    if link.kind != ALONG_X:
-        return None
-    carried, (x, y) = (far[0], near) if second == number else (near[0], far)
-    dx, dy = x - link.offset[0], y - link.offset[1]
-    return number, cos(link.turn) * dx + sin(link.turn) * dy - carried
-
-
-def _resting_place(slide: Slide, length: float) -> Anchor:
-    """Point of the first part at which the second anchor is where the slide is out by a length."""
-    x, y = length * cos(slide.direction), length * sin(slide.direction)
-    return Anchor(slide.first.part, slide.first.x + x, slide.first.y + y)
+        return np.asarray(lost if self.straight else lost + self._between.pull_and_lost(x, v)[1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,17 +22,18 @@ def tree_item(
         ALONG_Y: Engine.JointType.PrismaticY,
     }
     links = layout.links
-    bodies = [_body_of(mechanism, layout, link.parts) for link in links]
+    bodies = (_body_of(mechanism, layout, link.parts) for link in links)
+    masses, centres, inertias = zip(*bodies, strict=True)
     return {
         "jointTypes": [types[link.kind] for link in links],
         "linkParents": [link.parent for link in links],
         "jointTransformations": Engine.Matrix3DList([_turned(link.turn) for link in links]),
         "jointOffsets": Engine.Vector3DList([[*link.offset, 0.0] for link in links]),
         "linkInertiasCOM": Engine.Matrix3DList(
-            [np.diag([0.0, 0.0, body.inertia]) for body in bodies]
+            [np.diag([0.0, 0.0, inertia]) for inertia in inertias]
         ),
-        "linkCOMs": Engine.Vector3DList([[*body.centre, 0.0] for body in bodies]),
-        "linkMasses": [body.mass for body in bodies],
+        "linkCOMs": Engine.Vector3DList([[*centre, 0.0] for centre in centres]),
+        "linkMasses": list(masses),
         "gravity": [*mechanism.gravity, 0.0],
         "jointPControlVector": springs[0],
         "jointDControlVector": springs[1],
@@ -41,27 +42,21 @@ def tree_item(
     }
 
 
-class _Body(NamedTuple):
-    """Mass (kg), centre of mass (m, in the link's axes) and inertia about it (kg m^2)."""
-
-    mass: float
-    centre: tuple[float, float]
-    inertia: float
-
-
-def _body_of(mechanism: Mechanism, layout: TreeLayout, parts: tuple[int, ...]) -> _Body:
-    """Rigid parts that move as one."""
+def _body_of(
+    mechanism: Mechanism, layout: TreeLayout, parts: tuple[int, ...]
+) -> tuple[float, tuple[float, float], float]:
+    """Mass (kg), centre (m, in the link's axes) and inertia about it (kg m^2) of parts as one."""
     masses = [mechanism.parts[part].mass for part in parts]
     total = sum(masses)
     if total == 0:
-        return _Body(0.0, (0.0, 0.0), 0.0)
+        return 0.0, (0.0, 0.0), 0.0
     centres = [layout.frames[part].place(*mechanism.parts[part].centre) for part in parts]
     weighted = list(zip(masses, centres, strict=True))
     x = sum(m * c[0] for m, c in weighted) / total
     y = sum(m * c[1] for m, c in weighted) / total
     inertia = sum(mechanism.parts[part].inertia for part in parts)
     inertia += sum(m * ((c[0] - x) ** 2 + (c[1] - y) ** 2) for m, c in weighted)
-    return _Body(total, (x, y), inertia)
+    return total, (x, y), inertia
 
 
 def _turned(angle: float) -> FloatArray:

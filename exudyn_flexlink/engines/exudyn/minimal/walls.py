@@ -121,26 +121,17 @@ MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
 
 
 class WallPush(NamedTuple):
-    """Pairs that press at one instant (a,): numbers, forces (N), powers that they take (W).
+    """Pairs that press at one instant (a,): forces (N), powers that they take (W).
 
-    `gap`, `gap_rate` and `slip` are their gaps, the rates of those and of places; `normal` and
-    `along` (a, links) are the gradients of gaps and of places; `force` (links,) is that on the
-    coordinates. Of several instants all but the numbers have one axis more, the first.
+    `force` (links,) is that on the coordinates. Of several instants all have one axis more, the
+    first.
     """
 
-    which: IndexArray
     force: FloatArray
     press: FloatArray
     power: FloatArray
-    gap: FloatArray
-    gap_rate: FloatArray
-    slip: FloatArray
-    normal: FloatArray
-    along: FloatArray
-
-    def pick(self, which: int | slice | IndexArray | None) -> WallPush:
-        """Return one of several instants, or some of them: see `coordinates.TreeState`."""
-        return WallPush(self.which, *(own[which] for own in self[1:]))
+    seen: Seen
+    by: Gradients
 
 
 class Walls:
@@ -176,16 +167,17 @@ class Walls:
         """What those that press do at instants, of coordinates and speeds (n, links), if any do."""
         if not len(self.which):
             return None
-        (gap, _, gap_rate, slide), (normal, along) = self._acting.look_and_gradients(x, v)
+        seen, by = self._acting.look_and_gradients(x, v)
+        gap, _, gap_rate, slide = seen
         coefficient, slip = self._rub_of_acting
         press = self._laws.pressing(self.which, gap, gap_rate, self._approach).force
-        force = (press[:, None, :] @ normal)[:, 0]
+        force = (press[:, None, :] @ by.gap)[:, 0]
         power = -press * gap_rate
         if self._any_friction:
             rub = -coefficient * press * np.tanh(slide / slip)
-            force += (rub[:, None, :] @ along)[:, 0]
+            force += (rub[:, None, :] @ by.place)[:, 0]
             power -= rub * slide
-        return WallPush(self.which, force, press, power, gap, gap_rate, slide, normal, along)
+        return WallPush(force, press, power, seen, by)
 
     def slopes(self, at: WallPush, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping (n, n) of pairs that press so; directions count as fixed.
@@ -193,13 +185,14 @@ class Walls:
         `reach` (links, n) are the derivatives of the coordinates by the independent ones.
         """
         coefficient, slip = self._rub_of_acting
-        _, spring, damper = self._laws.pressing(self.which, at.gap, at.gap_rate, self._approach)
-        normal = at.normal @ reach
+        gap, _, gap_rate, slide = at.seen
+        _, spring, damper = self._laws.pressing(self.which, gap, gap_rate, self._approach)
+        normal = at.by.gap @ reach
         if not self._any_friction:
             return (normal.T * spring) @ normal, (normal.T * damper) @ normal
-        along, rubbed = at.along @ reach, np.tanh(at.slip / slip)
+        along, rubbed = at.by.place @ reach, np.tanh(slide / slip)
         secant = spring / self._laws.exponents[self.which]
-        drag = coefficient * np.maximum(-at.gap, 0.0) * secant * (1 - rubbed * rubbed) / slip
+        drag = coefficient * np.maximum(-gap, 0.0) * secant * (1 - rubbed * rubbed) / slip
         pushed = (normal - (coefficient * rubbed)[:, None] * along).T
         damping = (pushed * damper) @ normal + (along.T * drag) @ along
         return (pushed * spring) @ normal, damping
