@@ -10,6 +10,7 @@ from test_physics_tools import alone, scene
 
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.joining import joined
 
 G = 9.81
 CATCH = """
@@ -184,6 +185,10 @@ initial: {angles: {wheel: 60 deg}}
     assert result.energy.stored[0] == 0
     assert result.energy.kinetic.max() == pytest.approx(2, rel=1e-9)
     assert balanced(result)
+    part = alone(text + end, f"run.duration={period / 4!r}")
+    both = joined(part, simulate(continued(part), measure=False))
+    assert both.energy.stored[-1] == pytest.approx(0, abs=1e-8)  # each run counts from its start
+    assert balanced(both)
 
 
 @pytest.mark.parametrize("more", ["", ", acts: compression, length: 0.2"])
