@@ -44,7 +44,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
 from exudyn_flexlink.mechanism import pressed_among
 
-GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
+GIVE_WAY = "a law with stiffness, or a torque in place of a drive that holds a speed"
 
 
 class _Looked(NamedTuple):
