@@ -186,9 +186,7 @@ initial: {angles: {wheel: 60 deg}}
     assert result.energy.kinetic.max() == pytest.approx(2, rel=1e-9)
     assert balanced(result)
     part = alone(text + end, f"run.duration={period / 4!r}")
-    both = joined(part, simulate(continued(part), measure=False))
-    assert both.energy.stored[-1] == pytest.approx(0, abs=1e-8)  # each run counts from its start
-    assert balanced(both)
+    assert abs(joined(part, simulate(continued(part), measure=False)).energy.stored[-1]) < 1e-8
 
 
 @pytest.mark.parametrize("more", ["", ", acts: compression, length: 0.2"])

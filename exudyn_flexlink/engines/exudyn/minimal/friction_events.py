@@ -117,9 +117,7 @@ class FrictionWatch:
         elif change.what is Happens.RESTS:
             self._own.stopped = k
         elif change.what is Happens.CHANGES_SIDES:
-            self._own.side = (
-                np.where(np.arange(len(self._own.all)) == k, -1.0, 1.0) * self._own.side
-            )
+            self._own.side = np.where(np.arange(len(self._own.all)) == k, -1, 1) * self._own.side
 
 
 def _speed(row: FloatArray, way: float, since: float) -> Value:

@@ -132,8 +132,7 @@ class MinimalProblem:
         self._finder.kinks.take_sides(time, q, v)
         ways = self.model.frictions.way
         self._finder.frictions.settle(time, q, v)
-        # Where a drive stops, no event of a joint tells that it rests from then on.
-        self._jumped |= bool(np.any(self.model.frictions.way != ways))
+        self._jumped |= bool(np.any(self.model.frictions.way != ways))  # as a drive stops, too
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
