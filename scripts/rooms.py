@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_785,
     "": 5_325,
 }
-WHOLE = {PACKAGE: 54_160, "tests": 27_870, "scripts": 8_700}
+WHOLE = {PACKAGE: 54_160, "tests": 27_871, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 15}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 
