@@ -43,9 +43,9 @@ def joined(first: Result, second: Result) -> Result:
         if m.name in SERIES
     }
     energy, tail = first.energy, second.energy
-    for name in ("dissipated", "supplied"):  # since time 0
-        values = getattr(energy, name)
-        both = np.concatenate([values, values[-1] + getattr(tail, name)[1:]])
+    for name in ("stored", "dissipated", "supplied"):  # of a table or a formula: from its start on
+        values, more = getattr(energy, name), getattr(tail, name)
+        both = np.concatenate([values, values[-1] + (more[1:] - more[0])])
         own["energy"] = replace(own["energy"], **{name: both})
     own["frictions"] = {
         name: _rubbed(one, second.frictions[name], end) for name, one in first.frictions.items()

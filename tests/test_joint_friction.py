@@ -254,6 +254,12 @@ def test_a_drive_works_against_the_friction_of_its_joint():
     np.testing.assert_allclose(with_it.energy.residual, 0, atol=1e-10)
 
 
+def test_a_joint_rests_from_the_instant_at_which_its_drive_stops():
+    stops = "drives={m: {type: speed, joint: pin, value: 'max(0, 0.7013 - t)'}}"
+    found = alone(rubbing(ROD, "{torque: 0.25}"), stops, "run.duration=1", "initial.speeds={}")
+    assert found.frictions["pin"].begin == pytest.approx([0.7013], abs=1e-9)
+
+
 @pytest.mark.parametrize("at", [0.5, 8.0])
 def test_a_run_goes_on_from_sliding_and_from_rest(at):
     """As long as it rests it holds on; what slides goes on as if nothing had been."""

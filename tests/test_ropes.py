@@ -10,6 +10,7 @@ from test_physics_tools import alone, scene
 
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.joining import joined
 
 G = 9.81
 CATCH = """
@@ -184,6 +185,8 @@ initial: {angles: {wheel: 60 deg}}
     assert result.energy.stored[0] == 0
     assert result.energy.kinetic.max() == pytest.approx(2, rel=1e-9)
     assert balanced(result)
+    part = alone(text + end, f"run.duration={period / 4!r}")
+    assert abs(joined(part, simulate(continued(part), measure=False)).energy.stored[-1]) < 1e-8
 
 
 @pytest.mark.parametrize("more", ["", ", acts: compression, length: 0.2"])

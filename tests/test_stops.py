@@ -11,6 +11,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.accuracy.sources import with_stiffer_contacts
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.observables import force_peaks
+from exudyn_flexlink.report.comparison import comparison_text
 from exudyn_flexlink.report.contacts import strike_table
 from exudyn_flexlink.scene import ImpulseLaw
 from exudyn_flexlink.source import SceneError
@@ -224,14 +225,14 @@ def test_stops_are_read_as_written_and_made_stiffer_where_compliance_is_measured
 
 
 def test_what_is_told_of_a_hinge_is_told_as_angles_and_torques():
-    law = "{stiffness: 3000, restitution: 0.6}"
-    result = rod(f"{{from: -90 deg, law: {law}}}", -50, 0.4)
+    result = rod("{from: -90 deg, law: {stiffness: 3000, restitution: 0.6}}", -50, 0.4)
     peak = force_peaks(result)["contact torque of hinge.from"]
     assert peak.unit == "N m"
     assert peak.value == pytest.approx(result.extremes["hinge.from.torque_N_m"].greatest[0])
     assert "hinge.from.penetration_rad" in result.extremes
     assert "hinge.from.greatest_approach_speed_rad_per_s" in standard_row(result)
     assert "rad/s" in strike_table(result, "hinge.from", 3).units
+    assert f"{peak.value:.5g} N m" in comparison_text(fl.compare(result, result))
     told = {"gap": "rad", "force": "N m", "touches.approach_speed": "rad/s", "touches.end": "s"}
     told |= {"touches.penetration": "rad", "touches.impulse": "N m s", "touches.energy_lost": "J"}
     arrays = arrays_of(result)

@@ -129,10 +129,9 @@ def _levers(comparison: Comparison) -> list[str]:
 def _strikes(comparison: Comparison, contact: str) -> list[str]:
     pairs = [pair for pair in comparison.strikes if pair.contact == contact]
     turns = any(pair.lap is not None for pair in pairs)
-    names = [comparison.first.name, comparison.second.name, "difference"]
-    rows = [["lap" if turns else "", "", *names]]
+    rows = [["lap" if turns else "", "", *(run.name for run in comparison.both), "difference"]]
     for pair in pairs[:MOST_STRIKES]:
-        rows += [row if turns else ["", *row[1:]] for row in _strike(pair)]
+        rows += [row if turns else ["", *row[1:]] for row in _strike(pair, comparison.both)]
     note = left_out(len(pairs), MOST_STRIKES)
     return lines_of(Table(f"Strikes of contact '{contact}'", rows, note=note))
 
@@ -156,10 +155,11 @@ _OF_A_STRIKE: dict[str, tuple[Callable[[Strike], float], str, str]] = {
 }
 
 
-def _strike(pair: StrikePair) -> list[list[str]]:
+def _strike(pair: StrikePair, both: tuple[Seen, Seen]) -> list[list[str]]:
     """Return the rows of one strike."""
     rows = []
-    for what, (of, digits, unit) in _OF_A_STRIKE.items():
+    for what, (of, digits, linear) in _OF_A_STRIKE.items():
+        unit = both[pair.first is None].result.scene.unit_of(pair.contact, linear)
         values = [None if strike is None else of(strike) for strike in (pair.first, pair.second)]
         shown = ["no strike" if x is None else _told(x, digits, unit) for x in values]
         one, other = values

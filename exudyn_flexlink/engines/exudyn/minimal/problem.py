@@ -45,7 +45,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import pressed_among
 
-GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
+GIVE_WAY = "a law with stiffness, or a torque in place of a drive that holds a speed"
 
 
 class _Looked(NamedTuple):
@@ -131,7 +131,9 @@ class MinimalProblem:
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self._finder.kinks.take_sides(time, q, v)
+        ways = self.model.frictions.way
         self._finder.frictions.settle(time, q, v)
+        self._jumped |= bool(np.any(self.model.frictions.way != ways))  # as a drive stops, too
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
