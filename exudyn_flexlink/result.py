@@ -223,9 +223,10 @@ class Result:
     `joint_forces` (N, (N, 2), global axes, on the second point's body of a revolute joint, also
     with clearance, of a prismatic one, or of a weld),
     `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
-    (N, (N, 2), global axes, of linear springs with their dampers on the second point) are by the
-    scene's names. So are `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls;
-    positive where it turns the first gear counter-clockwise, or goes along a rack's axis) and
+    (N, (N, 2), global axes, of linear springs with their dampers on the second point; what only
+    pulls or pushes, such as a rope, is among `contacts`) are by the scene's names. So are
+    `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls; positive where it
+    turns the first gear counter-clockwise, or goes along a rack's axis) and
     `gear_torques` (N m, on the first gear, where no pitch circle is known).
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and

@@ -130,14 +130,11 @@ def _of_contact(result: Result, contact: str) -> dict[str, Scalar]:
     found = strikes(result, contact)
     touches = result.contacts[contact].touches
     last: list[Strike] = found[-2:]
-    force, speed = (
-        column_of(name, result.scene.unit_of(contact, unit))
-        for name, unit in (("greatest_force", "N"), ("greatest_approach_speed", "m/s"))
-    )
+    speed = column_of("greatest_approach_speed", result.scene.unit_of(contact, "m/s"))
     return {
         f"{contact}.strikes": len(found),
         f"{contact}.last_period_s": last[1].begin - last[0].begin if len(last) > 1 else None,
-        f"{contact}.{force}": _greatest_force(result, contact),
+        **_greatest_force(result, contact),
         f"{contact}.energy_lost_J": float(touches.energy_lost.sum()),
         f"{contact}.{speed}": float(touches.approach_speed.max(initial=0.0)),
     }
@@ -149,15 +146,16 @@ def _of_joint(result: Result, joint: str) -> dict[str, Scalar]:
         f"{joint}.touches": totals.touches,
         f"{joint}.impacts": totals.impacts,
         f"{joint}.energy_lost_J": totals.energy_lost,
-        f"{joint}.greatest_force_N": _greatest_force(result, joint),
+        **_greatest_force(result, joint),
         f"{joint}.part_of_time_free": totals.fractions[State.FREE],
     }
 
 
-def _greatest_force(result: Result, name: str) -> float | None:
-    """Largest normal force, N; None of impulses, which have none, 0 of what never touched."""
+def _greatest_force(result: Result, name: str) -> dict[str, Scalar]:
+    """Largest normal force; None of impulses, which have none, 0 of what never touched."""
+    column = column_of("greatest_force", result.scene.unit_of(name, "N"))
     force = float(result.intervals[name].peak_force.max(initial=0.0))
-    return force if isfinite(force) else None
+    return {f"{name}.{column}": force if isfinite(force) else None}
 
 
 def _of_watched(result: Result) -> dict[str, Scalar]:
