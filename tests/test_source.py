@@ -186,7 +186,7 @@ def test_settings_that_lead_nowhere(setting, words):
     assert words in str(caught.value)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.text(alphabet=st.sampled_from("ab1:-[]{}&*!'\"\\#|>%@`, \n\t\x00é\ufeff"), max_size=60))
 def test_any_text_is_read_or_refused(text):
     try:
@@ -195,7 +195,7 @@ def test_any_text_is_read_or_refused(text):
         str(error)  # it can be shown
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.text(max_size=40))
 def test_any_setting_is_taken_or_refused(text):
     try:

@@ -188,12 +188,3 @@ def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
     with pytest.raises(error):
         write()
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["thesis.tex", "summary.json"])
-def test_other_peoples_files_are_never_replaced(tmp_path, name):
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / name).write_text("{}")
-    with pytest.raises(StorageError, match="choose another name"), staged_folder(tmp_path / "run"):
-        raise AssertionError("too late")
-    assert [path.name for path in (tmp_path / "run").iterdir()] == [name]
