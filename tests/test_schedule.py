@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink.loading import assemble_scene, scene_of
-from exudyn_flexlink.mechanism import (
-    Ramp,
-    end_of_run,
-    sample_times,
-)
+from exudyn_flexlink.mechanism import Ramp, end_of_run, sample_times
 from exudyn_flexlink.source import parse_document
 
 ROTOR = """title: rotor

@@ -10,13 +10,7 @@ from scipy.optimize import brentq
 from test_physics_tools import scene
 
 from exudyn_flexlink import engines
-from exudyn_flexlink.stability import (
-    Asked,
-    Neighbours,
-    largest_exponent,
-    study,
-    trajectory,
-)
+from exudyn_flexlink.stability import Asked, Neighbours, largest_exponent, study, trajectory
 from exudyn_flexlink.stability.exponent import half_width
 
 
