@@ -188,7 +188,7 @@ def test_what_there_is_none_of_is_told_with_what_there_is(run):
         run.lever("bump")
     with pytest.raises(ValueError, match=r"there are: lever, .*link\.end"):
         run.to_dataframe("bump")
-    with pytest.raises(AttributeError, match="there are: coordinates"):
+    with pytest.raises(AttributeError, match="There are: coordinates"):
         run.plot.cordinates  # noqa: B018
 
 

@@ -105,7 +105,7 @@ def test_neighbours_that_part_fast_are_put_back_before_they_are_far():
 
     That is a thousand times their distance: they would be there in a quarter of a lap.
     """
-    found = studied(SADDLE, 4.0, 6).exponent
+    found = studied(SADDLE, 4.0, 8).exponent
     assert found.value == pytest.approx(10, rel=1e-3)
     assert found.uncertainty + found.noise < 0.1
     assert found.sign == 1
@@ -149,8 +149,8 @@ def test_a_bouncing_ball_settles_at_its_rate():
     start = 0.4 * period  # between two bounces
     flown = start - first
     height = table(first) + up * flown - G * flown**2 / 2
-    found = studied(ball_scene(start, height, up - G * flown), period, 12)
-    assert len(found.run.intervals["bounce"]) == 12
+    found = studied(ball_scene(start, height, up - G * flown), period, 18)
+    assert len(found.run.intervals["bounce"]) == 18
     rate = log(E) / period
     assert abs(found.exponent.value - rate) < found.exponent.uncertainty
     assert found.exponent.value == pytest.approx(rate, rel=0.05)
