@@ -2,7 +2,7 @@
 
 import exudyn_flexlink as fl
 
-scene = fl.load_scene("no_clearance", turns=0.6, tolerance=1e-6)
+scene = fl.load_scene("no_clearance", turns=0.6, tolerance=1e-5)
 exudyn = fl.simulate(scene)
 lagrangian = fl.simulate(scene, engine="lagrangian")
 compared = fl.compare(exudyn, lagrangian)

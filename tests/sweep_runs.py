@@ -28,19 +28,20 @@ def nothing(scene):
 class Length:
     """Observes the rod's length, after noting in a file that it was asked; may end its process.
 
-    The process ends at the length `deadly`, the first so many `times`.
+    The process ends the first time that `deadly` is asked for, and whenever `always` is.
     """
 
     log: Path
     deadly: float = 0.0
-    times: int = 1
+    always: float = 0.0
     seconds: float = 0.0
 
     def __call__(self, scene, simulate):
         length = scene.bodies["rod"].length
         with self.log.open("a") as file:
             file.write(f"{length:g}\n")
-        if length == self.deadly and self.asked().count(length) <= self.times:
+        first = length == self.deadly and self.asked().count(length) == 1
+        if first or length == self.always:
             os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(self.seconds)
         return {"length_m": length}

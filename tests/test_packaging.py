@@ -67,7 +67,8 @@ def test_the_source_distribution_is_complete(source, tmp_path):
     assert files - built - generated == NOT_BUILT
 
 
-def test_the_wheel_brings_models_published_numbers_and_the_player(installed, tmp_path):
+def test_the_wheel_brings_all_and_a_model_of_it_is_copied_and_run_anywhere(installed, tmp_path):
+    """Models, published numbers, the player; the commands that `new` prints run as printed."""
     code = (
         "import exudyn_flexlink as fl; from exudyn_flexlink import shipped;"
         "print(fl.load_scene('spline_track').title); print(*shipped.model_names());"
@@ -82,18 +83,13 @@ def test_the_wheel_brings_models_published_numbers_and_the_player(installed, tmp
     player = Path("exudyn_flexlink") / "animation" / "player"
     there, brought = ({path.name for path in (top / player).iterdir()} for top in (ROOT, installed))
     assert there == brought
-
-
-def test_a_model_of_the_wheel_is_copied_and_run_anywhere(installed, tmp_path):
-    """The commands that `new` prints are run as printed."""
-    program = ("-m", "exudyn_flexlink")
-    told = run(installed, tmp_path, *program, "new", "textbook/whitworth")
+    told = run(installed, tmp_path, "-m", "exudyn_flexlink", "new", "textbook/whitworth")
     printed = [line.split() for line in told.splitlines() if " -m exudyn_flexlink " in line]
     assert [words[-2:] for words in printed] == [["check", "whitworth.yaml"],
                                                  ["simulate", "whitworth.yaml"]]  # fmt: skip
-    for words in printed:
-        assert run(installed, tmp_path, *words[words.index("-m") :])
+    check, simulate = (words[words.index("-m") :] for words in printed)
+    assert run(installed, tmp_path, *check)
+    assert run(installed, tmp_path, *simulate, "--report")  # its templates are in the wheel
     made = tmp_path / "runs" / "whitworth"
     assert (made / "mechanism.png").is_file()
-    run(installed, tmp_path, *program, "report", str(made))  # its templates are in the wheel
     assert "Whitworth" in (made / "report.html").read_text(encoding="utf-8")

@@ -10,24 +10,15 @@ from math import degrees
 import numpy as np
 import pytest
 from pages import read_page, tables_of
-from results import (
-    BLOCK,
-    result_of,
-    rigid_link,
-    scene_from,
-    stopped,
-)
+from results import BLOCK, result_of, rigid_link, scene_from, stopped
 
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
-from exudyn_flexlink.page.contents import model_text
 from exudyn_flexlink.result import Extremes, Outcome
-from exudyn_flexlink.scene import parse_scene
-from exudyn_flexlink.shipped import model_file, model_names
-from exudyn_flexlink.source import load_document, parse_document
+from exudyn_flexlink.source import parse_document
 
 LARGEST = 3_000_000  # bytes: a page that is sent by mail, and read on a phone
 EVIL = "<script>alert('title')</script> & <img src=x onerror=alert(1)>"
@@ -235,13 +226,3 @@ def test_the_model_of_a_page_is_that_of_the_run(told):
     page = told(replace(run, scene=scene))
     assert scene_of(parse_document(model_of(page), "model.yaml")) == scene
     assert "python -m exudyn_flexlink simulate model.yaml" in page.words
-
-
-@pytest.mark.parametrize("name", model_names())
-def test_every_model_is_written_so_that_it_reads_the_same(name):
-    file = model_file(name)
-    assert file is not None
-    scene = parse_scene(load_document(file))
-    text = model_text(scene)
-    assert text is not None
-    assert parse_scene(parse_document(text, "model.yaml")) == scene

@@ -31,10 +31,8 @@ def run(by, *settings, model="no_clearance.yaml"):
 
 def peaks(result):
     """Angle of the lever farthest from rest after each strike, as the program tells it."""
-    response, begins = (
-        lever_response(result, "strike"),
-        [s.begin for s in strikes(result, "strike")],
-    )
+    response = lever_response(result, "strike")
+    begins = [s.begin for s in strikes(result, "strike")]
     return [
         response.between(begin, end).farthest
         for begin, end in zip(begins, [*begins[1:], np.inf], strict=True)
@@ -43,18 +41,16 @@ def peaks(result):
 
 @pytest.mark.parametrize("by", ENGINES)
 def test_equal_strikes_have_equal_peaks(by):
-    told = peaks(run(by, *STIFF, "run.turns=12", "run.sample=20 ms"))
-    assert len(told) == 6
-    np.testing.assert_allclose(told, peaks(run(LAGRANGIAN, *STIFF, "run.turns=2"))[0], atol=RAD)
+    told = peaks(run(by, *STIFF, "run.turns=6", "run.sample=20 ms"))
+    assert len(told) == 3
+    np.testing.assert_allclose(told, peaks(run(LAGRANGIAN, *STIFF, "run.turns=1"))[0], atol=RAD)
 
 
 @pytest.mark.parametrize("by", ENGINES)
-@pytest.mark.parametrize("sample", ["1 ms", "20 ms", "1 s"])
-def test_peaks_do_not_depend_on_samples(by, sample):
-    coarse, fine = (
-        run(by, *STIFF, "run.turns=2.6", f"run.sample={s}") for s in (sample, "0.05 ms")
-    )
-    assert len(fine.time) > 90 * len(coarse.time) or sample == "1 ms"
+def test_peaks_do_not_depend_on_samples(by):
+    """Of runs of as few samples as there may be."""
+    coarse, fine = (run(by, *STIFF, "run.turns=0.6", f"run.sample={s}") for s in ("1 s", "0.05 ms"))
+    assert len(fine.time) > 70 * len(coarse.time)
     np.testing.assert_allclose(peaks(coarse), peaks(fine), atol=1e-9)
     for name, own in fine.extremes.items():
         seen = coarse.extremes[name]
@@ -70,14 +66,6 @@ def test_peaks_of_a_quick_lever_are_those_of_fine_samples(by):
     fine = lever_response(run(by, *quick, "run.sample=0.01 ms"), "strike")
     assert told.least[0] == pytest.approx(fine.value.min(), abs=1e-6)
     assert told.greatest[0] == pytest.approx(fine.value.max(), abs=1e-6)
-
-
-def test_engines_agree_on_peak_forces_and_penetrations():
-    one, other = (run(by, "run.turns=4") for by in ENGINES)
-    forces = [[s.peak_force for s in strikes(result, "strike")] for result in (one, other)]
-    assert forces[0] == pytest.approx(forces[1], rel=2e-5)
-    depths = [result.checks.largest_penetration for result in (one, other)]
-    assert depths[0] == pytest.approx(depths[1], rel=1e-5)
 
 
 @pytest.mark.parametrize("by", [*ENGINES, REDUNDANT])
@@ -98,8 +86,7 @@ def test_distance_and_speed_of_the_point_are_extremes_too(by):
 @pytest.mark.parametrize("by", [*ENGINES, REDUNDANT])
 def test_the_least_speed_of_a_point_that_all_but_rests_is_not_lost(by):
     """Its square has a sharp bend there, and the root of what that is off by would be much."""
-    settings = ("run.turns=1", "accuracy.tolerance=1e-6", "run.sample=0.01 ms")
-    result = run(by, *settings)
+    result = run(by, "bodies.link.rods=2", "run.turns=1", "run.sample=0.01 ms")
     least, at = result.extremes["link.end.speed_m_per_s"].least
     seen = path(result, "link.end")
     near = np.argsort(np.abs(seen.time - at))[:5]

@@ -40,25 +40,18 @@ def parting(rigid):
 # --- formats
 
 
-@pytest.fixture(scope="module")
-def written(rigid, tmp_path_factory):
-    """Files of one figure of a run, in all formats, written twice."""
-    folders = [tmp_path_factory.mktemp(name) for name in ("a", "b")]
-    return [save_figure(lever(rigid), folder, "lever", FORMATS) for folder in folders]
-
-
-def test_several_formats_at_once(written):
-    assert (FORMATS, tuple(STYLES)) == (FIGURE_FORMATS, FIGURE_STYLES)  # of the command line
-    files = written[0]
-    assert [file.name for file in files] == [f"lever.{suffix}" for suffix in FORMATS]
-    for file in files:
-        assert file.read_bytes().startswith(STARTS[file.suffix[1:]])
-
-
-def test_figures_of_one_run_are_the_same_files(written):
+def test_figures_of_one_run_are_the_same_files_in_all_formats(rigid):
     """No date and no random names in them: a repository sees no change where there is none."""
-    for one, other in zip(*written, strict=True):
-        assert one.read_bytes() == other.read_bytes(), one.name
+    assert (FORMATS, tuple(STYLES)) == (FIGURE_FORMATS, FIGURE_STYLES)  # of the command line
+    written = []
+    for folder in (Path("a"), Path("b")):
+        folder.mkdir()
+        files = save_figure(lever(rigid), folder, "lever", FORMATS)
+        assert [file.name for file in files] == [f"lever.{suffix}" for suffix in FORMATS]
+        written.append([file.read_bytes() for file in files])
+    assert written[0] == written[1]
+    for suffix, content in zip(FORMATS, written[0], strict=True):
+        assert content.startswith(STARTS[suffix])
 
 
 def test_plot_writes_what_is_asked_for(rigid):
@@ -70,40 +63,42 @@ def test_plot_writes_what_is_asked_for(rigid):
     assert not list(Path("figures").glob("*.png"))
 
 
-# --- the style of print
+# --- all figures, in both styles
 
 
-def test_print_is_a_column_wide_has_no_title_and_large_letters(rigid, tilting):
-    for run in (rigid, tilting):
-        for name, figure in figures(run, PRINT).items():
-            assert figure.get_figwidth() * MILLIMETRES == pytest.approx(86), name
-            said = words(figure)
-            assert run.scene.title not in said.replace("\n", " ")
-            assert "engine:" not in said
-            assert min(text.get_fontsize() for text in texts(figure)) >= 7
+RUNS = {
+    "the paper's": lambda rigid, _: rigid,
+    "parting": lambda _, parting: parting,
+    "with clearance": lambda *_: results.tilting_link(),
+    "pendulum": lambda *_: results.pendulum(),
+    "without crank": lambda *_: results.slider(),
+}
 
 
 @pytest.mark.parametrize("style", [SCREEN, PRINT])
-@pytest.mark.parametrize("make", [None, results.tilting_link, results.pendulum, results.slider])
-def test_nothing_is_cut_off(make, style, rigid):
-    for name, figure in figures(make() if make else rigid, style).items():
+@pytest.mark.parametrize("make", RUNS.values(), ids=RUNS)
+def test_nothing_is_cut_off_and_legends_cover_no_data(make, style, rigid, parting):
+    """In print a figure is a column wide, with large letters and without title, too."""
+    run = make(rigid, parting)
+    for name, figure in figures(run, style).items():
+        said = words(figure)
+        if run is parting:
+            assert "beyond the horizon:\ntwo runs part" in said, name
+            shaded = figure.findobj(lambda artist: artist.get_alpha() == BEYOND["alpha"])
+            assert any(str(one.get_label()).startswith("beyond") for one in shaded), name
+        if style is PRINT:
+            assert figure.get_figwidth() * MILLIMETRES == pytest.approx(86), name
+            assert run.scene.title not in said.replace("\n", " ")
+            assert "engine:" not in said
+            assert min(text.get_fontsize() for text in texts(figure)) >= 7
         figure.draw_without_rendering()
         seen, slack = figure.get_tightbbox(), 0.02  # inches
         assert np.all(seen.min > -slack), name
         assert np.all(seen.max < figure.get_size_inches() + slack), name
-
-
-@pytest.mark.parametrize("style", [SCREEN, PRINT])
-def test_legends_cover_no_data(style, rigid, parting, tilting):
-    for run in (rigid, parting, tilting):
-        for name, figure in figures(run, style).items():
-            figure.draw_without_rendering()
-            for legend in (axes.get_legend() for axes in figure.axes):
-                for axes in (axes for axes in figure.axes if axes.axison):
-                    if legend is None or not axes.has_data():
-                        continue
-                    shared = axes.get_window_extent().padded(-2)
-                    assert not shared.overlaps(legend.get_window_extent().padded(-2)), name
+        boxes = [axes.get_legend().get_window_extent() for axes in figure.axes if axes.get_legend()]
+        for axes in (axes for axes in figure.axes if axes.axison and axes.has_data()):
+            shared = axes.get_window_extent().padded(-2)
+            assert not any(shared.overlaps(box.padded(-2)) for box in boxes), name
 
 
 # --- what is seen
@@ -121,20 +116,6 @@ def test_no_lap_is_hidden_by_another(rigid):
 
 
 # --- what is known
-
-
-@pytest.mark.parametrize("style", [SCREEN, PRINT])
-def test_what_lies_beyond_the_horizon_is_shaded_and_named(parting, style):
-    drawn = figures(parting, style)
-    assert set(drawn) == {"coordinates", "polar", "lever", "mechanism", "energy", "forces"}
-    for name, figure in drawn.items():
-        assert "beyond the horizon:\ntwo runs part" in words(figure), name
-        shaded = [
-            artist
-            for artist in figure.findobj(lambda artist: artist.get_alpha() == BEYOND["alpha"])
-            if str(artist.get_label()).startswith("beyond")
-        ]
-        assert shaded, name
 
 
 @pytest.mark.parametrize(

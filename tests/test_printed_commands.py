@@ -1,10 +1,11 @@
 """Commands of README and documentation, run as printed: page by page, in their order.
 
 They run in a folder that has the repository's models, docs and scripts, with nothing but PATH and
-HOME set, and whoever asks for the network is ended. Those of README run where HOME is no folder.
-What installs something, or takes more than minutes, is not run.
+HOME set, and whoever asks for the network is ended. Those of README are processes, where HOME is no
+folder; those of another page share one process. A command that was run there is not run again.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -13,13 +14,8 @@ import pytest
 from cli_runs import BARE
 from pages_of_docs import ROOT, commands
 
-PAGES = ("README.md", "tutorial.md", "running.md", "engines.md")
-PYTHON = ".venv/bin/python"
-NOT_RUN = {
-    "pytest": "it runs the tests",
-    "sphinx": "CI builds the site",
-    "scripts/fuzz_loader.py": "it takes an hour; tests/test_fuzzing.py runs parts of it",
-}
+PROGRAM = [".venv/bin/python", "-m", "exudyn_flexlink"]
+PAGES = (("README.md", "running.md"), ("tutorial.md",), ("engines.md",))  # which share a folder
 NO_NETWORK = """
 import os, socket
 
@@ -35,56 +31,62 @@ socket.socket = Offline
 socket.getaddrinfo = lambda *_, **__: os._exit(99)
 """
 """What Python imports by itself as it starts, as `sitecustomize`."""
+IN_ONE_PROCESS = """
+import json, sys
+from exudyn_flexlink.cli import main
+
+for words in json.loads(sys.argv[1]):
+    if main(words) != 0:
+        sys.exit(f"failed: {words}")
+"""
 
 
 def printed(page):
-    """Arguments of the interpreter, of all commands of a page that are run here."""
-    found = [words[1:] for name, words in commands() if (name, words[0]) == (page, PYTHON)]
-    return [words for words in found if not NOT_RUN.keys() & set(words)]
-
-
-def site_without_network(parent):
-    site = parent / "site"
-    site.mkdir()
-    (site / "sitecustomize.py").write_text(NO_NETWORK)
-    return site
+    """Arguments of the program, of all its commands that a page prints."""
+    return [words[3:] for name, words in commands() if (name, words[:3]) == (page, PROGRAM)]
 
 
 @pytest.fixture
-def folder(tmp_path):
-    """Return the folder in which a reader types: the repository's, as far as commands see."""
-    here = tmp_path / "here"
-    here.mkdir()
+def place(tmp_path):
+    """Return a folder with `here`, in which a reader types, and what keeps the network off."""
+    for name in ("here", "site"):
+        (tmp_path / name).mkdir()
     for name in ("models", "docs", "scripts"):
-        (here / name).symlink_to(ROOT / name)
-    return here
+        (tmp_path / "here" / name).symlink_to(ROOT / name)
+    (tmp_path / "site/sitecustomize.py").write_text(NO_NETWORK)
+    return tmp_path
 
 
-def test_who_asks_for_the_network_is_ended(tmp_path):
+def ran(place, home, *words):
+    """Run the interpreter as a reader does."""
+    paths = os.pathsep.join([str(place / "site"), str(ROOT)])
+    return subprocess.run(
+        [sys.executable, *words], cwd=place / "here", stdin=subprocess.DEVNULL,
+        env={**BARE, "HOME": str(place / home), "PYTHONPATH": paths},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def test_who_asks_for_the_network_is_ended(place):
     """Without this the next test would show nothing of it."""
     asks = "import urllib.request; urllib.request.urlopen('http://127.0.0.1:9')"
-    environment = {**BARE, "PYTHONPATH": str(site_without_network(tmp_path))}
-    assert (
-        subprocess.run([sys.executable, "-c", asks], env=environment, check=False).returncode == 99
-    )
+    assert ran(place, "home", "-c", asks).returncode == 99
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_the_commands_of_a_page_run_as_printed(page, folder):
-    home = folder.parent / "home"
-    if page == "README.md":
-        home.write_text("no folder: nothing can be written to it, not even by root")
-    else:
-        home.mkdir()
-    paths = f"{site_without_network(folder.parent)}{os.pathsep}{ROOT}"
-    environment = {**BARE, "HOME": str(home), "PYTHONPATH": paths}
-    assert printed(page)
-    for words in printed(page):
-        ran = subprocess.run(
-            [sys.executable, *words], cwd=folder, env=environment,
-            stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert ran.returncode == 0, (words, ran.stderr)
-        assert "Traceback" not in ran.stderr, words
-        if words[0] == "-m":  # scripts let matplotlib tell that it can't keep its fonts at home
-            assert "MPLCONFIGDIR" not in ran.stderr, words
+@pytest.mark.parametrize("pages", PAGES, ids=" ".join)
+def test_the_commands_of_a_page_run_as_printed(pages, place):
+    (place / "home").mkdir()
+    (place / "no home").write_text("no folder: nothing can be written to it, not even by root")
+    done = []
+    for page in pages:
+        asked = [words for words in printed(page) if words not in done]
+        calls = [("home", "-c", IN_ONE_PROCESS, json.dumps(asked))]
+        if page == "README.md":
+            calls = [("no home", "-m", "exudyn_flexlink", *words) for words in asked]
+        assert asked
+        for call in calls:
+            found = ran(place, *call)
+            assert found.returncode == 0, found.stderr
+            assert "Traceback" not in found.stderr
+            assert "MPLCONFIGDIR" not in found.stderr  # nobody need know where fonts are kept
+        done += asked

@@ -21,7 +21,8 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.plots import FIGURES
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-SHORT = {"run": {"duration": 0.02}, "bodies.link.rods": 3}
+
+
 RUNS = [
     ("exudyn", {"solver.formulation": "minimal"}),
     ("exudyn", {"solver.formulation": "redundant"}),
@@ -181,16 +182,13 @@ def test_what_there_is_none_of_is_told_with_what_there_is(run):
     for ask, name in ((run.path, "link.middle"), (run.strikes, "bump")):
         with pytest.raises(ValueError, match=name):
             ask(name)
-    with pytest.raises(
-        ValueError,
-        match="name: there is no contact or joint with clearance 'bump'",
-    ):
+    with pytest.raises(ValueError, match="no contact or joint with clearance 'bump'"):
         run.touches("bump")
     with pytest.raises(ValueError, match="body: there is no struck body 'bump'; there are: lever"):
         run.lever("bump")
     with pytest.raises(ValueError, match=r"there are: lever, .*link\.end"):
         run.to_dataframe("bump")
-    with pytest.raises(AttributeError, match="there are: coordinates"):
+    with pytest.raises(AttributeError, match="There are: coordinates"):
         run.plot.cordinates  # noqa: B018
 
 
@@ -240,10 +238,6 @@ def test_a_saved_run_comes_back(run):
     assert run.save("runs/a") == folder
     with pytest.raises(fl.StorageError):
         fl.load("nowhere")
-    Path("mine").mkdir()
-    Path("mine/summary.json").write_text("mine", encoding="utf-8")
-    with pytest.raises(fl.StorageError):
-        run.save("mine")
 
 
 def test_tables_are_those_of_the_saved_run(run, tilting, monkeypatch):
@@ -257,8 +251,6 @@ def test_tables_are_those_of_the_saved_run(run, tilting, monkeypatch):
     np.testing.assert_array_equal(path["x_m"], run.path("link.end").position[:, 0])
     assert len(run.to_dataframe("lever")) == len(run.time)
     assert len(run.to_dataframe("strike")) == 4
-    with pytest.raises(ValueError, match=r"'nix'; there are: lever, strike, .*link.end"):
-        run.to_dataframe("nix")
     touches = tilting.to_dataframe("sleeve")
     assert list(touches["impulse_N_s"]) == list(tilting.touches("sleeve").impulse)
     for name, ask in (("pandas", lambda: run.to_dataframe("lever")), ("xarray", run.to_xarray)):
@@ -271,20 +263,18 @@ def test_tables_are_those_of_the_saved_run(run, tilting, monkeypatch):
 
 
 @pytest.mark.parametrize(("engine", "settings"), RUNS)
-def test_a_run_takes_no_signals(engine, settings):
-    scene = fl.load_scene("smooth", tolerance=1e-5).with_({**SHORT, **settings})
-    before, seen = signal.getsignal(signal.SIGINT), []
-    fl.simulate(scene, engine, lambda _: seen.append(signal.getsignal(signal.SIGINT)))
-    assert signal.getsignal(signal.SIGINT) == before
-    assert {*seen} == {before}
-
-
-@pytest.mark.parametrize(("engine", "settings"), RUNS)
 def test_ctrl_c_in_python_gives_what_was_computed(engine, settings):
-    """Also out of Exudyn's own solver, through which nothing may be raised."""
+    """Also out of Exudyn's own solver, through which nothing may be raised; by no handler."""
     long = {"run": {"duration": 400}, "bodies.link.rods": 3}
     scene = fl.load_scene("smooth", tolerance=1e-5).with_({**long, **settings})
-    result = fl.simulate(scene, engine, lambda _: signal.raise_signal(signal.SIGINT))
+    before, seen = signal.getsignal(signal.SIGINT), []
+
+    def press(_):
+        seen.append(signal.getsignal(signal.SIGINT))
+        signal.raise_signal(signal.SIGINT)
+
+    result = fl.simulate(scene, engine, press)
+    assert {*seen, signal.getsignal(signal.SIGINT)} == {before}
     assert result.outcome.reason == "interrupted"
     assert 0 < result.outcome.time < 400
     assert result.time[-1] == pytest.approx(result.outcome.time)
@@ -292,7 +282,7 @@ def test_ctrl_c_in_python_gives_what_was_computed(engine, settings):
 
 
 def test_ctrl_c_in_the_second_run_keeps_the_first():
-    scene, pressed = fl.load_scene("smooth", turns=8).with_({"bodies.link.rods": 3}), []
+    scene, pressed = fl.load_scene("smooth", turns=2).with_({"bodies.link.rods": 3}), []
 
     def press(done):
         if engines.FIRST < done < 1 and not pressed:

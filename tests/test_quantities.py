@@ -39,7 +39,7 @@ def test_every_unit_is_pints(name):
     assert powers_of(found(name)) == powers
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     st.lists(
         st.tuples(
@@ -156,7 +156,7 @@ def test_limits_hold_after_conversion_and_stand_in_the_schema():
         ratio.validate_python(-0.5)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     st.one_of(
         st.text(max_size=70),

@@ -104,7 +104,7 @@ def test_a_comparison_that_is_killed_keeps_whole_runs():
     with staged_folder(Path("old")) as folder:
         compared(old, folder)
     mine("old/exudyn/notes.txt")
-    for calls in range(0, 200, 3):
+    for calls in range(0, 200, 5):
         shutil.copytree("old", "o")
         killed = replaced_but_killed(calls, compared)
         titles = {load(Path("o", name)).scene.title for name in ("exudyn", "lagrangian")}

@@ -6,15 +6,8 @@ from math import inf, pi, sqrt
 
 import numpy as np
 import pytest
-from cli_runs import NO_CLEARANCE, RIGID
-from results import (
-    LENGTH,
-    LEVER_DAMPING,
-    LEVER_FREQUENCY,
-    LEVER_PEAK,
-    rigid_link,
-    tilting_link,
-)
+from cli_runs import NO_CLEARANCE, RIGID, row
+from results import LENGTH, LEVER_DAMPING, LEVER_FREQUENCY, LEVER_PEAK, rigid_link, tilting_link
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines.ending import RADAU
@@ -25,11 +18,6 @@ from exudyn_flexlink.report.text import WIDTH
 from exudyn_flexlink.result import EngineSettings
 
 WAYS = ("minimal", "redundant")
-
-
-def row(text, first):
-    """Words of the first line of a text that begins with the word `first`."""
-    return next(line.split() for line in text.splitlines() if line.split()[:1] == [first])
 
 
 # --- check ----------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from test_physics_tools import STEEL, angle, on_grid, rod, run, where
 
-FINE = "accuracy.tolerance=1e-8"
 BOUND = 2e-8  # m: both runs may be off by the tolerance, to either side
 COARSE = ("solver.formulation=redundant", "accuracy.tolerance=1e-4", "run.duration=0.2")
 WAYS = [((), BOUND), (COARSE, 2e-4)]
@@ -32,7 +31,7 @@ def apart(one, other, *points):
 
 SWUNG = """
 gravity: [0, -9.81]
-run: {duration: 1, sample: 1 ms}
+run: {duration: 0.5, sample: 1 ms}
 accuracy: {tolerance: 1.0e-8}
 """
 IN_SLOT = """
@@ -87,7 +86,7 @@ joints:
   slot: {{type: slot, point: arm.pin, curve: groove}}
 drives: {{motor: {{type: speed, joint: axle, value: {OMEGA} rad/s}}}}
 initial: {{guesses: {{arm: 180 deg}}}}
-run: {{duration: 2, sample: 1 ms}}
+run: {{duration: 0.7, sample: 1 ms}}
 accuracy: {{tolerance: 1.0e-8}}
 """
 FRAME_TURNS = f"""
@@ -101,7 +100,7 @@ joints:
   slot: {{type: slot, point: arm.pin, curve: groove}}
 drives: {{motor: {{type: speed, joint: axle, value: -{OMEGA} rad/s}}}}
 initial: {{guesses: {{arm: 180 deg}}}}
-run: {{duration: 2, sample: 1 ms}}
+run: {{duration: 0.7, sample: 1 ms}}
 accuracy: {{tolerance: 1.0e-8}}
 """
 
@@ -132,7 +131,7 @@ joints:
 drives: {{motor: {{type: speed, joint: axle, value: {OMEGA} rad/s}}}}
 gravity: 9.81
 initial: {{positions: {{bead: PLACE}}, speeds_along: {{slot: 0.5}}}}
-run: {{duration: 2, sample: 1 ms}}
+run: {{duration: 0.7, sample: 1 ms}}
 accuracy: {{tolerance: 1.0e-8}}
 """
 # Gravity turns backwards, and the bead feels m omega^2 r outwards. Coriolis' force is across the
@@ -149,7 +148,7 @@ drives:
       - 0.3*({OMEGA}**2*place(bead.centre, x) - 9.81*sin({OMEGA}*t))
       - 0.3*({OMEGA}**2*place(bead.centre, y) - 9.81*cos({OMEGA}*t))
 initial: {{positions: {{bead: PLACE}}, speeds_along: {{slot: 0.5}}}}
-run: {{duration: 2, sample: 1 ms}}
+run: {{duration: 0.7, sample: 1 ms}}
 accuracy: {{tolerance: 1.0e-8}}
 """
 
@@ -169,58 +168,6 @@ def test_a_bead_in_a_turning_groove_moves_as_by_what_it_feels_in_one_at_rest(set
 
 # --- slots, hinges and sleeves as other joints ----------------------------------------------------
 
-SLIDER_CRANK = """
-curves: {rail: {type: line, from: [-1, 0], to: [1, 0]}}
-bodies:
-  crank: {type: rigid, mass: 1, inertia: 0.01, points: {o: [0, 0], p: [0.1, 0]}}
-  rod: {type: rigid, mass: 0.5, inertia: 0.01, centre_of_mass: [0.15, 0],
-        points: {p: [0, 0], s: [0.3, 0]}}
-  block: {type: rigid, mass: 0.7, inertia: 0.01, points: {s: [0, 0], front: [0.05, 0]}}
-joints:
-  shaft: {type: revolute, points: [ground, crank.o], at: [0, 0]}
-  elbow: {type: revolute, points: [crank.p, rod.p]}
-  wrist: {type: revolute, points: [rod.s, block.s]}
-  WAY
-gravity: [0, -9.81]
-initial: {angles: {crank: 60 deg}, guesses: {rod: -17 deg}, speeds: {crank: 20}}
-run: {duration: 1, sample: 1 ms}
-accuracy: {tolerance: 1.0e-8}
-"""
-PRISMATIC = "way: {type: prismatic, points: [ground, block.s], at: [0, 0], axis: [1, 0]}"
-
-
-@pytest.mark.parametrize(("settings", "bound"), WAYS)
-def test_two_straight_slots_move_exactly_like_a_prismatic_joint(settings, bound):
-    slots = """rear: {type: slot, point: block.s, curve: rail}
-  ahead: {type: slot, point: block.front, curve: rail}"""
-    slid, ran = (run(SLIDER_CRANK.replace("WAY", way), *settings) for way in (PRISMATIC, slots))
-    assert apart(slid, ran, "block.s", "rod.p") < bound
-    if not settings:
-        pushes = ran.slot_forces["rear"] + ran.slot_forces["ahead"]
-        np.testing.assert_allclose(slid.joint_forces["way"], pushes, atol=1e-4)
-
-
-ELBOW = """
-bodies: {upper: UPPER, lower: LOWER}
-joints:
-  shoulder: {type: revolute, points: [ground, upper.start], at: [0, 0]}
-  elbow: {JOINT, points: [upper.end, lower.start]}
-gravity: [0, -9.81]
-initial: {angles: {upper: -20 deg, lower: 40 deg}}
-run: {duration: 1, sample: 1 ms}
-accuracy: {tolerance: 1.0e-8}
-"""
-
-
-@pytest.mark.parametrize(("stiffness", "settings", "bound"), [(1e9, *WAYS[0]), (1e6, *WAYS[1])])
-def test_a_hinge_of_infinite_stiffness_is_a_weld(stiffness, settings, bound):
-    """It gives way by the moment over the stiffness, 1 N m over 1e9 or 1e6 N m/rad."""
-    arms = STEEL + ELBOW.replace("UPPER", rod(0.4)).replace("LOWER", rod(0.3))
-    stiff = f"springs: {{stiff: {{type: torsional, joint: elbow, stiffness: {stiffness}}}}}"
-    welded = run(arms.replace("JOINT", "type: weld, angle: 60 deg"), *settings)
-    sprung = run(arms.replace("JOINT", "type: revolute") + stiff, *settings)
-    assert apart(welded, sprung, "lower.end") < bound
-
 
 SWINGING = """
 bodies:
@@ -238,42 +185,12 @@ accuracy: {tolerance: 1.0e-8}
 
 
 def test_an_ideal_sleeve_is_a_prismatic_joint_along_its_guide():
-    sleeve, way = (
-        run(STEEL + SWINGING.replace("JOINT", joint))
-        for joint in (
-            "in: {type: sleeve, guide: guide, link: link}",
-            "in: {type: prismatic, points: [guide.start, link.start], axis: [1, 0]}",
-        )
+    joints = (
+        "in: {type: sleeve, guide: guide, link: link}",
+        "in: {type: prismatic, points: [guide.start, link.start], axis: [1, 0]}",
     )
+    sleeve, way = (run(STEEL + SWINGING.replace("JOINT", joint)) for joint in joints)
     assert np.array_equal(sleeve.poses, way.poses)
-
-
-@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
-def test_axes_of_the_bodies_do_not_matter_between_two_that_move(formulation):
-    """The same link said in axes that are turned by 70 deg, and the joint the other way round."""
-    plain = run(
-        STEEL
-        + SWINGING.replace(
-            "JOINT", "in: {type: prismatic, points: [guide.start, link.start], axis: [1, 0]}"
-        ),
-        f"solver.formulation={formulation}",
-        "accuracy.tolerance=1e-5",
-    )
-    mass, inertia = 7850 * 1e-4 * 0.3, 7850 * 1e-4 * 0.3 * 0.09 / 12
-    c, s = cos(radians(-70)), sin(radians(-70))
-    body = f"""{{type: rigid, mass: {mass}, inertia: {inertia},
-    centre_of_mass: [{0.15 * c}, {0.15 * s}],
-    points: {{start: [0, 0], end: [{0.3 * c}, {0.3 * s}]}}}}"""
-    text = SWINGING.replace(
-        "{type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 10 mm}}", body
-    )
-    joint = f"""in: {{type: prismatic, points: [link.start, guide.start], axis: [{c}, {s}],
-    angle: -70 deg}}"""
-    turned = run(text.replace("JOINT", joint), FINE)
-    for point in ("link.start", "link.end"):
-        assert np.abs(where(plain, point) - where(turned, point)).max() < 1e-5
-    forces = plain.joint_forces["in"] + turned.joint_forces["in"]  # on either of the two bodies
-    assert np.abs(forces[5:]).max() < 2e-3 * np.abs(plain.joint_forces["in"]).max()
 
 
 # --- a flexible link is rods on sprung hinges ---------------------------------------------------
@@ -312,15 +229,12 @@ springs: {knee: {type: torsional, joint: knee, stiffness: 50, damping: 0.1, rest
 )
 
 
-@pytest.mark.parametrize(
-    "line", ["link.knee, link.end", pytest.param("link.end, link.knee", id="backwards")]
-)
-def test_a_ball_strikes_the_rod_beyond_a_hinge_of_a_link(line):
-    """A point on a hinge belongs to either rod: here to the one that is hit."""
-    side = "left" if line.startswith("link.knee") else "right"
-    link = run(FLEXIBLE.replace("LINE]", f"{line}], side: {side}"))
+def test_a_ball_strikes_the_rod_beyond_a_hinge_of_a_link():
+    """A point on a hinge belongs to either rod: here to the one that is hit, either way round."""
     rods = run(TWO_RODS)
-    assert len(link.intervals["hit"]) == len(rods.intervals["hit"]) >= 1
-    for point in ("ball.centre", "link.end"):
-        one, other = (on_grid(result, where(result, point), 1e-3) for result in (link, rods))
-        np.testing.assert_allclose(one, other, atol=BOUND)
+    for line, side in (("link.knee, link.end", "left"), ("link.end, link.knee", "right")):
+        link = run(FLEXIBLE.replace("LINE]", f"{line}], side: {side}"))
+        assert len(link.intervals["hit"]) == len(rods.intervals["hit"]) >= 1
+        for point in ("ball.centre", "link.end"):
+            one, other = (on_grid(result, where(result, point), 1e-3) for result in (link, rods))
+            np.testing.assert_allclose(one, other, atol=BOUND)

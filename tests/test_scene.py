@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from pydantic import BaseModel
 from results import PENDULUM
 
@@ -179,28 +177,3 @@ def test_the_schema_accepts_and_refuses_what_the_program_does():
     ]:
         data = parse_document(PENDULUM.replace(old, new), "x").data
         assert list(validator.iter_errors(data)), new
-
-
-WORDS = ["rod", "true", "'x'", "ground", "type"]
-PIECES = st.sampled_from(["5 N", "-1", ".nan", "null", "[]", "{}", "[[1]]", "1e400", *WORDS])
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.data())
-def test_a_mutilated_model_is_read_or_refused(data):
-    text = data.draw(st.sampled_from(EXAMPLES))
-    document = parse_document(text, "model.yaml")
-    for _ in range(data.draw(st.integers(1, 3))):
-        path = data.draw(st.sampled_from(sorted(document.places, key=str)))
-        place = document.places[path]
-        lines = text.split("\n")
-        line = lines[place.line - 1]
-        piece = data.draw(PIECES)
-        lines[place.line - 1] = line[: place.column - 1] + piece + line[place.end_column - 1 :]
-        text = "\n".join(lines)
-    try:
-        found = scene(text)
-    except SceneError as error:
-        str(error)  # it can be shown
-    else:
-        assert scene(json.dumps(found.to_data())) == found

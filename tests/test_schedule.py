@@ -5,13 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
-from exudyn_flexlink.mechanism import (
-    Ramp,
-    end_of_run,
-    sample_times,
-)
+from exudyn_flexlink.mechanism import Ramp, end_of_run, sample_times
 from exudyn_flexlink.source import parse_document
 
 ROTOR = """title: rotor
@@ -80,24 +75,3 @@ def test_samples_are_even_and_reach_the_end(end):
     assert 0 < steps[-1] <= steps[0] * (1 + 1e-9)
     assert 2000 <= len(times) <= 6000
     assert float(f"{steps[0]:.0e}") == pytest.approx(steps[0])  # a round number
-
-
-@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
-@pytest.mark.parametrize("torque", [0.7, -0.7])
-def test_turns_end_a_run_either_way(
-    formulation, torque
-):  # from rest at constant torque T: angle T t^2 / (2 J)
-    drive = f"drives.motor={{type: torque, joint: pin, value: {torque}}}"
-    result = simulate(scene(drive, "run.at_most=10", f"solver.formulation={formulation}"))
-    assert result.outcome.completed
-    assert result.time[-1] == pytest.approx((2 * 0.1 * 6 * pi / 0.7) ** 0.5, rel=1e-6)
-
-
-@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
-def test_turns_that_are_never_made_are_counted(formulation):
-    """A free rotor at 2 rad/s makes 1/pi turns in a second; there is no drive to speak of."""
-    found = scene("drives={}", "initial.speeds.rotor=-2", "run.at_most=1",
-                  f"solver.formulation={formulation}")  # fmt: skip
-    outcome = simulate(found).outcome
-    assert outcome.reason == "'at_most' was reached when joint 'pin' had made 0.318 turns of 3"
-    assert outcome.advice == "raise 'at_most'"

@@ -4,19 +4,13 @@ from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from published_exponents import GAMMA, LORENZ, OMEGA, UEDA_SCENE, E, G, ball_scene
+from published_exponents import GAMMA, LORENZ, OMEGA, E, G, ball_scene
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from test_physics_tools import STEEL, scene
+from test_physics_tools import scene
 
 from exudyn_flexlink import engines
-from exudyn_flexlink.stability import (
-    Asked,
-    Neighbours,
-    largest_exponent,
-    study,
-    trajectory,
-)
+from exudyn_flexlink.stability import Asked, Neighbours, largest_exponent, study, trajectory
 from exudyn_flexlink.stability.exponent import half_width
 
 
@@ -91,34 +85,10 @@ def test_the_error_of_a_solver_shows_as_noise():
 
 # --- mechanisms -----------------------------------------------------------------------------
 
-ROD = """
-bodies:
-  rod: {type: rod, length: 0.6, material: steel, section: {width: 20 mm, thickness: 5 mm}}
-joints: {pivot: {type: revolute, points: [ground, rod.start], at: [0, 0]}}
-gravity: 9.81
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-9}
-"""
-DAMPER = "springs: {d: {type: torsional, joint: pivot, damping: 0.3}}\n"
-UPRIGHT, HANGING = "initial: {angles: {rod: 90 deg}}\n", "initial: {angles: {rod: -90 deg}}\n"
 
-
-def by(engine):
-    return lambda each: engines.simulate(each, engine, measure=False)
-
-
-def studied(text, lap, laps, *settings, after=1.0, engine="exudyn"):
+def studied(text, lap, laps, after=1.0):
     asked = Asked(laps, after, lap, tolerance=1e-9)
-    return study(scene(STEEL + text, *settings), by(engine), asked)
-
-
-def test_an_upright_rod_falls_at_its_rate():
-    """m l^2/3 x'' = m g l/2 x: neighbours of the upright rod part at sqrt(3 g/(2 l))."""
-    rate = sqrt(3 * G / (2 * 0.6))
-    found = studied(ROD + UPRIGHT, 0.4, 8).exponent
-    assert abs(found.value - rate) < found.uncertainty + found.noise
-    assert found.uncertainty + found.noise < 0.01 * rate
-    assert found.sign == 1
+    return study(scene(text), lambda each: engines.simulate(each, measure=False), asked)
 
 
 SADDLE = """
@@ -137,17 +107,8 @@ def test_neighbours_that_part_fast_are_put_back_before_they_are_far():
     """
     found = studied(SADDLE, 4.0, 8).exponent
     assert found.value == pytest.approx(10, rel=1e-3)
-
-
-def test_a_hanging_rod_comes_to_rest_at_its_rate():
-    """J x'' + c x' + m g l/2 x = 0: swings fade at c/(2 J)."""
-    mass = 7850 * 0.6 * 0.02 * 0.005
-    inertia = mass * 0.6**2 / 3
-    period = 2 * pi / sqrt(mass * G * 0.3 / inertia - (0.3 / (2 * inertia)) ** 2)
-    found = studied(ROD + DAMPER + HANGING, period, 8).exponent
-    assert abs(found.value + 0.3 / (2 * inertia)) < found.uncertainty + found.noise
-    assert found.uncertainty + found.noise < 0.01 * abs(found.value)
-    assert found.sign == -1
+    assert found.uncertainty + found.noise < 0.1
+    assert found.sign == 1
 
 
 def table(t):
@@ -188,40 +149,9 @@ def test_a_bouncing_ball_settles_at_its_rate():
     start = 0.4 * period  # between two bounces
     flown = start - first
     height = table(first) + up * flown - G * flown**2 / 2
-    found = studied(ball_scene(start, height, up - G * flown), period, 24)
-    assert len(found.run.intervals["bounce"]) == 24
+    found = studied(ball_scene(start, height, up - G * flown), period, 18)
+    assert len(found.run.intervals["bounce"]) == 18
     rate = log(E) / period
     assert abs(found.exponent.value - rate) < found.exponent.uncertainty
     assert found.exponent.value == pytest.approx(rate, rel=0.05)
     assert found.repeating.laps == 1
-
-
-def test_a_mechanism_parts_as_its_equations_do():
-    """Ueda's oscillator is a mass on a rail: every stretch of Exudyn grows as SciPy's equations.
-
-    `scripts/published_exponents.py` has the exponent itself, of both.
-    """
-    found = studied(UEDA_SCENE, 2 * pi, 8, after=0.0)
-    run, own = found.run, found.exponent
-
-    for begin, end, growth in zip(own.times[8:-1], own.times[9:], own.rates[8:], strict=True):
-        k = [int(np.abs(run.time - t).argmin()) for t in (begin, end)]
-        start = np.array([run.poses[k[0], 0, 0], run.rates[k[0], 0, 0]])
-        assert ueda(start, begin, end)[0] == pytest.approx(run.poses[k[1], 0, 0], abs=1e-6)
-        tangents = [
-            (ueda(start + off, begin, end) - ueda(start - off, begin, end)) / 2e-5
-            for off in 1e-5 * np.eye(2)
-        ]
-        sizes = np.linalg.svd(np.array(tangents), compute_uv=False)
-        most, least = np.log(sizes) / (end - begin)
-        assert least - 1e-3 < growth < most + 1e-3
-
-
-def ueda(start, begin, end):
-    """State of the oscillator at the end, from one at the begin, by SciPy."""
-
-    def rate(t, x):
-        return [x[1], -0.05 * x[1] - x[0] ** 3 + 7.5 * cos(t)]
-
-    solved = solve_ivp(rate, (begin, end), start, method="DOP853", rtol=1e-11, atol=1e-11)
-    return solved.y[:, -1]

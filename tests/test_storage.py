@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import results
-from scipy.io import netcdf_file
 
 from exudyn_flexlink.storage import StorageError, load, save, staged_folder
 from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
@@ -166,13 +165,6 @@ def test_what_is_no_run(copy, changes):
         load(copy)
 
 
-def test_a_file_of_another_program(tmp_path):
-    with netcdf_file(tmp_path / "result.nc", "w") as file:
-        file.title = "weather"
-    with pytest.raises(StorageError, match=r"result\.nc is damaged: it is not what was written"):
-        load(tmp_path)
-
-
 # --- whole or not at all
 
 
@@ -188,12 +180,3 @@ def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
     with pytest.raises(error):
         write()
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["thesis.tex", "summary.json"])
-def test_other_peoples_files_are_never_replaced(tmp_path, name):
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / name).write_text("{}")
-    with pytest.raises(StorageError, match="choose another name"), staged_folder(tmp_path / "run"):
-        raise AssertionError("too late")
-    assert [path.name for path in (tmp_path / "run").iterdir()] == [name]

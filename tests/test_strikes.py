@@ -1,7 +1,6 @@
 """Strikes that once were silently wrong, and those of drives as slow as the hours."""
 
 import warnings
-from functools import cache
 from math import pi
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from exudyn_flexlink.observables import common_times, lever_response, separation
 
 MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 
-# In both the point creeps along the lever's face, and then lifts off within one step.
+# The point creeps along the lever's face, and then lifts off within one step.
 PLASTIC = (  # the tip was 6 tolerances off
     "curves.track.curves=[ellipse]",
     "bodies.link.section.thickness=0.000357423",
@@ -32,23 +31,6 @@ PLASTIC = (  # the tip was 6 tolerances off
     "contacts.strike.law.stiffness=2623.87",
     "contacts.strike.law.restitution=0",
     "run.turns=1",
-)
-DEEP = (  # S was 1.5 tolerances off
-    "curves.track.curves=[ellipse]",
-    "bodies.link.section.thickness=0.000399148",
-    "bodies.link.rods=3",
-    "bodies.link.hinges.stiffness=0.118817",
-    "bodies.link.hinges.damping=2.56582e-05",
-    "bodies.lever.length=0.0385203",
-    "bodies.lever.section.thickness=0.00100047",
-    "joints.crank.at=[0.0279709, 0]",
-    "joints.pivot.at=[-0.1435403, 0]",
-    "springs.lever_return.frequency=143.361",
-    "springs.lever_return.damping_ratio=0.0116648",
-    "drives.motor.value=43.3896",
-    "contacts.strike.law.stiffness=5542.47",
-    "contacts.strike.law.restitution=0.27813",
-    "run.turns=1.6",
 )
 
 
@@ -83,16 +65,13 @@ def test_a_point_that_starts_on_its_face_strikes_it(beyond, by, law):
     "settings",
     [
         pytest.param(PLASTIC, id="plastic"),
-        pytest.param(DEEP, id="deep"),
-        # Of `scripts/random_strikes.py --seed 1`: 7 and 2 tolerances off.
+        # Of `scripts/random_strikes.py --seed 1`: 7 tolerances off.
         pytest.param(tuple(draw(np.random.default_rng([1, 112]))), id="random 112"),
-        pytest.param(tuple(draw(np.random.default_rng([1, 130]))), id="random 130"),
         # Of seed 2: 1.3 tolerances, as a force leapt between two stages.
         pytest.param(tuple(draw(np.random.default_rng([2, 92]))), id="random 92"),
-        # Of seeds 3 and 4: S of the Lagrangian was 1.5 and 1.9 tolerances off, as its iteration
-        # ended before the face, which turns as the point creeps along, was done with.
+        # Of seed 3: S of the Lagrangian was 1.5 tolerances off, as its iteration ended before the
+        # face, which turns as the point creeps along, was done with.
         pytest.param(tuple(draw(np.random.default_rng([3, 199]))), id="random 199"),
-        pytest.param(tuple(draw(np.random.default_rng([4, 33]))), id="random 33"),
     ],
 )
 def test_a_point_that_creeps_and_lifts_off_keeps_the_tolerance(settings):
@@ -102,21 +81,20 @@ def test_a_point_that_creeps_and_lifts_off_keeps_the_tolerance(settings):
 
 # --- drives so slow that the clock is coarser than events are found -----------------------------
 
-SLOW = ("drives.motor.value=1.5e-3", "drives.motor.value=1e-3", "drives.motor.value=1e-4")
+SLOW, SLOWEST = "drives.motor.value=1.5e-3", "drives.motor.value=1e-4"
 LONG_RAMP = "drives.motor.ramp=4e5"
 
 
-@cache
 def slow(setting, engine, *more):
-    """A turn, in which no warning of NumPy may reach the user."""
+    """The turn up to after the strike, in which no warning of NumPy may reach the user."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        scene = load_scene(MODEL, [setting, "run.turns=1", *more])
-        return simulate(scene, engine)
+        scene = load_scene(MODEL, [setting, "run.turns=0.7", *more])
+        return simulate(scene, engine, measure=False)
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-@pytest.mark.parametrize("setting", [*SLOW[1:], LONG_RAMP])
+@pytest.mark.parametrize("setting", [SLOWEST, LONG_RAMP])
 def test_slow_drives_run_to_their_end(setting, engine):
     """A lever that is pushed aside slowly goes as far as with any slow drive: by 0.16571 rad."""
     goes_as_any_slow_drive(slow(setting, engine))
@@ -134,23 +112,19 @@ def goes_as_any_slow_drive(result):
 
 
 def test_creeping_off_a_face_is_told_where_it_is_off():
-    """What springs back may be 5 tolerances off: 2e-10 m of place are 4e-6 s of time."""
+    """What springs back may be 5 tolerances off: 2e-10 m of place are 4e-6 s of time.
+
+    Known by a run a hundred times as accurate.
+    """
+    exact, points = slow(SLOW, "lagrangian", "accuracy.tolerance=1e-8"), ["link.end", "lever.end"]
     for engine in ("exudyn", "lagrangian"):  # not two tests: both need the one exact run
-        result = measured(slow(SLOW[0], engine))
+        result = measured(slow(SLOW, engine))
         goes_as_any_slow_drive(result)
-        off = off_exact(result)
+        off = separation(result, exact, common_times(result, exact), points).max()
         assert off < result.error.largest
         told = [text for text in result.warnings if "may be off by more than 1e-06 m" in text]
         assert len(told) == (result.error.largest > 1e-6)
         assert told or off < 1e-6
-
-
-def off_exact(result):
-    """Largest distance (m) of S and the tip from those of a run a thousand times as accurate."""
-    exact = slow(SLOW[0], "lagrangian", "accuracy.tolerance=1e-9")
-    time = common_times(result, exact)
-    points = ("link.end", "lever.end")
-    return max(float(separation(result, exact, time, [point]).max()) for point in points)
 
 
 def test_instants_are_one_where_the_clock_cannot_tell_them_apart():

@@ -152,18 +152,17 @@ def test_what_raises_is_a_failed_row_and_the_others_go_on():
     assert found.columns()["bound_m"] == [None] * 3
 
 
-def lengths_within_a_pool(workers):
-    """A sweep in a worker of a pool, which may start no processes of its own."""
+def lengths_within_a_pool():
+    """Sweeps in a worker of a pool, which may start no processes of its own."""
     scene = fl.load_scene("pendulum", tolerance=1e-4).with_({"run.duration": 0.02})
-    swept = fl.sweep(scene, {"gravity": "9.81, 1.62"}, workers=workers)
-    return [row.status for row in swept.rows]
+    swept = [fl.sweep(scene, {"gravity": "9.81, 1.62"}, workers=count) for count in (None, 2)]
+    return [[row.status for row in one.rows] for one in swept]
 
 
-@pytest.mark.parametrize("workers", [None, 2])
-def test_a_sweep_in_a_worker_of_a_pool_runs_there(workers):
+def test_a_sweep_in_a_worker_of_a_pool_runs_there():
     with get_context("spawn").Pool(1) as pool:
-        found = pool.apply_async(lengths_within_a_pool, [workers]).get(timeout=60)
-    assert found == ["done", "done"]
+        found = pool.apply_async(lengths_within_a_pool).get(timeout=60)
+    assert found == [["done", "done"]] * 2
 
 
 def test_a_row_has_the_error_and_the_horizon_that_two_runs_tell():

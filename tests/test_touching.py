@@ -156,10 +156,6 @@ def test_a_touch_belongs_to_the_time_in_which_it_begins():
     assert second.longest == pytest.approx(0.2)
 
 
-def test_laps_begin_with_whole_turns(tilting):
-    assert lap_starts(tilting) == pytest.approx([0, LAP, 2 * LAP, 3 * LAP])
-
-
 def test_a_crank_that_swings_back_begins_no_lap_twice(tilting):
     """It turns 1.5 times forward, half a turn back, and on again."""
     turned = np.interp(tilting.time / tilting.time[-1], [0, 0.3, 0.4, 1], [0, 1.5, 1.0, 4.0])

@@ -34,16 +34,6 @@ def test_turns_of_a_sine_are_found_at_their_heights(nodes, off, blocks):
     np.testing.assert_allclose(value[1:-1], [1, -1, 1], atol=off)
 
 
-def test_a_step_of_its_own_degree_is_met_exactly():
-    own = np.polynomial.Polynomial([0.3, -2, 1, 4, -3, 0.5, 1])
-    slope = own.deriv()
-    edges = np.array([0.0, 1.0])
-    inside = [r.real for r in slope.roots() if abs(r.imag) < 1e-12 and 0 < r.real < 1]
-    time, value = seek(own, slope, edges, RADAU)
-    np.testing.assert_allclose(value[1:-1], own(np.sort(inside)), rtol=1e-9)
-    np.testing.assert_allclose(time[1:-1], np.sort(inside), atol=1e-6)
-
-
 @pytest.mark.parametrize("blocks", [1, 4])
 @pytest.mark.parametrize("nodes", [RADAU, ENDS])
 def test_a_turn_right_where_a_step_ends_is_found(nodes, blocks):

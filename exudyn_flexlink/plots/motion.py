@@ -157,7 +157,7 @@ def polar(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
     if ax is not None:
         return figure
     radial_scale(axes, factor * radius, f"distance OS ({unit})")
-    legend_outside(axes, 1.12, below=True)
+    legend_outside(axes, 1.06, below=True)
     return figure
 
 
