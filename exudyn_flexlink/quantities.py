@@ -164,11 +164,14 @@ class Quantity:
 class StiffnessOfPower(Quantity):
     """Annotation of K in K d^n, in N/m^n; n is the key `exponent` of its part, declared before."""
 
+    def beside(self, exponent: float | None) -> Quantity:
+        """Return what it is beside an exponent, or beside none."""
+        return replace(self, dimension=stiffness_of_power(exponent or HERTZ))
+
     def _read_beside(self, value: object, info: ValidationInfo) -> float | str:
         if "exponent" not in info.data:  # which has a mistake of its own
             return math.nan
-        measure = stiffness_of_power(info.data["exponent"] or HERTZ)
-        return replace(self, dimension=measure).read(value)
+        return self.beside(info.data["exponent"]).read(value)
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -178,7 +181,8 @@ class StiffnessOfPower(Quantity):
 
 HERTZ = 1.5
 """Exponent of spheres, and of a law that gives none."""
-PowerStiffness = Annotated[float, StiffnessOfPower(stiffness_of_power(HERTZ), above=0.0)]
+_ANY_POWER = Measure("a stiffness", "N/m^n", "1e7 N/m^1.5", stiffness_of_power(HERTZ).powers)
+PowerStiffness = Annotated[float, StiffnessOfPower(_ANY_POWER, above=0.0)]
 Number = partial(Quantity, Dimension.NUMBER)
 """Annotation of a number without a unit, with its limits."""
 Coordinate = Annotated[float, Quantity(Dimension.LENGTH)]

@@ -53,7 +53,7 @@ class DampedLaw(Part):
     type: Literal["hunt_crossley", "lankarani_nikravesh", "flores", "gonthier", "exact"]
     exponent: Power = Field(si.HERTZ, description="n, of the penetration; 1.5: Hertz")
     stiffness: si.PowerStiffness = Field(
-        description="K, in N/m^n, such as '10 kN/mm^1.5': force at a penetration of 1 m"
+        description="K, in units that fit the exponent n: force at a penetration of 1 m"
     )
     restitution: Restitution
     transition_speed: si.PositiveSpeed = Field(
@@ -94,7 +94,7 @@ class HertzLaw(Part):
         None, description="n, of the penetration; left out: 1.5, that of spheres"
     )
     stiffness: si.PowerStiffness | None = Field(
-        None, description="K, in N/m^n, such as '10 kN/mm^1.5': force at a penetration of 1 m"
+        None, description="K, in units that fit the exponent n: force at a penetration of 1 m"
     )
     materials: (
         Annotated[tuple[MaterialName, MaterialName], listed("material", "material")] | None

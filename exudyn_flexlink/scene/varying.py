@@ -99,10 +99,10 @@ class TorqueTable(_SpringTable):
     """Torques of a spring by its angle."""
 
     columns: ClassVar = {"angle": (Dimension.ANGLE,), "torque": (Dimension.TORQUE,)}
-    points: (
-        tuple[Annotated[tuple[si.Angle, si.Torque], listed("angle", "torque")], ...] | None
-    ) = Field(
-        None, description="[[angle, torque], ...], by angle; the run ends where it leaves them"
+    points: tuple[Annotated[tuple[si.Angle, si.Torque], listed("angle", "torque")], ...] | None = (
+        Field(
+            None, description="[[angle, torque], ...], by angle; the run ends where it leaves them"
+        )
     )
 
 
