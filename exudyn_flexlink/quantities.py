@@ -12,15 +12,7 @@ from typing import Annotated, Any, NoReturn
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from exudyn_flexlink.units import (
-    DOTS,
-    RAISED,
-    Dimension,
-    Measure,
-    UnknownUnitError,
-    find_unit,
-    stiffness_of_power,
-)
+from exudyn_flexlink.units import DOTS, RAISED, Dimension, Measure, UnknownUnitError, find_unit
 from exudyn_flexlink.yaml_reader import MINUS
 
 LONGEST_TEXT = 60
@@ -166,7 +158,7 @@ class StiffnessOfPower(Quantity):
 
     def beside(self, exponent: float | None) -> Quantity:
         """Return what it is beside an exponent, or beside none."""
-        return replace(self, dimension=stiffness_of_power(exponent or HERTZ))
+        return replace(self, dimension=Measure.stiffness(exponent or HERTZ))
 
     def _read_beside(self, value: object, info: ValidationInfo) -> float | str:
         if "exponent" not in info.data:  # which has a mistake of its own
@@ -181,7 +173,7 @@ class StiffnessOfPower(Quantity):
 
 HERTZ = 1.5
 """Exponent of spheres, and of a law that gives none."""
-_ANY_POWER = Measure("a stiffness", "N/m^n", "1e7 N/m^1.5", stiffness_of_power(HERTZ).powers)
+_ANY_POWER = Measure("a stiffness", "N/m^n", "1e7 N/m^1.5", Measure.stiffness(HERTZ).powers)
 PowerStiffness = Annotated[float, StiffnessOfPower(_ANY_POWER, above=0.0)]
 Number = partial(Quantity, Dimension.NUMBER)
 """Annotation of a number without a unit, with its limits."""

@@ -33,6 +33,13 @@ class Measure:
         self.example = example
         self.powers = powers
 
+    @staticmethod
+    def stiffness(exponent: float) -> Measure:
+        """Return what K of a force K d^exponent measures."""
+        si = f"N/m^{exponent:g}"
+        powers = Powers(m=round(1 - exponent, _DIGITS), kg=1, s=-2)
+        return Measure(f"a stiffness of exponent {exponent:g}", si, f"1e7 {si}", powers)
+
     @property
     def hint(self) -> str:
         """How to write such a value."""
@@ -42,13 +49,6 @@ class Measure:
         """Whether a unit of these powers measures this; torsion may be given without its '/rad'."""
         without_rad = self.powers._replace(rad=0)
         return powers == self.powers or (self.powers.rad < 0 and powers == without_rad)
-
-
-def stiffness_of_power(exponent: float) -> Measure:
-    """Return what K of a force K d^exponent measures."""
-    si = f"N/m^{exponent:g}"
-    powers = Powers(m=round(1 - exponent, _DIGITS), kg=1, s=-2)
-    return Measure(f"a stiffness of exponent {exponent:g}", si, f"1e7 {si}", powers)
 
 
 class Dimension(Measure, Enum):

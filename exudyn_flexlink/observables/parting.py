@@ -159,29 +159,22 @@ def force_deviations(
 def worst_force(found: Mapping[str, ForceDeviation]) -> tuple[str, float]:
     """Name of the force that is farthest off as a part of its own largest, and that part.
 
-    While nothing touches, unless something does throughout, or no force acts but then. Forces that
-    are rounding, beside the largest of their unit, tell nothing. An empty name and 0 where no force
+    While nothing touches, unless something does throughout, or no force acts then. Forces that are
+    rounding, beside the largest of their unit, tell nothing. An empty name and 0 where no force
     does.
     """
-    free = {name: own.free or own.touching for name, own in found.items()}
-    touching = {name: own.touching for name, own in found.items()}
-    told = _told(found, free) or _told(found, touching)
-    return max(told.items(), key=lambda item: item[1], default=("", 0.0))
-
-
-def _told(
-    found: Mapping[str, ForceDeviation], parts: Mapping[str, ForceSpread | None]
-) -> dict[str, float]:
-    """Return how far forces are off as parts of their largest, without those that are rounding."""
+    acts = any(own.free and own.free.size > NO_FORCE for own in found.values())
+    parts = {n: own.free if acts and own.free else own.touching for n, own in found.items()}
     sizes: dict[str, float] = {}
     for name, part in parts.items():
         unit = found[name].unit
         sizes[unit] = max(sizes.get(unit, NO_FORCE), part.size if part else 0.0)
-    return {
+    told = {
         name: part.relative
         for name, part in parts.items()
         if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[found[name].unit])
     }
+    return max(told.items(), key=lambda item: item[1], default=("", 0.0))
 
 
 def _spread(

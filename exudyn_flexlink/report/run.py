@@ -183,9 +183,8 @@ def forces_text(error: MeasuredError) -> str:
     if error.missing or not name:
         return "not measured"
     own = error.forces[name]
-    when = ""
-    if own.free and own.touching:
-        when = " while nothing touches" if own.free.size > NO_FORCE else " in contact"
+    free = " while nothing touches" if own.free and own.free.size > NO_FORCE else " in contact"
+    when = free if own.free and own.touching else ""
     return f"within {100 * part:.2g} % of their largest ({name}){when}{_until(error)}"
 
 
