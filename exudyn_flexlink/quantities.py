@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import partial
 from typing import Annotated, Any, NoReturn
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from exudyn_flexlink.units import DOTS, RAISED, Dimension, UnknownUnitError, find_unit
+from exudyn_flexlink.units import DOTS, RAISED, Dimension, Measure, UnknownUnitError, find_unit
 from exudyn_flexlink.yaml_reader import MINUS
 
 LONGEST_TEXT = 60
@@ -32,7 +32,7 @@ def refuse(message: str, hint: str = "", at: str | tuple[str | int, ...] = ()) -
     raise PydanticCustomError("mistake", "{message}", context)
 
 
-def to_si(value: object, dimension: Dimension, words: tuple[str, ...] = ()) -> float:
+def to_si(value: object, dimension: Measure, words: tuple[str, ...] = ()) -> float:
     """Read `value`, a number in SI or a string such as '5 mm', as a float in SI.
 
     Messages name the `words` that may stand in its place, too.
@@ -82,7 +82,7 @@ def _as_float(value: float) -> float:
         return math.inf
 
 
-def _from_text(text: str, dimension: Dimension, expected: str) -> float:
+def _from_text(text: str, dimension: Measure, expected: str) -> float:
     if _IS_NUMBER.fullmatch(text):
         refuse(f"{expected}, got the text '{text.strip()}'", "a number without quotes")
     match = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_TEXT else None
@@ -108,7 +108,7 @@ class Quantity:
     `words` are texts accepted as they are, beside the quantity.
     """
 
-    dimension: Dimension
+    dimension: Measure
     _: KW_ONLY
     above: float | None = None
     at_least: float | None = None
@@ -153,6 +153,28 @@ class Quantity:
         return {"anyOf": forms, "description": unit, "$comment": unit}
 
 
+class StiffnessOfPower(Quantity):
+    """Annotation of K in K d^n, in N/m^n; n is the key `exponent` of its part, declared before."""
+
+    def beside(self, exponent: float | None) -> Quantity:
+        """Return what it is beside an exponent, or beside none."""
+        return replace(self, dimension=Measure.stiffness(exponent or HERTZ))
+
+    def _read_beside(self, value: object, info: ValidationInfo) -> float | str:
+        if "exponent" not in info.data:  # which has a mistake of its own
+            return math.nan
+        return self.beside(info.data["exponent"]).read(value)
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self._read_beside)
+
+
+HERTZ = 1.5
+"""Exponent of spheres, and of a law that gives none."""
+_ANY_POWER = Measure("a stiffness", "N/m^n", "1e7 N/m^1.5", Measure.stiffness(HERTZ).powers)
+PowerStiffness = Annotated[float, StiffnessOfPower(_ANY_POWER, above=0.0)]
 Number = partial(Quantity, Dimension.NUMBER)
 """Annotation of a number without a unit, with its limits."""
 Coordinate = Annotated[float, Quantity(Dimension.LENGTH)]

@@ -15,14 +15,44 @@ from typing import NamedTuple
 class Powers(NamedTuple):
     """A dimension as powers of the base units; radians count, so that rad/s is not Hz."""
 
-    m: int = 0
-    kg: int = 0
-    s: int = 0
-    rad: int = 0
+    m: float = 0
+    kg: float = 0
+    s: float = 0
+    rad: float = 0
 
 
-class Dimension(Enum):
+_DIGITS = 9  # of powers: 1 - 1.1 is -0.1
+
+
+class Measure:
     """What a number measures: its name, its SI unit in words, an example, its powers."""
+
+    def __init__(self, words: str, si: str, example: str, powers: Powers) -> None:
+        self.words = words
+        self.si = si
+        self.example = example
+        self.powers = powers
+
+    @staticmethod
+    def stiffness(exponent: float) -> Measure:
+        """Return what K of a force K d^exponent measures."""
+        si = f"N/m^{exponent:g}"
+        powers = Powers(m=round(1 - exponent, _DIGITS), kg=1, s=-2)
+        return Measure(f"a stiffness of exponent {exponent:g}", si, f"1e7 {si}", powers)
+
+    @property
+    def hint(self) -> str:
+        """How to write such a value."""
+        return f"a number in {self.si}, or {self.words} such as '{self.example}'" if self.si else ""
+
+    def accepts(self, powers: Powers) -> bool:
+        """Whether a unit of these powers measures this; torsion may be given without its '/rad'."""
+        without_rad = self.powers._replace(rad=0)
+        return powers == self.powers or (self.powers.rad < 0 and powers == without_rad)
+
+
+class Dimension(Measure, Enum):
+    """Measures that do not depend on another number."""
 
     LENGTH = ("a length", "metres", "5 mm", Powers(m=1))
     ANGLE = ("an angle", "radians", "90 deg", Powers(rad=1))
@@ -55,24 +85,6 @@ class Dimension(Enum):
     SECOND_MOMENT = ("a second moment of area", "m^4", "0.1 mm^4", Powers(m=4))
     NUMBER = ("a number", "", "", Powers())
 
-    def __init__(self, words: str, si: str, example: str, powers: Powers) -> None:
-        self.words = words
-        self.si = si
-        self.example = example
-        self.powers = powers
-
-    @property
-    def hint(self) -> str:
-        """How to write such a value."""
-        if self is Dimension.NUMBER:
-            return ""
-        return f"a number in {self.si}, or {self.words} such as '{self.example}'"
-
-    def accepts(self, powers: Powers) -> bool:
-        """Whether a unit of these powers measures this; torsion may be given without its '/rad'."""
-        without_rad = self.powers._replace(rad=0)
-        return powers == self.powers or (self.powers.rad < 0 and powers == without_rad)
-
 
 class Unit(NamedTuple):
     """A unit in terms of the SI's."""
@@ -86,7 +98,7 @@ class Symbol(NamedTuple):
 
     powers: Powers
     factor: float = 1.0
-    tens: int = 0
+    tens: float = 0
     prefixed: bool = False
 
 
@@ -151,7 +163,7 @@ RAISED = "⁻⁰¹²³⁴"  # in exponents
 _SIGNS = str.maketrans(f"{DOTS}µμ\N{MINUS SIGN}{RAISED}", "***uu--01234")
 # Written in one word by every engineer.
 _NEWTON_METRES = re.compile(r"(?<![A-Za-z])([kMmu]?N)(m|cm|mm)(s?)(?![A-Za-z])")
-_TOKEN = re.compile(r"[A-Za-z]+|\^[-+]?[0-9](?![0-9])|[/()]|1(?![0-9])")
+_TOKEN = re.compile(r"[A-Za-z]+|\^[-+]?[0-9](?:\.[0-9]{1,3})?(?![0-9.])|[/()]|1(?![0-9])")
 MOST_TENS = 300  # a float holds no power of ten beyond
 
 
@@ -159,12 +171,12 @@ class UnknownUnitError(ValueError):
     """There is no such unit; the message says so, and names one that resembles it."""
 
 
-def usual_units(dimension: Dimension) -> list[str]:
+def usual_units(dimension: Measure) -> list[str]:
     """Units in which a quantity is usually given."""
     return [name for name in USUAL if dimension.accepts(_unit(name).powers)]
 
 
-def find_unit(text: str, wanted: Dimension) -> Unit:
+def find_unit(text: str, wanted: Measure) -> Unit:
     """Look a unit up: products may be written 'N m', 'N*m', 'N·m', and 'Nm' is one of them.
 
     Read from left to right, so that 'N/m s' is 'N s/m'. It may be of another dimension than what
@@ -223,12 +235,13 @@ def _power(tokens: list[str]) -> Symbol:
             raise UnknownUnitError
     else:
         base = Symbol(Powers()) if first == "1" else _symbol(first)
-    exponent = int(tokens.pop()[1:]) if tokens and tokens[-1].startswith("^") else 1
+    exponent = float(tokens.pop()[1:]) if tokens and tokens[-1].startswith("^") else 1
     return _times(Symbol(Powers()), base, exponent)
 
 
-def _times(one: Symbol, other: Symbol, exponent: int) -> Symbol:
-    powers = (a + exponent * b for a, b in zip(one.powers, other.powers, strict=True))
+def _times(one: Symbol, other: Symbol, exponent: float) -> Symbol:
+    pairs = zip(one.powers, other.powers, strict=True)
+    powers = (round(a + exponent * b, _DIGITS) for a, b in pairs)
     try:
         factor = one.factor * other.factor**exponent
     except (OverflowError, ZeroDivisionError):

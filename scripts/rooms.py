@@ -24,7 +24,7 @@ CEILINGS = {
     "engines/exudyn/redundant": 3_355,
     "engines/lagrangian": 2_015,
     "mechanism": 6_060,
-    "scene": 4_050,
+    "scene": 4_080,
     "expressions": 1_225,
     "curves": 1_305,
     "observables": 1_925,
@@ -32,16 +32,16 @@ CEILINGS = {
     "stability": 880,
     "verification": 430,
     "storage": 1_930,
-    "sweeps": 1_470,
-    "plots": 3_335,
+    "sweeps": 1_475,
+    "plots": 3_340,
     "report": 2_125,
     "page": 340,
     "animation": 1_685,
     "cli": 2_635,
     "api": 1_735,
-    "": 5_200,
+    "": 5_235,
 }
-WHOLE = {PACKAGE: 52_450, "tests": 27_340, "scripts": 8_700}
+WHOLE = {PACKAGE: 52_530, "tests": 27_400, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

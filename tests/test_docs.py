@@ -14,6 +14,7 @@ from written import parts_of, without_parts
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.cli import program_parser
+from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.scene import json_schema
@@ -57,7 +58,7 @@ def test_the_program_knows_the_arguments_of_each_command(arguments):
     options = vars(program_parser().parse_args(arguments))
     if "model" in options and not options.get("other"):
         path = ROOT / options["model"]
-        given = path if path.exists() else str(options["model"])
+        given = path if path.exists() else model_path(str(options["model"]))
         load_scene(given, options.get("settings", ()))
 
 

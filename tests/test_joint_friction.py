@@ -15,6 +15,7 @@ from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import arrays_of, load, save
+from exudyn_flexlink.sweeps.rows import standard_row
 
 ROD = """
 bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
@@ -316,4 +317,5 @@ def test_a_saved_run_tells_its_friction(tmp_path):
     assert read.scene == whole.scene
     np.testing.assert_array_equal(read.frictions["pin"].lost, whole.frictions["pin"].lost)
     assert read.frictions["pin"].end.tolist() == [np.inf]
+    assert standard_row(read)["pin.friction_loss_J"] == pytest.approx(2.352, abs=5e-4)
     assert "pin 2.352 J 3.249 s from 6.751 s on" in " ".join(run_text(read).split())

@@ -75,6 +75,35 @@ def test_what_a_point_file_must_not_hold(tmp_path, content, words):
     assert caught.value.mistakes[0].path == ("curves", "outline", "file")
 
 
+# --- tables of springs ----------------------------------------------------------------------
+
+SPRING = PENDULUM + "springs: {s: {type: torsional, joint: pin, torque: {file: a.csv}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("header", "rows"),
+    [
+        ("phi [deg];M [N mm]", ((-math.pi / 2, -1e-3), (math.pi / 2, 2e-3))),
+        ("", ((-90, -1), (90, 2))),
+    ],
+)
+def test_a_spring_reads_its_table(tmp_path, header, rows):
+    (tmp_path / "a.csv").write_text(f"{header}\n-90;-1\n90;2\n", encoding="utf-8")
+    found = parse_scene(parse_document(SPRING, "model.yaml", tmp_path))
+    np.testing.assert_allclose(found.springs["s"].torque.points, rows, rtol=1e-15)
+    assert scene(json.dumps(found.to_data())) == found
+
+
+def test_mistakes_of_a_springs_file_are_told_with_its_line(tmp_path):
+    for content, words in (
+        ("l [mm];M [Nm]\n1;1\n2;2\n", r"a.csv line 1: 'l \[mm\]': 'mm' is no unit of an angle"),
+        ("1;1\n0;2\n", "torque.file: a.csv line 2: must increase from row to row"),
+    ):
+        (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+        with pytest.raises(SceneError, match=words):
+            parse_scene(parse_document(SPRING, "model.yaml", tmp_path))
+
+
 # --- tables of drives -----------------------------------------------------------------------
 
 SHAFT = """

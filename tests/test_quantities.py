@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from exudyn_flexlink.quantities import Number, PositiveLength, to_si
-from exudyn_flexlink.units import PREFIXES, SYMBOLS, USUAL, Dimension, find_unit
+from exudyn_flexlink.units import PREFIXES, SYMBOLS, USUAL, Dimension, Measure, find_unit
 
 REGISTRY = pint.UnitRegistry()
 
@@ -91,6 +91,8 @@ def test_every_example_and_every_si_unit_is_of_its_dimension(dimension):
         ("5 nm", Dimension.LENGTH, 5e-9),
         ("5 N m", Dimension.TORSIONAL_STIFFNESS, 5),
         ("5 N s m/rad", Dimension.TORSIONAL_DAMPING, 5),
+        ("10 kN/mm^1.5", Measure.stiffness(1.5), 1e4 * 1e3**1.5),
+        ("2 Pa m^0.9", Measure.stiffness(1.1), 2),
         (7, Dimension.LENGTH, 7.0),
         (0.5, Dimension.NUMBER, 0.5),
     ],
@@ -103,7 +105,8 @@ def test_quantities_in_si(text, dimension, value):
     ("value", "dimension", "words"),
     [
         ("5 N", Dimension.LENGTH, "got '5 N'; a number in metres, or a length such as '5 mm'"),
-        ("5 m^1.5", Dimension.LENGTH, "unknown unit 'm^1.5'"),
+        ("5 m^1.5", Dimension.LENGTH, "expected a length, got '5 m^1.5'"),
+        ("5 m^1.5.2", Dimension.LENGTH, "unknown unit"),
         ("5 m^0.5", Dimension.NUMBER, "expected a number, got '5 m^0.5'"),
         ("5 mmm", Dimension.LENGTH, "unknown unit 'mmm'; did you mean 'mm'?"),
         ("5 Gm^9 Gm^9 Gm^9 Gm^9", Dimension.LENGTH, "unknown unit"),

@@ -8,9 +8,13 @@ import pytest
 from test_physics_impulse import balanced
 from test_physics_tools import alone, scene
 
+import exudyn_flexlink as fl
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.joining import joined
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.plots.outline import drawn_lines
+from exudyn_flexlink.report import run_text
 
 G = 9.81
 CATCH = """
@@ -60,6 +64,18 @@ def test_a_rope_with_a_damper_never_pushes():
     lost = 70 * (G * (12 + held) - catch.separation_speed**2 / 2)
     assert catch.energy_lost == pytest.approx(lost, rel=1e-9)
     assert balanced(result)
+
+
+def test_errors_of_forces_are_told_also_where_none_acts_but_in_contact():
+    text = CATCH.format(more="", at="[0, 0]", time=2, sample=0.1).replace("1.0e-10", "1 mm")
+    said = " ".join(run_text(fl.simulate(scene(text))).split())
+    assert "(contact force of rope) in contact" in said
+    assert "forces not measured" not in said
+
+
+def test_a_buffer_along_a_slide_is_drawn_as_no_stop():
+    own = scene(BUFFER.format(where=ALONG, force="stiffness: 2000", time=1, sample=1))
+    assert "stop" not in {line.kind for line in drawn_lines(own, build_mechanism(own))}
 
 
 def test_a_rope_that_starts_stretched_pulls_at_once():

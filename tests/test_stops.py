@@ -11,6 +11,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.accuracy.sources import with_stiffer_contacts
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.observables import force_peaks
+from exudyn_flexlink.plots.forces import forces
 from exudyn_flexlink.report.comparison import comparison_text
 from exudyn_flexlink.report.contacts import strike_table
 from exudyn_flexlink.scene import ImpulseLaw
@@ -74,6 +75,11 @@ def test_a_pendulum_on_a_stop_returns_e_of_its_speed_and_never_rests(limits, poi
     assert swings == pytest.approx([0.6261717727, 0.3976420329, 0.2758700922], abs=1e-4)
     assert len(result.contacts[name].touches) == len(hits)
     assert balanced(result)
+
+
+def test_a_figure_has_no_line_at_zero_beside_a_stop_that_impulses_struck():
+    result = rod("{from: -100 deg, to: 10 deg, law: {type: impulse, restitution: 0.6}}", -30, 1)
+    assert not any("contact" in axes.get_ylabel() for axes in forces(result).axes)
 
 
 def test_a_stop_beyond_half_a_turn_counts_whole_turns():
@@ -206,8 +212,10 @@ def test_what_is_told_of_a_hinge_is_told_as_angles_and_torques():
     assert peak.value == pytest.approx(result.extremes["hinge.from.torque_N_m"].greatest[0])
     assert "hinge.from.penetration_rad" in result.extremes
     assert "hinge.from.greatest_approach_speed_rad_per_s" in standard_row(result)
-    assert "rad/s" in strike_table(result, "hinge.from", 3).units
     assert f"{peak.value:.5g} N m" in comparison_text(fl.compare(result, result))
+    table = strike_table(result, "hinge.from", 3)
+    assert "rad/s" in table.units
+    assert table.rows[0][0] == "-90.00"  # as its limit is written
     told = {"gap": "rad", "force": "N m", "touches.approach_speed": "rad/s", "touches.end": "s"}
     told |= {"touches.penetration": "rad", "touches.impulse": "N m s", "touches.energy_lost": "J"}
     arrays = arrays_of(result)

@@ -14,7 +14,7 @@ from exudyn_flexlink.quantities import Quantity, to_si
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError
 from exudyn_flexlink.sweeps import ValuesError, quantity_at, range_of, symbol_of
-from exudyn_flexlink.units import Dimension
+from exudyn_flexlink.units import Dimension, Measure
 
 Vary = str | Sequence[str] | Mapping[str, Any]
 """A path, or several, or with their bounds: two numbers (SI), a text '1:20 N/m', or None."""
@@ -79,7 +79,7 @@ def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
     return Parameter(path, symbol_of(quantity.dimension), value, low, high)
 
 
-def _in_si(value: float | str, dimension: Dimension) -> float:
+def _in_si(value: float | str, dimension: Measure) -> float:
     try:
         return to_si(value, dimension)
     except PydanticCustomError as error:

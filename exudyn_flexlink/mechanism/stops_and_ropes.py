@@ -34,7 +34,7 @@ def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
     pulls, length = spec.acts == "tension", spec.length or 0.0
     law: PressingLaw = SpringDamper(spec.stiffness, spec.damping, spec.preload)
     if isinstance(spec.force, ForceTable):
-        rows = sorted((abs(place - length), abs(force)) for place, force in spec.force.points)
+        rows = sorted((abs(place - length), abs(force)) for place, force in spec.force.points or ())
         depths, forces = zip(*rows, strict=True)
         law = SpringTable(depths, forces, spec.damping)
     if spec.joint is not None:
@@ -62,4 +62,4 @@ def spring_law(name: str, given: specs.ForceLaw | specs.TorqueLaw | None) -> Spr
         return None
     if isinstance(given, Expression):
         return SpringLaw(Formula(given))
-    return SpringLaw(PlaceTable(name, given.points, given.rule))
+    return SpringLaw(PlaceTable(name, given.points or (), given.rule))

@@ -159,10 +159,12 @@ def force_deviations(
 def worst_force(found: Mapping[str, ForceDeviation]) -> tuple[str, float]:
     """Name of the force that is farthest off as a part of its own largest, and that part.
 
-    While nothing touches, unless something does throughout. Forces that are rounding, beside the
-    largest of their unit, tell nothing. An empty name and 0 where no force does.
+    While nothing touches, unless something does throughout, or no force acts then. Forces that are
+    rounding, beside the largest of their unit, tell nothing. An empty name and 0 where no force
+    does.
     """
-    parts = {name: own.free or own.touching for name, own in found.items()}
+    acts = any(own.free and own.free.size > NO_FORCE for own in found.values())
+    parts = {n: own.free if acts and own.free else own.touching for n, own in found.items()}
     sizes: dict[str, float] = {}
     for name, part in parts.items():
         unit = found[name].unit

@@ -143,9 +143,11 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
             line = " " if vector else "\n"
             axis = f"{vector}{force.quantity}{line}({force.unit})"
             found.setdefault(axis, {})[name] = force
-    for axis, panel in found.items():
+    for axis, panel in list(found.items()):
         acting = {name: force for name, force in panel.items() if _acts(result, force)}
         found[axis] = acting or panel
+        if momentary and not acting and axis.startswith("contact"):
+            del found[axis]  # of two stops the one that was never struck
     return found
 
 

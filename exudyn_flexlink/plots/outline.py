@@ -158,7 +158,8 @@ def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     for own in model.contacts:
         if isinstance(own, (FaceContact, FlatContact)):
             kind = "face" if own.name in scene.contacts else "stop"
-            yield Drawn(kind, RED, through(own.name, own.start, own.end))
+            kind, colour = ("rope", GREEN) if own.name in scene.ropes else (kind, RED)
+            yield Drawn(kind, colour, through(own.name, own.start, own.end))
         elif isinstance(own, TurnStop):
             yield Drawn("stop", RED, through(own.name, *stop_ray(model, own)))
         elif own.name in scene.ropes and isinstance(own, CircleContact):

@@ -154,16 +154,18 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
     found = strikes(result, contact)
     struck = result.scene.all_contacts[contact].struck
     columns: dict[str, Column[Strike]] = {}
-    if found and found[0].lap is not None:
+    turning = bool(found) and found[0].lap is not None
+    if turning:
         columns["lap"] = "", lambda strike: str(strike.lap)
     if found and found[0].crank_angle is not None:
+        whole = (lambda angle: angle % 360) if turning else float  # -120 deg of a limit are not 240
         columns[f"angle of {crank_joint(result.scene)}"] = (
             "deg",
-            lambda strike: f"{degrees(strike.crank_angle or 0.0) % 360:.2f}",
+            lambda strike: f"{whole(degrees(strike.crank_angle or 0.0)):.2f}",
         )
     columns |= {
         "time": ("s", lambda strike: f"{strike.begin:.5f}"),
-        "approach": ("m/s", lambda strike: f"{strike.approach_speed:.4f}"),
+        "approach": ("m/s", lambda strike: f"{round(strike.approach_speed, 4) + 0.0:.4f}"),
         "place": ("m", lambda strike: f"{strike.place:.5f}"),
     }
     if contact not in result.scene.contacts:

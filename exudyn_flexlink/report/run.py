@@ -17,6 +17,7 @@ from exudyn_flexlink.observables import (
     still_text,
     worst_force,
 )
+from exudyn_flexlink.observables.forces import NO_FORCE
 from exudyn_flexlink.report.contacts import (
     BESIDES,
     force_error_table,
@@ -182,7 +183,8 @@ def forces_text(error: MeasuredError) -> str:
     if error.missing or not name:
         return "not measured"
     own = error.forces[name]
-    when = " while nothing touches" if own.free and own.touching else ""
+    free = " while nothing touches" if own.free and own.free.size > NO_FORCE else " in contact"
+    when = free if own.free and own.touching else ""
     return f"within {100 * part:.2g} % of their largest ({name}){when}{_until(error)}"
 
 

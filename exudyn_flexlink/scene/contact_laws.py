@@ -51,10 +51,10 @@ class DampedLaw(Part):
     """
 
     type: Literal["hunt_crossley", "lankarani_nikravesh", "flores", "gonthier", "exact"]
-    stiffness: Annotated[float, si.Number(above=0.0)] = Field(
-        description="K, in N/m^n: force at a penetration of 1 m"
+    exponent: Power = Field(si.HERTZ, description="n, of the penetration; 1.5: Hertz")
+    stiffness: si.PowerStiffness = Field(
+        description="K, in units that fit the exponent n: force at a penetration of 1 m"
     )
-    exponent: Power = Field(1.5, description="n, of the penetration; 1.5: Hertz")
     restitution: Restitution
     transition_speed: si.PositiveSpeed = Field(
         1e-3, description="least approach speed that counts: slower touches are damped less"
@@ -90,11 +90,11 @@ class HertzLaw(Part):
         "stiffness": ("exponent",),
         "materials": ("formula", "radii", "length"),
     }
-    stiffness: Annotated[float, si.Number(above=0.0)] | None = Field(
-        None, description="K, in N/m^n: force at a penetration of 1 m"
-    )
     exponent: Power | None = Field(
         None, description="n, of the penetration; left out: 1.5, that of spheres"
+    )
+    stiffness: si.PowerStiffness | None = Field(
+        None, description="K, in units that fit the exponent n: force at a penetration of 1 m"
     )
     materials: (
         Annotated[tuple[MaterialName, MaterialName], listed("material", "material")] | None

@@ -156,6 +156,8 @@ class LinearSpring(Part):
     def _fits(self, table: ForceTable, length: float) -> None:
         """Refuse a table that does not begin at the length, or goes on to the wrong side."""
         rope = self.acts == "tension"
+        if table.points is None:  # its file has a mistake
+            return
         edge = table.points[0 if rope else -1][0]
         if edge != length:
             key = "first" if rope else "last"

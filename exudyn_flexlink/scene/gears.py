@@ -32,7 +32,7 @@ class GearJoint(Part):
     ratio: Annotated[float, Number(above=0.0)] | None = Field(
         None, description="turns of the first for one of the second; or 'teeth'"
     )
-    teeth: Annotated[tuple[Teeth, Teeth], listed("number", "number")] | None = Field(
+    teeth: Annotated[tuple[Teeth, Teeth], listed("of the first", "of the second")] | None = Field(
         None, description="of the first and the second; or 'ratio'"
     )
     radius: PositiveLength | None = Field(

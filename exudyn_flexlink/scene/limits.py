@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from exudyn_flexlink import quantities as si
 from exudyn_flexlink.scene.base import GROUND, ByType, Part, refuse
@@ -55,13 +55,19 @@ class TurnPenalty(_StopPenalty):
 class _Limits(Part):
     """Where a joint is stopped; it needs one of both ends at least."""
 
+    @field_validator("to", check_fields=False)
+    @classmethod
+    def _above_from(cls, to: float | None, info: ValidationInfo) -> float | None:
+        """Beside mistakes of the law, too, as no check of the whole part would be."""
+        low = info.data.get("from_")
+        if low is not None and to is not None and low >= to:
+            refuse("must be greater than 'from'")
+        return to
+
     @model_validator(mode="after")
-    def _in_order(self) -> _Limits:
-        low, high = getattr(self, "from_", None), getattr(self, "to", None)
-        if low is None and high is None:
+    def _has_an_end(self) -> _Limits:
+        if getattr(self, "from_", None) is None and getattr(self, "to", None) is None:
             refuse("needs 'from' or 'to'", "e.g. limits: {from: -30 deg, to: 405 deg, law: ...}")
-        if low is not None and high is not None and low >= high:
-            refuse("must be greater than 'from'", at="to")
         return self
 
 

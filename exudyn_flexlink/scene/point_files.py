@@ -1,4 +1,4 @@
-"""Points of splines, and tables by time, from CSV files."""
+"""Points of splines, and tables of drives and springs, from CSV files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from exudyn_flexlink.scene.columns import PLACES, BadFileError, Columns, read_columns
-from exudyn_flexlink.scene.varying import OF_DRIVES
+from exudyn_flexlink.scene.varying import OF_DRIVES, OF_SPRINGS
 from exudyn_flexlink.source import Document, KeyPath, Mistake
 from exudyn_flexlink.units import Dimension
 
@@ -51,6 +51,8 @@ def read_point_files(document: Document, allow_outside: bool = False) -> PointFi
         file, spline = value.get("file"), value.get("type") == "spline"
         table = path[0] == "drives" and "value" in path
         columns = _columns_of_table(document, path) if table else PLACES
+        if path[0] == "springs" and path[-1] in OF_SPRINGS:
+            table, columns = True, OF_SPRINGS[str(path[-1])]
         if (spline or table) and isinstance(file, str) and not value.get("points"):
             try:
                 located = _located(document, file, allow_outside)
@@ -61,7 +63,7 @@ def read_point_files(document: Document, allow_outside: bool = False) -> PointFi
                 lines[path] = (value.pop("file"), numbers)
         return value
 
-    there = [key for key in ("curves", "drives") if key in document.data]
+    there = [key for key in ("curves", "springs", "drives") if key in document.data]
     sections: dict[str, Any] = {key: filled(document.data[key], (key,)) for key in there}
     return PointFiles(sections, lines, mistakes)
 

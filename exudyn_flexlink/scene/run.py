@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -97,7 +98,12 @@ class Initial(Part):
 
 def _as_keys(value: Any) -> Any:
     """Let the text 'at_rest' stand for that key alone."""
-    return {"at_rest": True} if value == "at_rest" else value
+    if value == "at_rest":
+        return {"at_rest": True}
+    if not isinstance(value, Initial | Mapping):
+        hint = "'initial: at_rest' starts where all forces balance"
+        refuse(f"expected a mapping or 'at_rest', got {si.in_words(value)}", hint)
+    return value
 
 
 InitialOrRest = Annotated[

@@ -75,6 +75,10 @@ class Table(_Rows):
 
 
 class _SpringTable(_Rows):
+    one_of = (("points", "file"),)
+    file: Text | None = Field(
+        None, description="CSV file of the same, in the model's folder; a header may name units"
+    )
     rule: Literal["linear", "cubic"] = Field(
         "linear", description="between rows: linear: straight; cubic: a smooth spline"
     )
@@ -83,22 +87,30 @@ class _SpringTable(_Rows):
 class ForceTable(_SpringTable):
     """Forces of a spring by its length."""
 
-    points: tuple[Annotated[tuple[si.Coordinate, si.Force], listed("length", "force")], ...] = (
-        Field(description="[[length, force], ...], by length; the run ends where it leaves them")
+    columns: ClassVar = {"length": (Dimension.LENGTH,), "force": (Dimension.FORCE,)}
+    points: (
+        tuple[Annotated[tuple[si.Coordinate, si.Force], listed("length", "force")], ...] | None
+    ) = Field(
+        None, description="[[length, force], ...], by length; the run ends where it leaves them"
     )
 
 
 class TorqueTable(_SpringTable):
     """Torques of a spring by its angle."""
 
-    points: tuple[Annotated[tuple[si.Angle, si.Torque], listed("angle", "torque")], ...] = Field(
-        description="[[angle, torque], ...], by angle; the run ends where it leaves them"
+    columns: ClassVar = {"angle": (Dimension.ANGLE,), "torque": (Dimension.TORQUE,)}
+    points: tuple[Annotated[tuple[si.Angle, si.Torque], listed("angle", "torque")], ...] | None = (
+        Field(
+            None, description="[[angle, torque], ...], by angle; the run ends where it leaves them"
+        )
     )
 
 
 Value: TypeAlias = float | Expression | Table
 ForceLaw: TypeAlias = Expression | ForceTable
 TorqueLaw: TypeAlias = Expression | TorqueTable
+OF_SPRINGS = {"force": ForceTable.columns, "torque": TorqueTable.columns}
+"""Columns of tables of springs, by the key at which they stand."""
 
 
 OF_DRIVES = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
-from exudyn_flexlink.quantities import Quantity
+from exudyn_flexlink.quantities import Quantity, StiffnessOfPower
 from exudyn_flexlink.scene import Part, Scene
 from exudyn_flexlink.scene.varying import Measured, Varying
-from exudyn_flexlink.units import Dimension
+from exudyn_flexlink.units import Dimension, Measure
 
 _SYMBOLS = {"metres": "m", "radians": "rad", "seconds": "s"}
 _ALL = {_SYMBOLS.get(one.si, one.si) for one in Dimension} - {""}
@@ -22,7 +22,7 @@ def si_unit(scene: Scene, path: str) -> str:
     return "" if measured is None else symbol_of(measured.dimension)
 
 
-def symbol_of(dimension: Dimension) -> str:
+def symbol_of(dimension: Measure) -> str:
     """Return the SI unit of a dimension as it is written behind a number."""
     return _SYMBOLS.get(dimension.si, dimension.si)
 
@@ -36,6 +36,7 @@ def column_of(path: str, unit: str) -> str:
 def quantity_at(scene: Scene, path: str) -> Quantity | None:
     """Return dimension and limits of the number at a path; None where nothing tells them."""
     value: Any = scene
+    owner: Any = None
     hints: tuple[Any, ...] = ()
     for step in path.split("."):
         if isinstance(value, Part):
@@ -44,7 +45,7 @@ def quantity_at(scene: Scene, path: str) -> Quantity | None:
             if key is None:
                 return None
             field = type(value).model_fields[key]
-            hints, value = (field.annotation, *field.metadata), getattr(value, key)
+            owner, hints, value = value, (field.annotation, *field.metadata), getattr(value, key)
         elif isinstance(value, Mapping):  # what is not there yet is as what may be there
             value = value.get(step)
         elif isinstance(value, tuple):
@@ -53,7 +54,8 @@ def quantity_at(scene: Scene, path: str) -> Quantity | None:
             return None
     if isinstance(value, Measured):
         return Quantity(value.dimension)
-    return next((one for hint in hints for one in _quantities(hint)), None)
+    found = next((one for hint in hints for one in _quantities(hint)), None)
+    return found.beside(owner.exponent) if isinstance(found, StiffnessOfPower) else found
 
 
 def _quantities(hint: Any) -> Iterator[Quantity]:

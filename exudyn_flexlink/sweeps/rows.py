@@ -99,9 +99,10 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     speed of approach. Of struck bodies: the angle from where it stood at time 0, and its swing, the
     largest less the least; of one that does not turn on a hinge its displacement and its stroke. Of
     joints with clearance: touches, impacts, energy lost, largest force, part of the time without
-    contact. Of the watched point: where it went at most. Of the run: its end, energy dissipated and
-    what the balance misses, the error that a second run tells (None where none was made), and the
-    horizon, the instant from which on both part (None if they never do).
+    contact. Of joints with friction: the energy that it took. Of the watched point: where it went
+    at most. Of the run: its end, energy dissipated and what the balance misses, the error that a
+    second run tells (None where none was made), and the horizon, the instant from which on both
+    part (None if they never do).
     """
     found: dict[str, Scalar] = {}
     for contact in result.scene.all_contacts:
@@ -116,6 +117,8 @@ def standard_row(result: Result) -> dict[str, Scalar]:
         }
     for joint in joints_with_play(result):
         found |= _of_joint(result, joint)
+    for joint, own in result.frictions.items():
+        found[f"{joint}.friction_loss_J"] = float(own.lost[-1])
     found |= _of_watched(result)
     return found | {
         "energy_dissipated_J": float(result.energy.dissipated[-1]),
