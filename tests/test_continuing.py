@@ -48,7 +48,8 @@ def both_off(result):
 @BOTH
 def test_the_papers_mechanism_goes_on_in_its_second_lap(engine, settings):
     """P is on the egg then, and not on the ellipse; the lever still rings from its strike."""
-    small = ("run.turns=0.6", "bodies.link.rods=3", "accuracy.tolerance=1e-6")
+    tolerance = 1e-5 if settings else 1e-6  # m: redundant coordinates take many more steps
+    small = ("run.turns=0.6", "bodies.link.rods=3", f"accuracy.tolerance={tolerance}")
     start = "initial.angles.guide=178 deg"  # just before the strike
     model = load_scene(MODELS / "no_clearance.yaml", (*small, start, *settings))
     whole = simulate(model, engine, measure=False)

@@ -74,7 +74,7 @@ def test_a_step_too_long_for_a_contact_is_shortened_there():
     """At 1e7 N/m a strike lasts half a period, 1.3e-5 s: steps of 2e-5 s would jump over it."""
 
     def stiff_strike(*settings):
-        stiff = ("contacts.strike.law.stiffness=1e7", "run={duration: 0.05}")
+        stiff = ("contacts.strike.law.stiffness=1e7", "run={duration: 0.065}")
         return simulate(load_scene(STRIKE, [*stiff, *settings]), measure=False)
 
     right = stiff_strike("accuracy.tolerance=1e-8")
