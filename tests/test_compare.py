@@ -305,11 +305,6 @@ def test_weak_lines_are_not_named(weak, lines):
     assert seen.lines == pytest.approx(lines, abs=seen.resolution / 2)
 
 
-def test_the_resolution_is_that_of_half_the_run():
-    run = shaken()
-    assert vibration(run).x.resolution == pytest.approx(2 / run.time[-1], rel=2e-2)
-
-
 def test_only_what_both_runs_have_lived_through_counts():
     run = shaken()
     whole = compare(run, run).statistics()
