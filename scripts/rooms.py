@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_735,
     "": 5_200,
 }
-WHOLE = {PACKAGE: 52_450, "tests": 27_308, "scripts": 8_700}
+WHOLE = {PACKAGE: 52_450, "tests": 27_476, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -43,6 +43,13 @@ def test_cantilever_table(cells, equal, half_ends):
     assert error(cells, "half_ends") == pytest.approx(half_ends, rel=0.02)
 
 
+@pytest.mark.parametrize(("layout", "order"), [("equal", 1), ("half_ends", 2)])
+@pytest.mark.parametrize("mode", [0, 1, 2])
+def test_segmented_cantilever_tends_to_euler_bernoulli(layout, order, mode):
+    ratio = error(64, layout, mode) / error(128, layout, mode)
+    assert math.log2(abs(ratio)) == pytest.approx(order, abs=0.1)
+
+
 def test_half_ends_halves_the_end_rods():
     chain = discretise(STRIP, 4, "half_ends")
     lengths = [rod.length for rod in chain.rods]

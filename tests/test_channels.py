@@ -13,6 +13,20 @@ def assembled(*settings, model="clearance.yaml"):
     return assemble_scene(load_scene(MODELS / model, settings))
 
 
+@pytest.mark.parametrize("model", ["clearance.yaml", "supported.yaml"])
+def test_rates_are_those_of_the_gaps(model):
+    assembly = assembled("bodies.link.rods=3", model=model)
+    random = np.random.default_rng(2)
+    q = assembly.state.q + random.uniform(-0.02, 0.02, assembly.state.q.shape)
+    v = random.uniform(-1, 1, q.shape)
+    h = 1e-6
+    for contact in pairs(assembly.mechanism.channels[0]):
+        ahead, behind = approach(contact, q + h * v, v), approach(contact, q - h * v, v)
+        at = approach(contact, q, v)
+        assert at.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * h), abs=1e-8)
+        assert at.slip == pytest.approx((ahead.place - behind.place) / (2 * h), abs=1e-8)
+
+
 # --- geometry ---------------------------------------------------------------------------------
 
 OFFSET = """title: a rod in a channel of a rigid body that starts beside the body's origin

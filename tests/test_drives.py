@@ -201,6 +201,17 @@ def test_a_motor_takes_what_torques_beside_it_leave(settings, off, first):
     np.testing.assert_allclose(result.energy.supplied, gained, atol=allowed)
 
 
+def test_a_torque_beside_a_motor_of_a_loop():
+    """A parallelogram, driven at the rocker: what the torque adds the motor need not give."""
+    drives = "m: {type: motion, joint: out, value: 1 + 0.5*sin(3*t)}, " \
+             "help: {type: torque, joint: out, value: 2*cos(t)}"  # fmt: skip
+    guesses = "initial: {guesses: {crank: 1.1, coupler: 0.1, rocker: 0.9}}\n"
+    result = run(f"{FOUR_BAR}{guesses}drives: {{{drives}}}\n")
+    total = -(2 * 0.1 + 1.0) * 4.5 * np.sin(3 * result.time)
+    left = total - 2 * np.cos(result.time)
+    np.testing.assert_allclose(result.drive_torques["m"], left, atol=1e-6)
+
+
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_torques_beside_a_speed_take_load_off_the_motor_of_the_guide(engine):
     short = "run={duration: 5 ms}"

@@ -70,6 +70,14 @@ def test_a_super_ball_moves_in_long_and_short_bounds(inertia):
     assert result.checks.energy_residual < 1e-12
 
 
+def test_a_super_disc_with_backspin_comes_straight_back():
+    """With omega = 2 v/r the slip 3 v turns back, and so do v and omega."""
+    law = "{type: impulse, restitution: 1, tangential_restitution: 1, friction: 2}"
+    start = BACKSPIN.replace("[1, -2]", "[1.5, -2]").replace("-40", "30")
+    result = alone(DISC, start, f"contacts.floor.law={law}")
+    assert result.rates[-1, 0] == pytest.approx([-1.5, 2, -30])
+
+
 ROD = """
 curves: {floor: {type: line, from: [-9, 0], to: [9, 0]}}
 bodies:
