@@ -190,27 +190,6 @@ def test_files_of_points_and_backslashes_in_their_paths(tmp_path):
         fl.load_scene(tmp_path / "model.yaml")
 
 
-def test_units_as_people_type_them():
-    found = scene("""
-bodies:
-  a: {type: rigid, mass: 1, inertia: "0.1 kg·m²", points: {h: [0, 0], t: [100 mm, 50 µm]}}
-  b: {type: rigid, mass: 1, inertia: 0.1, points: {h: [0, 0], t: [100 mm, "\N{MINUS SIGN}5 μm"]}}
-joints:
-  h: {type: revolute, points: [ground, a.h], at: [0, 0]}
-  k: {type: revolute, points: [ground, b.h], at: [1, 0]}
-drives:
-  m: {type: speed, joint: h, value: 30 RPM}
-  n: {type: speed, joint: k, value: 30 rev/min}
-initial: {angles: {a: 30°, b: "\N{MINUS SIGN}10 degrees"}}
-""")
-    assert found.bodies["a"].inertia == pytest.approx(0.1)
-    assert found.bodies["a"].points["t"][1] == pytest.approx(5e-5)
-    assert found.bodies["b"].points["t"][1] == pytest.approx(-5e-6)
-    assert found.drives["m"].value == pytest.approx(np.pi)
-    assert found.drives["n"].value == pytest.approx(np.pi)
-    assert found.initial.angles["b"] == pytest.approx(-np.pi / 18)
-
-
 def test_a_range_that_runs_backwards_is_refused():
     with pytest.raises(ValuesError, match="runs backwards"):
         range_of("2:1")

@@ -21,7 +21,6 @@ from exudyn_flexlink.chain import cantilever_roots
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.source import SceneError
 
 G = 9.81
 LENGTH, WIDTH, THICKNESS = 0.07, 0.01, 0.5e-3
@@ -121,16 +120,6 @@ def test_many_rods_tend_to_the_beam_with_the_square_of_their_number(smooth):
     assert off[2] < 1e-6
 
 
-def test_the_beam_needs_few_elements(smooth):
-    beam = on_grid(smooth, where(smooth, "link.end"), 1e-3)
-    off = []
-    for elements in (1, 2):
-        coarse = run_model("smooth.yaml", *QUARTER, BEAM, f"solver.elements={elements}")
-        off.append(abs(on_grid(coarse, where(coarse, "link.end"), 1e-3) - beam).max())
-    assert off[0] < 2e-6
-    assert off[1] < 5e-8
-
-
 def test_rods_shown_are_chords_of_the_beam(smooth):
     """End of each is the start of the next; the last ends where the beam does."""
     rods = [smooth.part_names.index(f"link {k}") for k in range(1, 11)]
@@ -197,12 +186,10 @@ LAST = (
 )
 
 
-@pytest.fixture(scope="module")
-def struck():
-    return run_model("no_clearance.yaml", *LAST, BEAM, "solver.elements=4")
-
-
-def test_strike_is_that_of_many_rods(struck):
+def test_strike_is_that_of_many_rods():
+    struck = run_model("no_clearance.yaml", *LAST, BEAM, "solver.elements=4")
+    assert struck.checks.energy_residual < 1e-5 * struck.checks.largest_kinetic_energy
+    assert struck.energy.dissipated[-1] > 100 * struck.checks.energy_residual
     rods = run_model(
         "no_clearance.yaml",
         *LAST,
@@ -219,17 +206,6 @@ def test_strike_is_that_of_many_rods(struck):
     assert begins[0].time == pytest.approx(begins[1].time, abs=2e-6)
     speeds = [e.details["approach_speed"] for e in begins]
     assert speeds[0] == pytest.approx(speeds[1], rel=1e-3)
-
-
-def test_strike_keeps_its_energy_in_the_books(struck):
-    assert struck.checks.energy_residual < 1e-5 * struck.checks.largest_kinetic_energy
-    assert struck.energy.dissipated[-1] > 100 * struck.checks.energy_residual
-    assert struck.checks.constraint_error < 1e-9
-    force = struck.contacts["strike"].force
-    assert 1 < force.max() < 20
-    total = sum(e.details["impulse"] for e in struck.events if "impulse" in e.details)
-    between = np.diff(struck.time) * (force[1:] + force[:-1]) / 2
-    assert total == pytest.approx(between.sum(), rel=0.01)
 
 
 # Nothing drives it: guide and link swing about O onto a lever with the same pivot.
@@ -282,17 +258,6 @@ def test_angular_momentum_survives_the_strike_of_a_beam():
     assert abs(of_link - of_link[0]).max() > 0.1 * abs(of_link[0])
     np.testing.assert_allclose(total, total[0], atol=2e-6 * abs(of_link[0]))
     assert result.checks.energy_residual < 1e-4 * result.checks.largest_kinetic_energy
-
-
-def test_a_torque_bends_no_books():
-    """A motor's torque instead of its speed: what it supplies is kinetic, stored or lost."""
-    text = SWINGING.replace(
-        "run:", "drives: {motor: {type: torque, joint: crank, value: 0.01}}\nrun:"
-    )
-    text = text.replace("speeds: {guide: -3", "speeds: {guide: 0").replace("guide: 0.1", "guide: 1")
-    result = run(text, "bodies.link.hinges.damping=1.0e-4")
-    assert result.energy.supplied[-1] > 0.1 * result.energy.kinetic.max()
-    assert abs(result.energy.residual).max() < 1e-5 * result.energy.kinetic.max()
 
 
 # The slot runs round the crank's axis: nothing but the torque changes the momentum about it.
@@ -381,10 +346,3 @@ def test_a_link_that_is_struck_is_refused():
     with pytest.raises(NotRepresentableError) as caught:
         simulate(scene(text))
     assert caught.value.path == ("contacts", "hit", "line")
-
-
-def test_elements_belong_to_a_beam():
-    with pytest.raises(SceneError, match="only a beam has elements"):
-        load_scene(MODELS / "smooth.yaml", ["solver.elements=2"])
-    with pytest.raises(SceneError):
-        load_scene(MODELS / "smooth.yaml", [BEAM, "solver.elements=0"])

@@ -8,9 +8,7 @@ import pytest
 
 from exudyn_flexlink.chain import (
     Beam,
-    Chain,
     Hinge,
-    Rod,
     cantilever_roots,
     discretise,
     euler_bernoulli_cantilever,
@@ -77,12 +75,6 @@ def test_paper_stiffness_gets_softer_with_more_rods():
     assert ratio == pytest.approx(2, rel=1e-3)
 
 
-def test_two_rods_by_hand():
-    """One hinge, root rod clamped: omega^2 = k / (m l^2/3)."""
-    chain = Chain((Rod(1, 3, 0.25), Rod(1, 3, 0.25)), (Hinge(4, 0),))
-    assert chain.cantilever_frequencies()[0] == pytest.approx(2.0)
-
-
 def test_a_rod_has_the_inertia_of_a_plate():
     beam = Beam(length=4.0, mass_per_length=1.5, bending_stiffness=1.0)
     assert beam.rod(2.0).inertia == pytest.approx(1.0)
@@ -100,6 +92,18 @@ def integrate(width_at, half_height):
     return strip.sum(), (strip * y**2).sum()
 
 
+@pytest.mark.parametrize(
+    ("section", "width_at", "half_height"),
+    [
+        (RectangleSection(width=0.01, thickness=0.5e-3), lambda y: 0.01 + 0 * y, 0.25e-3),
+        (RoundSection(diameter=0.01), lambda y: 2 * np.sqrt(0.005**2 - y**2), 0.005),
+    ],
+)
+def test_a_section_is_its_integral(section, width_at, half_height):
+    expected = integrate(width_at, half_height)
+    assert (section.area, section.second_moment) == pytest.approx(expected, rel=1e-6)
+
+
 def beam_with(section, slender="false"):
     settings = (f"bodies.link.section={section}", f"bodies.link.slender={slender}")
     scene = load_scene(model_file("no_clearance"), settings)
@@ -111,18 +115,6 @@ def test_the_strip_of_the_paper():
     beam = beam_with("{width: 10 mm, thickness: 0.5 mm}")
     assert beam.bending_stiffness == pytest.approx(0.0208333333)
     assert beam.mass_per_length == pytest.approx(0.03925)
-
-
-def test_rectangle_is_its_integral():
-    section = RectangleSection(width=0.01, thickness=0.5e-3)
-    expected = integrate(lambda y: 0.01 + 0 * y, 0.25e-3)
-    assert (section.area, section.second_moment) == pytest.approx(expected, rel=1e-6)
-
-
-def test_round_bar_is_its_integral():
-    section = RoundSection(diameter=0.01)
-    expected = integrate(lambda y: 2 * np.sqrt(0.005**2 - y**2), 0.005)
-    assert (section.area, section.second_moment) == pytest.approx(expected, rel=1e-6)
 
 
 def test_the_thickness_is_that_of_a_rectangle_with_the_same_second_moment():

@@ -56,7 +56,7 @@ def placed(rod, box=(0.0, 0.0, 0.0)):
     }
 
 
-@pytest.mark.parametrize("box", [(0, 0, 0), (0.3, -0.2, 1.1), (1, 2, -3.0)])
+@pytest.mark.parametrize("box", [(0, 0, 0), (1, 2, -3.0)])
 def test_gaps_and_places_are_those_of_the_guides_axes(box):
     touch = placed((0.0, 0.023, 0.0), box)
     # 3 mm above the axis y = 0.02, 0.1 m behind the mouth at x = -0.1.

@@ -5,13 +5,12 @@ import shutil
 import subprocess
 from pathlib import Path
 
-import numpy as np
 import pytest
 from cli_runs import COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
 
 import exudyn_flexlink as fl
 from exudyn_flexlink import cli
-from exudyn_flexlink.cli import main, values
+from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.completing import SHELLS
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.shipped import model_names
@@ -241,22 +240,6 @@ MEANT = {
 def test_what_was_meant_is_told(typed, told, capsys):
     assert code_of(*typed.split()) == 2
     assert told in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("read", "text", "value"),
-    [
-        (values.length, "1um", 1e-6),
-        (values.length, "2 microns", 2e-6),
-        (values.length, "1e-6", 1e-6),
-        (values.duration, "5 min", 300.0),
-        (values.instant, "-20 ms", -0.02),
-        (values.degrees, "90", np.pi / 2),
-        (values.degrees, "0.5 rad", 0.5),
-    ],
-)
-def test_options_of_size_take_units(read, text, value):
-    assert read(text) == pytest.approx(value, rel=1e-15)
 
 
 def test_a_folder_named_like_a_model_is_no_model(capsys):

@@ -6,12 +6,11 @@ from itertools import combinations
 from pathlib import Path
 
 import pytest
-from cli_runs import FRICTION, NO_CLEARANCE, QUIET, RIGID, code_of, keeper, python, row
+from cli_runs import FRICTION, NO_CLEARANCE, QUIET, RIGID, code_of, keeper, row
 from results import rigid_link, stopped
 
 from exudyn_flexlink.cli import main, program_parser
 from exudyn_flexlink.cli.placing import run_name
-from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import MeasuredError
 
@@ -72,28 +71,6 @@ def test_a_failed_run_is_kept_and_explained(run_of, quiet, capsys):
     assert shown.out.startswith("" if quiet else "Stopped before its end: ")
 
 
-def test_what_an_engine_cant_represent_is_bad_input(run_of, capsys):
-    def fake(scene, engine="exudyn", progress=None):
-        raise NotRepresentableError(("joints", "pin"), "no such slot")
-
-    run_of(fake)
-    assert main(["simulate", NO_CLEARANCE]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"{NO_CLEARANCE}:37:")
-    assert "joints.pin: no such slot" in said
-    assert "hint: refused by the engine 'exudyn'" in said
-    assert list(Path().iterdir()) == []
-
-
-def test_a_folder_of_something_else_is_refused_before_the_run(run_of, capsys):
-    run_of(None)
-    Path("thesis").mkdir()
-    Path("thesis/chapter.txt").write_text("years of work")
-    assert main(["simulate", NO_CLEARANCE, "--out", "thesis"]) == 2
-    assert "thesis holds files that are no run of this program" in capsys.readouterr().err
-    assert Path("thesis/chapter.txt").read_text() == "years of work"
-
-
 # --- effects left out -------------------------------------------------------------------------
 
 
@@ -123,12 +100,6 @@ def test_an_effect_that_is_not_there_is_hinted_at(run_of, capsys):
     )
 
 
-@pytest.mark.parametrize("name", ["frction", "", "friction,", "Friction"])
-def test_an_effect_that_does_not_exist_is_bad_input(name, capsys):
-    assert code_of("check", FRICTION, f"--without={name}") == 2
-    assert "here are: clearance, flexibility, impact, friction, damping" in capsys.readouterr().err
-
-
 def test_a_scene_that_cant_be_without_an_effect_is_bad_input(capsys):
     """A link askew in its guide can't be in one without clearance."""
     tilted = ["--set", "initial={angles: {link: 2 deg, guide: 0}}"]
@@ -138,31 +109,6 @@ def test_a_scene_that_cant_be_without_an_effect_is_bad_input(capsys):
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "joints.sleeve: the link can't lie in its guide at the start: 2 deg" in shown.err
-
-
-# --- real runs ------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def real_run(tmp_path_factory):
-    """Run of the program as a user starts it, with figures: one strike."""
-    target = tmp_path_factory.mktemp("runs") / "short"
-    command = ["-m", "exudyn_flexlink", "simulate", RIGID, "--set", "run.turns=0.75"]
-    ran = python(*command, "--out", str(target))
-    assert ran.returncode == 0, ran.stderr
-    assert "Traceback" not in ran.stderr
-    assert ran.stdout.startswith("Completed: Extensible rigid link")
-    # The track brings S to the lever at 180 deg; the tolerance of 2e-5 m is 0.01 deg of S's path.
-    assert float(row(ran.stdout, "1")[1]) == pytest.approx(180, abs=0.02)
-    return target
-
-
-def test_plot_draws_the_figures_again(real_run, tmp_path, capsys):
-    assert main(["plot", str(real_run), "--out", str(tmp_path / "figures")]) == 0
-    assert "Figures written to" in capsys.readouterr().out
-    first = {path.name for path in real_run.rglob("*.png")}
-    assert first
-    assert {path.name for path in (tmp_path / "figures").rglob("*.png")} == first
 
 
 # --- where results go -----------------------------------------------------------------------------

@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 import results
 from matplotlib.colors import same_color
-from matplotlib.text import Text
-from results import block, solved_to
+from results import block, solved_to, texts
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
-    between_samples,
     lever_response,
     spectrum,
     vibration,
@@ -185,11 +183,6 @@ def test_a_strike_that_a_run_misses_shifts_no_other(rigid, swap):
 # --- guides with clearance
 
 
-@pytest.fixture(scope="module")
-def tilting():
-    return results.tilting_link(samples=801)
-
-
 def straight(tilting):
     """The same mechanism without clearance, and the link straight on the axis."""
     poses = tilting.poses.copy()
@@ -204,7 +197,7 @@ def rows_of(said, name):
 
 
 def test_contacts_of_both_runs_stand_side_by_side(tilting):
-    part = results.first_samples(tilting, 401)  # two of the four laps
+    part = results.first_samples(tilting, 2001)  # two of the four laps
     found = compare(tilting, part)
     one, other = found.first.contact["sleeve"], found.second.contact["sleeve"]
     assert one == other  # up to the end of the shorter run
@@ -234,18 +227,6 @@ def test_an_angle_and_a_length_of_one_body_are_not_compared(rigid):
     assert compare(rigid, sliding, names=("turns", "slides")).levers == ()
 
 
-# --- between samples
-
-
-def test_a_cubic_is_met_exactly():
-    time = np.array([0.0, 0.3, 1.0])
-    values = np.stack([time**3, 1 - time], axis=1)
-    rates = np.stack([3 * time**2, -np.ones(3)], axis=1)
-    at = np.array([0.0, 0.1, 0.3, 0.77, 1.0])
-    expected = np.stack([at**3, 1 - at], axis=1)
-    np.testing.assert_allclose(between_samples(time, values, rates, at), expected, atol=1e-15)
-
-
 # --- files, text and figure
 
 
@@ -270,10 +251,6 @@ def test_files_say_what_was_found(both, tmp_path):
     assert len(table) == len(both.time)
     np.testing.assert_allclose(table["deviation_m"], both.deviation.distance, atol=1e-12)
     np.testing.assert_allclose(table["lagrangian_x_m"], both.second.position[:, 0], atol=1e-12)
-
-
-def texts(figure):
-    return [text for text in figure.findobj(Text) if text.get_text()]
 
 
 def test_figure(both, rigid):
@@ -326,11 +303,6 @@ def test_weak_lines_are_not_named(weak, lines):
     time = np.linspace(0, 1.256, 4001)
     seen = spectrum(time, 2.8e-3 * np.sin(80 * pi * time) + weak * np.sin(180 * pi * time))
     assert seen.lines == pytest.approx(lines, abs=seen.resolution / 2)
-
-
-def test_the_resolution_is_that_of_half_the_run():
-    run = shaken()
-    assert vibration(run).x.resolution == pytest.approx(2 / run.time[-1], rel=2e-2)
 
 
 def test_only_what_both_runs_have_lived_through_counts():

@@ -48,16 +48,18 @@ def both_off(result):
 @BOTH
 def test_the_papers_mechanism_goes_on_in_its_second_lap(engine, settings):
     """P is on the egg then, and not on the ellipse; the lever still rings from its strike."""
-    small = ("run.turns=1.2", "bodies.link.rods=3", "accuracy.tolerance=1e-6")
-    model = load_scene(MODELS / "no_clearance.yaml", (*small, *settings))
+    tolerance = 1e-5 if settings else 1e-6  # m: redundant coordinates take many more steps
+    small = ("run.turns=0.6", "bodies.link.rods=3", f"accuracy.tolerance={tolerance}")
+    start = "initial.angles.guide=178 deg"  # just before the strike
+    model = load_scene(MODELS / "no_clearance.yaml", (*small, start, *settings))
     whole = simulate(model, engine, measure=False)
-    again = rest_of(whole, 0.65)
+    again = rest_of(whole, 0.35)
     assert again.scene.initial.laps == {"pin": 2}
     assert again.laps == ()
     # Redundant coordinates only aim at the tolerance: a second run tells the error.
     allowed = 2 * measured(whole).error.largest if settings else both_off(whole)
     assert apart(whole, again) < allowed
-    assert np.abs(again.poses[0] - whole.poses[np.abs(whole.time - 0.65).argmin()]).max() < 1e-12
+    assert np.abs(again.poses[0] - whole.poses[np.abs(whole.time - 0.35).argmin()]).max() < 1e-12
 
 
 def test_a_link_with_clearance_goes_on_between_two_touches():
@@ -99,7 +101,7 @@ drives:
   shove: {type: force, point: slider.p, value: [{points: [[0, 0], [0.7, 4], [3, -4]], rule: linear}, 0]}
 gravity: 9.81
 initial: {angles: {rod: 0.3}, speeds: {rod: 1}}
-run: {duration: 1.5}
+run: {duration: 1.1}
 accuracy: {tolerance: 1.0e-9}
 """  # noqa: E501
 

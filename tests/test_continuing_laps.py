@@ -52,7 +52,7 @@ def test_a_point_that_runs_backwards_goes_on_in_any_lap(engine, settings):
     assert laps_of(whole) == [-1, -2, -3, -4]
     middles = [radius(whole, radians(220 + 360 * k) / 10) for k in range(3)]
     assert middles == pytest.approx([0.06, 0.05, 0.06], abs=1e-4)
-    told = {20: 1, 200: -1, 390: -1, 410: -2, 580: -2, 770: -3, 940: -3, 1150: -4}
+    told = {20: 1, 390: -1, 410: -2, 770: -3, 1150: -4}
     for degrees, lap in told.items():
         again = rest_of(whole, radians(degrees) / 10)
         assert again.scene.initial.laps == {"pin": lap}
@@ -65,19 +65,19 @@ def test_a_point_that_runs_backwards_goes_on_in_any_lap(engine, settings):
 def test_a_run_goes_on_from_the_seam_itself(engine, settings, way):
     """Rounding decides whether a point that is on the seam at a sample has passed it.
 
-    A crank that starts on the seam is there again after each turn, also where the run ends.
+    A crank that starts on the seam is there again after each turn, also where the run ends. With
+    one sample a turn all are on the seam, so that the speed alone tells that it ran round.
     """
     turn = 2 * pi / 10
     case, speed = (engine, settings), 10 * way
-    whole = turned(case, speed, 3.6 * turn, sample=turn / 200)
-    for k in (0, 1, 3):
-        again = rest_of(whole, k * turn)
-        assert apart(whole, again) < ALIKE
-        ended = turned(case, speed, k * turn, sample=turn / 200) if k else whole
-        begun = continued(ended, k * turn)
-        assert begun.initial.laps == {"pin": k + 1 if way > 0 else (-k or 1)}
-        rest = begun.changed(run=Run(duration=(3.6 - k) * turn))
-        assert apart(whole, simulate(rest, engine, measure=False)) < ALIKE
+    whole = turned(case, speed, 2.6 * turn, sample=turn / 200)
+    begun = [continued(whole, k * turn) for k in (0, 1, 2)]
+    begun += [continued(turned(case, speed, k * turn, sample=turn)) for k in (1, 2)]
+    for k, start in zip((0, 1, 2, 1, 2), begun, strict=True):
+        assert start.initial.laps == {"pin": k + 1 if way > 0 else (-k or 1)}
+        again = simulate(start.changed(run=Run(duration=0.6 * turn)), engine, measure=False)
+        there = whole.poses[whole.sample_at((k + 0.6) * turn)]
+        assert again.poses[-1] == pytest.approx(there, abs=ALIKE)
 
 
 @BOTH
@@ -87,7 +87,7 @@ def test_a_point_that_swings_over_the_seam_goes_on(engine, settings, start, laps
     free = ("drives={}", "gravity=[9.81, 0]", *settings)
     whole = turned((engine, free), None, 1.5, start)
     assert laps_of(whole) == laps
-    for time in np.arange(0.1, 1.5, 0.2):
+    for time in np.arange(0.1, 1.5, 0.4):
         passed = [1, *(lap.details["lap"] for lap in whole.laps if lap.time < time)]
         again = rest_of(whole, time)
         assert again.scene.initial.laps == {"pin": passed[-1]}
@@ -101,7 +101,7 @@ def test_a_point_that_rests_on_the_seam_goes_on(engine, settings, down):
     free = ("drives={}", *settings)
     resting = turned((engine, (*free, "gravity=[9.81, 0]")), None, 0.5)
     fallen = turned((engine, (*free, f"gravity=[0, {down}]")), None, 0.4)
-    for time in (0.0, 0.3, 0.5):
+    for time in (0.0, 0.5):
         begun = continued(resting, time)
         assert begun.initial.laps == {"pin": 1}
         again = begun.changed(gravity=fallen.scene.gravity, run=Run(duration=0.4))
@@ -115,14 +115,5 @@ def test_a_point_that_comes_to_rest_on_the_seam_goes_on(settings, way):
     full = 20 * way * pi  # rad/s: from rest to it and back again is a turn
     points = [[0, 0], [0.1, 0], [0.2, full], [0.3, 0], [0.4, 0], [0.6, full / 2]]
     whole = turned(("exudyn", settings), f"{{points: {points}, rule: linear}}", 0.6)
-    for time in (0.0, 0.05, 0.1, 0.2, 0.3, 0.35, 0.4, 0.5):
+    for time in (0.0, 0.1, 0.2, 0.3, 0.35, 0.4):
         assert apart(whole, rest_of(whole, time)) < ALIKE
-
-
-@BOTH
-def test_a_run_of_one_sample_a_turn_goes_on_from_its_end(engine, settings):
-    """All its samples are on the seam, so that the speed alone tells that it ran round."""
-    turn = 2 * pi / 10
-    ended = turned((engine, settings), 10, 3 * turn, sample=turn)
-    again = simulate(continued(ended).changed(run=Run(duration=0.6 * turn)), engine, measure=False)
-    assert radius(again, turn / 2) == pytest.approx(0.05, abs=1e-4)

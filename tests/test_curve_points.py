@@ -33,9 +33,10 @@ def read(folder, points, closed=""):
     return scene_of(parse_document(groove + BEAD, "model.yaml", folder))
 
 
-@pytest.mark.parametrize("count", [12, 48])
-@pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-6, 1e-5, 3e-5])
-@pytest.mark.parametrize("closed", ["", ", closed: true"])
+@pytest.mark.parametrize(
+    ("count", "gap", "closed"),
+    [(12, 0.0, ""), (12, 3e-5, ", closed: true"), (48, 1e-7, ", closed: true"), (48, 1e-5, "")],
+)
 def test_a_last_point_near_the_first_closes_the_curve(tmp_path, count, gap, closed):
     """The circle is as round as without it, wherever the last point is, and the run says so."""
     points = np.concatenate([ring(count), [[RADIUS + gap, -gap / 2]]])
@@ -50,7 +51,7 @@ def test_a_last_point_near_the_first_closes_the_curve(tmp_path, count, gap, clos
 
 
 @pytest.mark.parametrize("after", [0, 4, 11])
-@pytest.mark.parametrize("off", [(0, 0), (1e-7, 0), (0, -1e-6), (1e-4, 0)])
+@pytest.mark.parametrize("off", [(0, 0), (0, -1e-6), (1e-4, 0)])
 def test_a_row_that_nearly_repeats_is_refused_with_its_line(tmp_path, after, off):
     points = np.insert(ring(12), after + 1, ring(12)[after] + off, axis=0)
     if after == 11:  # no row that closes the curve
@@ -59,7 +60,7 @@ def test_a_row_that_nearly_repeats_is_refused_with_its_line(tmp_path, after, off
         read(tmp_path, points, ", closed: false" if after == 11 else "")
 
 
-@pytest.mark.parametrize("count", [0, 1, 3])
+@pytest.mark.parametrize("count", [0, 3])
 def test_a_spline_needs_four_points(tmp_path, count):
     with pytest.raises(SceneError, match=f"curves.groove: a spline needs 4 .* got {count}"):
         read(tmp_path, ring(12)[:count])
@@ -74,7 +75,7 @@ def test_a_point_of_the_model_file_is_refused_at_its_line():
         scene_of(parse_document(text, "model"))
 
 
-@pytest.mark.parametrize("turn", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("turn", [0.5, 1.5])
 def test_an_arc_must_say_whether_it_is_closed(tmp_path, turn):
     arc = ring(19, turn * np.pi)
     with pytest.raises(SceneError, match=r"ring.csv line 19: .* m from the first point") as raised:

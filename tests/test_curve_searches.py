@@ -1,6 +1,5 @@
 """Closest places and lengths of curves: many at once, one by one, against each other."""
 
-from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -9,8 +8,7 @@ from scipy.special import ellipeinc
 from test_physics_tools import scene
 
 from exudyn_flexlink.curves import Arc, Closest, Joined, LineSegment, Spline, circle_arc
-from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact
-from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -154,19 +152,6 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
     ):
         assert mine == pytest.approx(float(other), abs=1e-12)
     assert contact.gradient(x, v) @ v == pytest.approx(seen[1].gap_rate, abs=1e-12)
-
-
-@pytest.mark.parametrize("shape", [*SHAPES, *FACES])
-def test_a_gap_bends_with_the_motion_of_point_and_curve(shape):
-    """Where no coordinate of the tree accelerates: the derivative of its rate."""
-    assembly = moving(shape)
-    own = replace(assembly.mechanism.contacts[0], law=Impulse(0.5))
-    contact = RigidContact(tree_layout(assembly.mechanism), own, own.law)
-    rng = np.random.default_rng(3)
-    x, v, h = rng.normal(scale=0.1, size=6), rng.normal(size=6), 1e-5
-    rates = [contact.touch(x + by * v, v).gap_rate for by in (-h, h)]
-    bend = (rates[1] - rates[0]) / (2 * h)
-    assert contact.moving_gap(x, v)[2] == pytest.approx(bend, rel=1e-6)
 
 
 def poses(layout, x):

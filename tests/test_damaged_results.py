@@ -39,7 +39,7 @@ def refused(capsys, file, why="is damaged"):
     return said.err
 
 
-@pytest.mark.parametrize("part", [0.0, 0.001, 0.1, 0.3, 0.9, 0.999])
+@pytest.mark.parametrize("part", [0.0, 0.001, 0.3, 0.999])
 def test_truncated_arrays(part, capsys):
     file = Path("rigid/result.nc")
     whole = file.read_bytes()

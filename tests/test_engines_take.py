@@ -23,23 +23,23 @@ LAW = "law: {stiffness: 1.0e5, restitution: 0.5}"
 SETLAW = "law={stiffness: 1.0e5, restitution: 0.5}"
 ARM = "bodies.arm={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
 HUB = "joints.hub={type: revolute, points: [ground, arm.o], at: [1, 0]}"
+PULL = "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], "
 BOUNCE = "{stiffness: 1.0e5, restitution: 0.5}"
-WAY = (
-    "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0], "
-    "limits: {from: -0.1, to: 0.1"
-)
+SLIDE = "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0]"
+WAY = f"{SLIDE}, limits: {{from: -0.1, to: 0.1"
 OTHER = "bodies.other={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
+PINNED = [ARM, HUB]
+PAIR = [*PINNED, OTHER]
 RACK = "joints.rack={type: gear, joints: [hub, way], radius: 0.1}"
 FREE = "initial={positions: {other: [2, 0]}}"
 
 CHANGES = {
-    "`rod`, `rigid` on a pin of the ground": [ARM, HUB],
+    "`rod`, `rigid` on a pin of the ground": PINNED,
     "`rigid` without a joint": [OTHER, FREE],
     "`rigid` with `inertia: 0`": [OTHER, "bodies.other.inertia=0", FREE],
     "`flexible`: the link in its sleeve": [],
     "`flexible`: any other": [
-        ARM,
-        HUB,
+        *PINNED,
         "bodies.strip={type: flexible, length: 0.1, material: steel, rods: 2, "
         "section: {type: round, diameter: 1 mm}, hinges: {stiffness: beam}}",
         "joints.clamp={type: weld, points: [arm.e, strip.start]}",
@@ -60,35 +60,23 @@ CHANGES = {
         "joints.pin.curve=bent",
     ],
     "a curve that is `on` a body": [
-        ARM,
-        HUB,
+        *PINNED,
         "curves.groove={type: circle, centre: [-1, 0], radius: 0.04, on: arm}",
         "joints.pin.curve=groove",
     ],
     "`revolute` between moving bodies": [
-        ARM,
-        HUB,
-        OTHER,
+        *PAIR,
         "joints.elbow={type: revolute, points: [arm.e, other.o]}",
         "initial={angles: {other: 0}}",
     ],
-    "`revolute` with `clearance`": [ARM, HUB, "joints.hub.clearance=1 mm", f"joints.hub.{SETLAW}"],
-    "`revolute` with `friction: {torque}`": [ARM, HUB, "joints.hub.friction={torque: 0.1}"],
+    "`revolute` with `clearance`": [*PINNED, "joints.hub.clearance=1 mm", f"joints.hub.{SETLAW}"],
+    "`revolute` with `friction: {torque}`": [*PINNED, "joints.hub.friction={torque: 0.1}"],
     "`revolute` with `friction: {coefficient}`": [
-        ARM,
-        HUB,
+        *PINNED,
         "joints.hub.friction={coefficient: 0.1, radius: 5 mm}",
     ],
-    "`weld`": [
-        ARM,
-        HUB,
-        OTHER,
-        "joints.glue={type: weld, points: [arm.e, other.o]}",
-    ],
-    "`prismatic`": [
-        OTHER,
-        "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0]}",
-    ],
+    "`weld`": [*PAIR, "joints.glue={type: weld, points: [arm.e, other.o]}"],
+    "`prismatic`": [OTHER, f"{SLIDE}}}"],
     "`limits` of a `prismatic`, with `restitution`": [OTHER, f"{WAY}, law: {BOUNCE}}}}}"],
     "`limits` of a `prismatic`, law `hertz`": [
         OTHER,
@@ -99,28 +87,19 @@ CHANGES = {
         f"{WAY}, law: {{stiffness: 1.0e5, damping: 1}}}}}}",
     ],
     "`limits` of a `revolute`": [
-        ARM,
-        HUB,
+        *PINNED,
         "joints.hub.limits={to: 1, law: {stiffness: 1.0e5, restitution: 0.5}}",
     ],
-    "`prismatic` with `friction: {force}`": [
-        OTHER,
-        "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0], "
-        "friction: {force: 1}}",
-    ],
+    "`prismatic` with `friction: {force}`": [OTHER, f"{SLIDE}, friction: {{force: 1}}}}"],
     "`gear` of two hinges, `belt`": [
-        ARM,
-        HUB,
-        OTHER,
+        *PAIR,
         "joints.axle={type: revolute, points: [ground, other.o], at: [2, 0]}",
         "joints.mesh={type: gear, joints: [hub, axle], teeth: [20, 40]}",
         "joints.strap={type: belt, joints: [crank, hub], radii: [0.1, 0.2]}",
     ],
-    "`gear` with a rack": [ARM, HUB, OTHER, f"{WAY[: WAY.index(', limits')]}}}", RACK],
+    "`gear` with a rack": [*PAIR, f"{SLIDE}}}", RACK],
     "`gear` with a rack on a moving body": [
-        ARM,
-        HUB,
-        OTHER,
+        *PAIR,
         "bodies.rack={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0]}}",
         "joints.axle={type: revolute, points: [arm.e, other.o]}",
         "joints.way={type: prismatic, points: [arm.o, rack.o], axis: [1, 0]}",
@@ -137,29 +116,15 @@ CHANGES = {
         FREE,
     ],
     "`torsional`": [],
-    "`linear`": [
-        ARM,
-        HUB,
-        "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], stiffness: 100}",
-    ],
-    "`linear` with `acts`": [
-        ARM,
-        HUB,
-        "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], stiffness: 100, "
-        "acts: tension, length: 0.2}",
-    ],
-    "`linear` with `force`": [
-        ARM,
-        HUB,
-        "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], force: 100*length**2}",
-    ],
+    "`linear`": [*PINNED, f"{PULL}stiffness: 100}}"],
+    "`linear` with `acts`": [*PINNED, f"{PULL}stiffness: 100, acts: tension, length: 0.2}}"],
+    "`linear` with `force`": [*PINNED, f"{PULL}force: 100*length**2}}"],
     "`torsional` with `torque`": [
-        ARM,
-        HUB,
+        *PINNED,
         "springs.s={type: torsional, joint: hub, torque: {points: [[-1, -9], [0, 0], [1, 5]]}}",
     ],
     "`speed` of the guide": [],
-    "`speed` of another joint": [ARM, HUB, "drives.other={type: speed, joint: hub, value: 1}"],
+    "`speed` of another joint": [*PINNED, "drives.other={type: speed, joint: hub, value: 1}"],
     "`motion`": ["drives.motor={type: motion, joint: crank, value: 10*t}"],
     "`torque`": ["drives.motor={type: torque, joint: crank, value: 0.1}"],
     "`force`": ["drives.push={type: force, point: link.end, value: [1, 0]}"],
@@ -167,8 +132,7 @@ CHANGES = {
     "a table": ["drives.motor.value={points: [[0, 10], [1, 11], [2, 9], [3, 10]], rule: cubic}"],
     "`point_on_line`: the link's end strikes a lever": [],
     "`point_on_line`: any other": [
-        ARM,
-        HUB,
+        *PINNED,
         "contacts.hit={type: point_on_line, point: arm.e, line: [lever.start, lever.end], "
         f"{LAW}}}",
     ],
@@ -181,8 +145,7 @@ CHANGES = {
         f"contacts.hit={{type: point_on_curve, point: link.end, curve: floor, {LAW}}}",
     ],
     "`line_on_curve`": [
-        ARM,
-        HUB,
+        *PINNED,
         "curves.floor={type: circle, centre: [1, -1], radius: 0.5}",
         "contacts.hit={type: line_on_curve, line: [arm.o, arm.e], side: right, curve: floor, "
         f"{LAW}}}",
@@ -250,10 +213,8 @@ def test_engines_take_what_the_table_says(label):
     assert [taken(label, column) for column in COLUMNS] == table()[label]
 
 
-@pytest.mark.parametrize(
-    "model", sorted((ROOT / "models" / "textbook").glob("*.yaml")), ids=lambda path: path.stem
-)
-def test_the_lagrangian_shows_the_line_of_what_it_refuses(model, capsys):
+def test_the_lagrangian_shows_the_line_of_what_it_refuses(capsys):
+    model = ROOT / "models" / "textbook" / "cam_follower.yaml"
     assert main(["simulate", str(model), "--engine", "lagrangian", "--quiet"]) == 2
     shown = capsys.readouterr().err
     assert re.match(rf"{re.escape(str(model))}:\d+:\d+: \w+", shown)

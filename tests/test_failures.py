@@ -11,16 +11,14 @@ from pathlib import Path
 import pytest
 import results
 from cli_runs import BARE, NO_CLEARANCE, ROOT
-from results import rigid_link, solved_to
+from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs, interrupts
-from exudyn_flexlink.engines.finer import measured_by
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.measured_error import NOT_ASKED
-from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.storage import load, staged_folder
 
 SMOOTH = str(ROOT / "models" / "smooth.yaml")
@@ -38,28 +36,10 @@ def files(folder):
 # --- Ctrl-C: what was computed is kept --------------------------------------------------------
 
 
-def engine_that(monkeypatch, act):
-    """Put closed form in place of the engines; `act` (run from 0) tells whether a run is whole."""
-    made = []
-
-    def fake(scene, engine, progress, **_):
-        count = len(made)
-        made.append(engine)
-        whole = act(count)
-        settings = solved_to(scene.accuracy.tolerance)
-        result = replace(rigid_link(scene=scene), engine=engine, settings=settings, warnings=())
-        result = replace(result, error=NOT_ASKED)
-        return result if whole else replace(result, outcome=Outcome(False, 0.5, "interrupted"))
-
-    def measured(run, *_):
-        return measured_by(run, lambda _: fake(run.scene, run.engine, None))
-
-    monkeypatch.setattr(engines, "simulate", fake)
-    monkeypatch.setattr(engines, "measured", measured)
-
-
 def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
-    engine_that(monkeypatch, lambda _: True)
+    whole = replace(rigid_link(), error=NOT_ASKED, warnings=())
+    monkeypatch.setattr(engines, "simulate", lambda *_, **__: whole)
+    monkeypatch.setattr(engines, "measured", lambda run, *_: run)
 
     def draw(result, folder, *_):
         (folder / "half.png").write_bytes(b"half")
@@ -70,18 +50,6 @@ def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
     assert capsys.readouterr().err == "interrupted: the run is whole, in o/\n"
     assert load(Path("o")).outcome.completed
     assert not list(Path("o").glob("*.png"))
-
-
-def test_ctrl_c_in_the_second_run_keeps_the_first(monkeypatch, capsys):
-    engine_that(monkeypatch, lambda run: run == 0)
-    assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o"]) == 130
-    said = capsys.readouterr()
-    assert "within 1e-07 m (" in said.out
-    assert "measured up to t = 2.513 s only, where the second run stopped" in said.err
-    assert said.err.endswith("interrupted: the run is whole, in o/\n")
-    kept = load(Path("o"))
-    assert kept.outcome.completed
-    assert kept.error.stopped == kept.time[-1]
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])

@@ -62,7 +62,7 @@ def force_on_a_falling_rod(time):
 
 
 @pytest.mark.parametrize("formulation", ["minimal", "redundant"])
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
 def test_the_told_error_bounds_that_of_a_pendulums_force(formulation, tolerance):
     scene = scene_from(results.PENDULUM, tolerance=tolerance)
     scene = scene.changed(solver=scene.solver.model_copy(update={"formulation": formulation}))
@@ -75,7 +75,7 @@ def test_the_told_error_bounds_that_of_a_pendulums_force(formulation, tolerance)
     assert true <= told.free.largest <= 100 * true + 1e-12
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-9])
 def test_a_force_that_is_exact_is_known_to_rounding(tolerance):
     """The pivot of a disk pulls with m r w^2 = 20 N: no step errs, and no error of 0 is told."""
     run = simulate(scene_from(ECCENTRIC, tolerance=tolerance), measure=True)

@@ -15,7 +15,7 @@ from exudyn_flexlink.report import check_text
 from exudyn_flexlink.source import SceneError, parse_document
 
 G = 9.81
-TOLERANCES = [1e-3, 1e-5, 1e-8]
+TOLERANCES = [1e-3, 1e-8]
 END = "run: {duration: 1}\naccuracy: {tolerance: 1.0e-6}\n"
 
 
@@ -206,7 +206,7 @@ joints:
 """
 
 
-@pytest.mark.parametrize("rocker", range(70, 140, 10))
+@pytest.mark.parametrize("rocker", [70, 100, 130])
 def test_a_four_bar_closes_from_the_angle_of_its_rocker(rocker):
     _, found = assembled(FOUR_BAR + f"initial: {{angles: {{rocker: {rocker} deg}}}}\n")
     end = anchor_position(Anchor(1, 1.2, 0), found.state.q)
