@@ -43,8 +43,7 @@ def left_at(length):
     return acos((RADIUS**2 - AWAY**2 - length**2) / (2 * AWAY * length)) / SPEED
 
 
-@pytest.mark.parametrize("length", [0.025, 0.05])
-@pytest.mark.parametrize("link", [RIGID, BENDS], ids=["rigid", "bends"])
+@pytest.mark.parametrize(("length", "link"), [(0.025, RIGID), (0.05, BENDS)])
 @pytest.mark.parametrize(
     ("engine", "fit", "more"),
     [

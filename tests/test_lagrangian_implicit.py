@@ -1,6 +1,5 @@
 """The implicit method in the Lagrangian: tolerance, events, and places on the track."""
 
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -116,14 +115,13 @@ def test_p_is_not_found_beyond_a_dead_centre():
 # --- whole runs ---------------------------------------------------------------------------------
 
 
-@cache
 def run(*settings):
     result = simulate(load_scene(MODELS / STRIKE[0], [*STRIKE[1:], *settings]), "lagrangian")
     assert result.outcome.completed
     return result
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
 def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance):
     """Over two turns, against the independent series, which knows S to 6e-8 m."""
     series = read_series(HERE / "data" / "strike_n5_beam.csv")
@@ -146,7 +144,8 @@ def test_energies_are_those_of_the_stages_as_solved(tolerance, part):
 
 
 def test_events_are_those_of_the_explicit_method():
-    ours, other = run("accuracy.tolerance=1e-10"), run(*EXPLICIT)
+    few = "bodies.link.rods=3"
+    ours, other = run("accuracy.tolerance=1e-10", few), run(*EXPLICIT, few)
     assert ours.settings.integrator.method == "Radau IIA"
     assert other.settings.integrator.method == "DOP853"
     assert len(ours.events) == len(other.events) >= 4

@@ -40,7 +40,6 @@ BOTH = pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
         ("smooth_n10_beam", "smooth", ["run.turns=1"]),
         ("smooth_n10_beam", "smooth", ["run.turns=1", "accuracy.tolerance=1e-3"]),
         ("strike_n10_paper", "no_clearance", ["run.turns=1"]),
-        ("clearance_n10_paper", "clearance", ["run.turns=0.5", "accuracy.tolerance=1e-4"]),
         ("clearance_n10_paper", "clearance", ["run.turns=0.5", "accuracy.tolerance=1e-5"]),
     ],
 )

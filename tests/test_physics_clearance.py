@@ -148,7 +148,7 @@ def test_the_link_stays_in_its_guide_at_high_speed(engine):
     assert result.sleeves["sleeve"].deepest == pytest.approx(5.01184e-4, abs=1e-8)
 
 
-@pytest.mark.parametrize("tolerance", ["1e-4", "1e-5", "1e-6"])
+@pytest.mark.parametrize("tolerance", ["1e-4", "1e-6"])
 def test_what_is_zero_by_rounding_is_no_touch(tolerance):
     """Held on its axis the link leaves no wall, but rounding has its gap on either side of zero."""
     settings = [

@@ -89,13 +89,13 @@ class Truth:
         return place + LINK * w / np.hypot(*w)
 
 
-@pytest.mark.parametrize(("count", "digits"), [(24, 6), (240, 12), (1000, 6)])
+@pytest.mark.parametrize(("count", "digits"), [(24, 6), (1000, 6)])
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_link_coasts_along_a_spline_within_its_tolerance(engine, digits, count):
     points = cam(count, digits)
     text = COASTING.format(points=points.tolist())
     truth = Truth(points, build_mechanism(scene(text, "accuracy.tolerance=1e-6")))
-    for tolerance in (1e-3, 1e-5, 1e-7):
+    for tolerance in (1e-3, 1e-6):
         result = simulate(scene(text, f"accuracy.tolerance={tolerance}"), engine, measure=False)
         assert result.outcome.completed, result.outcome
         exact = np.array([truth.place(float(t)) for t in result.time])

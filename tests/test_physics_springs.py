@@ -5,9 +5,9 @@ from math import sqrt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from test_physics_tools import alone, angle, run, speed, total_energy, velocity, where
+from test_physics_tools import alone, angle, run, speed, velocity, where
 
-TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
+TOLERANCES = (1e-4, 1e-8)
 
 OSCILLATOR = """
 bodies: {mass: {type: rigid, mass: 2, inertia: 1, points: {c: [0, 0]}}}
@@ -23,6 +23,7 @@ PUSHED = (
     "{type: linear, points: [mass.c, ground], at: [1.5, 0], stiffness: 50, damping: 4, length: 1.3}"
 )
 ALONG = "{type: linear, joint: way, stiffness: 50, damping: 4, length: -0.1}"
+WAY = {BETWEEN: 1, PUSHED: -1, ALONG: 1}  # what is told acts on the second point's body
 
 
 def swung(time):
@@ -39,6 +40,9 @@ def test_mass_on_a_damped_spring(spring, allowed):
     mass = run(OSCILLATOR.replace("SPRING", spring), f"accuracy={{tolerance: {allowed}}}")
     assert np.abs(where(mass, "mass.c")[:, 0] - swung(mass.time)).max() < allowed
     assert mass.checks.energy_residual < 100 * allowed
+    told, x, v = mass.spring_forces["s"], where(mass, "mass.c")[:, 0], mass.rates[:, 0, 0]
+    np.testing.assert_allclose(told[:, 0], WAY[spring] * (50 * (0.2 - x) - 4 * v), atol=1e-9)
+    np.testing.assert_allclose(told[:, 1], 0, atol=1e-12)
 
 
 @pytest.mark.parametrize("spring", [BETWEEN, PUSHED, ALONG])
@@ -50,14 +54,6 @@ def test_redundant_coordinates_have_the_same_spring(spring):
     )
     assert np.abs(where(mass, "mass.c")[:, 0] - swung(mass.time)).max() < 1e-5
     assert mass.checks.energy_residual < 1e-4
-
-
-def test_the_force_of_a_spring_is_told():
-    mass = run(OSCILLATOR.replace("SPRING", BETWEEN))
-    x = where(mass, "mass.c")[:, 0]
-    v = mass.rates[:, 0, 0]
-    np.testing.assert_allclose(mass.spring_forces["s"][:, 0], -50 * (x - 0.2) - 4 * v, atol=1e-9)
-    np.testing.assert_allclose(mass.spring_forces["s"][:, 1], 0, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["points: [ground, mass.c], at: [-1, 0]", "joint: way"])
@@ -146,12 +142,6 @@ def test_redundant_coordinates_agree_on_the_spring_pendulum(truth):
     for name in ("pivot", "way"):
         one, other = bob.joint_forces[name][20:], tight.joint_forces[name][20:]
         np.testing.assert_allclose(one, other, atol=0.2)
-
-
-def test_springs_keep_the_energy_without_dampers():
-    bob = run(PENDULUM.replace(", damping: 0.5", "").replace(", damping: 0.1", ""))
-    energy = total_energy(bob)
-    assert np.abs(energy - energy[0]).max() < 1e-7
 
 
 def test_a_stiff_spring_is_a_rod():
