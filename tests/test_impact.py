@@ -23,6 +23,7 @@ from exudyn_flexlink.source import SceneError
 MODEL = MODELS / "no_clearance.yaml"
 SHORT = ("run.turns=0.54", "bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 TIGHT = "accuracy.tolerance=1e-7"
+LATE = ("initial.angles.guide=165 deg", "run.turns=0.09")  # the strike is at 180 deg
 
 
 class Ball:
@@ -106,7 +107,8 @@ def impulse_scene(restitution, *settings, model=MODEL):
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml"])
 def test_each_impact_balances_momentum_and_energy(model):
     """Before and after: M dv = G p, kinetic energy with the drive's work, and -e v_a = v_s."""
-    run = prepare(impulse_scene(0.5, "bodies.link.rods=3", model=MODELS / model))
+    late = "initial.angles.guide=120 deg", "run.turns=0.21"  # in its guide the link rattles first
+    run = prepare(impulse_scene(0.5, "bodies.link.rods=3", *late, model=MODELS / model))
     problem, states = run.problem, []
     jump = problem.impacts._jump
 
@@ -121,7 +123,8 @@ def test_each_impact_balances_momentum_and_energy(model):
     # Five nodes tell a wall's power less exactly in the one step in which its force turns from
     # loading to unloading: in 2 of 5 runs with speeds that differ by 1e-12 that is 1.1e-8.
     exact = 1e-9 if model == "no_clearance.yaml" else 3e-8
-    assert run.recorder.energy_residual < exact * run.recorder.largest_kinetic_energy
+    recorder = problem.recorder
+    assert recorder.energy_residual < exact * recorder.largest_kinetic_energy
     assert sum(e > 0 for e, *_ in states) > 10
     for e, hit, before, after in states:
         v, w, mass = before.frame.v[0], after.frame.v[0], before.mass[0]
@@ -140,8 +143,9 @@ def test_each_impact_balances_momentum_and_energy(model):
 @pytest.mark.parametrize(("restitution", "grown"), [(0.0, 1), (0.5, 1), (1.0, 100)])
 def test_both_engines_bounce_alike_and_as_the_law_says(restitution, grown):
     """Every impact, and every contact that lasts; 102 elastic impacts in a row multiply errors."""
-    judge = simulate(impulse_scene(restitution), "lagrangian", measure=False)
-    ours = simulate(impulse_scene(restitution, "accuracy.tolerance=1e-9"), measure=False)
+    when = () if restitution == 0.5 else LATE
+    judge = simulate(impulse_scene(restitution, *when), "lagrangian")
+    ours = simulate(impulse_scene(restitution, *when, "accuracy.tolerance=1e-9"))
     as_the_law_says(judge, restitution)
     expected, found = (result.contacts["strike"].touches for result in (judge, ours))
     assert len(expected) == len(found) > 5
