@@ -99,7 +99,7 @@ def calls_of(work: Callable[[], object]) -> int:
 def test_work_grows_with_the_number_of_rods(name: str):
     work = WORK[name]
     work(10)  # whatever is imported or cached
-    few, many, more = (calls_of(lambda rods=rods: work(rods)) for rods in (20, 40, 60))
+    few, many, more = (calls_of(lambda rods=rods: work(rods)) for rods in (10, 20, 30))
     assert more - many < 1.05 * (many - few)
 
 
@@ -162,7 +162,8 @@ def test_of_many_mistakes_the_first_are_shown_and_all_are_counted():
 
 
 def test_elastic_bounces_without_end_stop_with_the_contact():
-    settings = ["contacts.strike.law.restitution=1", "run.turns=2"]
+    settings = ["contacts.strike.law.restitution=1", "bodies.link.rods=2", "run.turns=0.6",
+                "initial.angles.guide=170 deg"]  # fmt: skip
     scene = with_impact(load_scene(MODELS / "no_clearance.yaml", settings), "impulse")
     result = simulate(scene, "lagrangian")
     told = result.outcome.reason
