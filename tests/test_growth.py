@@ -191,7 +191,7 @@ def test_a_state_that_diverges_ends_a_run_with_what_came_before(tolerance):
     """By tolerances that no model file may ask for: told the same way wherever it diverges."""
     scene = load_scene(MODELS / "no_clearance.yaml", ["solver.integrator=dop853"])
     accuracy = scene.accuracy.model_copy(update={"tolerance": tolerance})
-    result = simulate(scene.changed(accuracy=accuracy), "lagrangian", measure=False)
+    result = simulate(scene.changed(accuracy=accuracy), "lagrangian")
     assert not result.outcome.completed
     assert "beyond all bounds: the tolerance is too loose" in result.outcome.reason
     assert np.isfinite(result.poses).all()

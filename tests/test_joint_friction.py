@@ -136,7 +136,7 @@ def test_friction_of_two_joined_runs_is_that_of_one(tmp_path):
     """The rest from 6.75 s on is one, also where the second run begins in it."""
     whole = alone(rubbing(ROD, "{torque: 0.25 N m}"), "run.duration=7.5", "accuracy.tolerance=1e-8")
     rest = continued(whole).changed(run=whole.scene.run.model_copy(update={"duration": 0.5}))
-    both = joined(whole, simulate(rest, measure=False))
+    both = joined(whole, simulate(rest))
     save(both, tmp_path)
     friction = load(tmp_path).frictions["pin"]
     np.testing.assert_allclose(friction.begin, [6.751166343], atol=1e-7)

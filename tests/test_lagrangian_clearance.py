@@ -32,7 +32,7 @@ RING = ("curves.ring={type: circle, centre: [0.02, 0], radius: 0.03}", "joints.p
 @cache
 def run(*settings, model="clearance.yaml"):
     scene = load_scene(MODELS / model, [TIGHT, *settings])
-    result = simulate(scene, "lagrangian", measure=False)
+    result = simulate(scene, "lagrangian")
     assert result.outcome.completed, result.outcome
     return result
 

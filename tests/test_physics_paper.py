@@ -63,9 +63,7 @@ def test_end_of_the_rigid_link_is_where_track_and_crank_put_it(rigid):
 
 def test_end_of_the_rigid_link_is_exact_at_every_step():
     """With a sample at each step no interpolation hides the solver's own error."""
-    result = simulate(
-        bare_rigid("run.turns=0.95", "run.sample=1.0e-3", "accuracy.step=1.0e-3"), measure=False
-    )
+    result = simulate(bare_rigid("run.turns=0.95", "run.sample=1.0e-3", "accuracy.step=1.0e-3"))
     theta = angle(result, "guide")
     exact = C + (reach(theta) + 0.07)[:, None] * np.column_stack([np.cos(theta), np.sin(theta)])
     at_step = slice(-1)  # the turn does not end with a whole step

@@ -32,17 +32,6 @@ run: {{duration: 0.5}}
 accuracy: {{tolerance: 1.0e-6}}
 """
 
-RING = "{type: circle, centre: [0, 0], radius: 0.1}"
-
-
-def test_spline_through_a_circle_is_nearly_that_circle():
-    points = [[round(0.1 * f(2 * pi * k / 48), 15) for f in (np.cos, np.sin)] for k in range(48)]
-    listed = str([[float(x) for x in point] for point in points])
-    words = {"steel": STEEL, "rod": rod(0.3), "point": "start"}
-    spline = run(FREE.format(curve=f"{{type: spline, points: {listed}}}", **words))
-    ring = run(FREE.format(curve=RING, **words))
-    np.testing.assert_allclose(where(spline, "rod.end"), where(ring, "rod.end"), atol=5e-5)
-
 
 def test_turned_ellipse_is_the_unturned_one_turned_with_everything():
     """The general constraint against the native one: 35 deg of turn for curve, start and weight."""
@@ -142,17 +131,6 @@ def test_open_slot_that_is_too_short_ends_the_run_and_keeps_it():
     theta = 10 * result.time
     exact = 0.1 * np.cos(theta) + np.sqrt(0.09 - (0.1 * np.sin(theta)) ** 2)
     np.testing.assert_allclose(x, exact, atol=1e-7)
-
-
-def test_two_half_circles_are_one_circle():
-    """A seam without a jump of curvature is not felt, and laps are counted alike."""
-    halves = (
-        "{type: joined, pieces: [{type: circle, centre: [0, 0], radius: 0.1, from: 0, to: 180 deg},"
-        " {type: circle, centre: [0, 0], radius: 0.1, from: 180 deg, to: 360 deg}]}"
-    )
-    words = {"steel": STEEL, "rod": rod(0.3), "point": "start"}
-    one, two = (run(FREE.format(curve=c, **words)) for c in (RING, halves))
-    np.testing.assert_allclose(where(two, "rod.end"), where(one, "rod.end"), atol=2e-6)
 
 
 ROCKING = """

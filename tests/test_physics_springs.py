@@ -216,36 +216,6 @@ def test_redundant_coordinates_have_a_damper_along_a_line_that_turns():
     assert_it_acts_along_its_joint(wedges, "x", [("one", 0.6, 4e-3)])
 
 
-# --- free bodies ----------------------------------------------------------------------------------
-
-HUNG = """
-bodies: {ball: {type: rigid, mass: 0.4, inertia: 0}}
-springs:
-  s: {type: linear, points: [ground, ball.centre], at: [0, 0], stiffness: 60, damping: 0.05,
-      length: 0.3}
-gravity: [0, -9.81]
-initial: {positions: {ball: [0.3, 0.1]}, velocities: {ball: [0, 0.5]}}
-run: {duration: 3}
-accuracy: {tolerance: 1.0e-8}
-"""
-
-
-@pytest.mark.parametrize("allowed", TOLERANCES)
-def test_ball_hung_on_a_spring_alone(allowed):
-    def fall(_, y):
-        (x, z), (u, w) = y[:2], y[2:]
-        size = np.hypot(x, z)
-        pull = 60 * (size - 0.3) + 0.05 * (x * u + z * w) / size
-        return [u, w, -pull * x / size / 0.4, -9.81 - pull * z / size / 0.4]
-
-    ball = run(HUNG, f"accuracy={{tolerance: {allowed}}}")
-    start = [0.3, 0.1, 0, 0.5]
-    exact = solve_ivp(
-        fall, (0, 3), start, "DOP853", rtol=1e-13, atol=1e-13, t_eval=ball.time
-    )  # fmt: skip
-    assert np.abs(where(ball, "ball.centre") - exact.y[:2].T).max() < allowed
-
-
 # --- a structure ------------------------------------------------------------------------------
 
 
