@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_735,
     "": 5_235,
 }
-WHOLE = {PACKAGE: 52_530, "tests": 26_990, "scripts": 8_700}
+WHOLE = {PACKAGE: 52_530, "tests": 26_180, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

@@ -95,22 +95,12 @@ def calls_of(work: Callable[[], object]) -> int:
     return count
 
 
-@pytest.mark.parametrize("name", [name for name in WORK if name != "bent"])
+@pytest.mark.parametrize("name", ["the paper", "with walls"])
 def test_work_grows_with_the_number_of_rods(name: str):
     work = WORK[name]
     work(10)  # whatever is imported or cached
-    few, many, more = (calls_of(lambda rods=rods: work(rods)) for rods in (20, 40, 60))
+    few, many, more = (calls_of(lambda rods=rods: work(rods)) for rods in (10, 20, 30))
     assert more - many < 1.05 * (many - few)
-
-
-def test_frequencies_of_a_long_chain_tend_to_those_of_a_short_one():
-    """Bending of 1000 rods is bending of 100, but for the length of the clamped rod."""
-    beam = Beam(0.07, 0.04, 0.01)
-    long, short = (
-        discretise(beam, rods, "half_ends", "beam").cantilever_frequencies(4)
-        for rods in (1000, 100)
-    )
-    assert long == pytest.approx(short, rel=2e-3)
 
 
 @pytest.mark.parametrize("count", [1, 4, 9])
@@ -172,7 +162,11 @@ def test_of_many_mistakes_the_first_are_shown_and_all_are_counted():
 
 
 def test_elastic_bounces_without_end_stop_with_the_contact():
-    settings = ["contacts.strike.law.restitution=1", "run.turns=2"]
+    settings = [
+        "contacts.strike.law.restitution=1",
+        "run.turns=0.3",
+        "initial.angles.guide=179 deg",
+    ]
     scene = with_impact(load_scene(MODELS / "no_clearance.yaml", settings), "impulse")
     result = simulate(scene, "lagrangian")
     told = result.outcome.reason
@@ -192,19 +186,12 @@ def test_a_run_that_gets_nowhere_is_a_result_of_its_start():
     assert result.energy.kinetic.shape == result.time.shape
 
 
-@pytest.mark.parametrize("tolerance", [1e3, 1e4, 1e6, 1e10])
+@pytest.mark.parametrize("tolerance", [1e3, 1e10])
 def test_a_state_that_diverges_ends_a_run_with_what_came_before(tolerance):
     """By tolerances that no model file may ask for: told the same way wherever it diverges."""
     scene = load_scene(MODELS / "no_clearance.yaml", ["solver.integrator=dop853"])
     accuracy = scene.accuracy.model_copy(update={"tolerance": tolerance})
-    result = simulate(scene.changed(accuracy=accuracy), "lagrangian", measure=False)
+    result = simulate(scene.changed(accuracy=accuracy), "lagrangian")
     assert not result.outcome.completed
     assert "beyond all bounds: the tolerance is too loose" in result.outcome.reason
     assert np.isfinite(result.poses).all()
-
-
-# --- settings that lead nowhere -----------------------------------------------------------------
-
-
-def test_entries_of_a_list_may_have_zeros_in_front():
-    load_scene(MODELS / "no_clearance.yaml", ["curves.track.curves.000000000001=ellipse"])

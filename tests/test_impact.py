@@ -4,8 +4,6 @@ The point mass is driven by the same event loop, the same jump and the same rule
 bouncing as the mechanism.
 """
 
-from functools import cache
-
 import numpy as np
 import pytest
 from cli_runs import MODELS
@@ -25,6 +23,7 @@ from exudyn_flexlink.source import SceneError
 MODEL = MODELS / "no_clearance.yaml"
 SHORT = ("run.turns=0.54", "bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 TIGHT = "accuracy.tolerance=1e-7"
+LATE = ("initial.angles.guide=165 deg", "run.turns=0.09")  # the strike is at 180 deg
 
 
 class Ball:
@@ -105,19 +104,11 @@ def impulse_scene(restitution, *settings, model=MODEL):
     return load_scene(model, [law, *SHORT, TIGHT, *settings])
 
 
-@cache
-def struck(restitution):
-    return simulate(impulse_scene(restitution), "lagrangian")
-
-
-def of_kind(result, kind):
-    return [event for event in result.events if event.kind == kind]
-
-
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml"])
 def test_each_impact_balances_momentum_and_energy(model):
     """Before and after: M dv = G p, kinetic energy with the drive's work, and -e v_a = v_s."""
-    run = prepare(impulse_scene(0.5, "bodies.link.rods=3", model=MODELS / model))
+    late = "initial.angles.guide=120 deg", "run.turns=0.21"  # in its guide the link rattles first
+    run = prepare(impulse_scene(0.5, "bodies.link.rods=3", *late, model=MODELS / model))
     problem, states = run.problem, []
     jump = problem.impacts._jump
 
@@ -132,7 +123,8 @@ def test_each_impact_balances_momentum_and_energy(model):
     # Five nodes tell a wall's power less exactly in the one step in which its force turns from
     # loading to unloading: in 2 of 5 runs with speeds that differ by 1e-12 that is 1.1e-8.
     exact = 1e-9 if model == "no_clearance.yaml" else 3e-8
-    assert run.recorder.energy_residual < exact * run.recorder.largest_kinetic_energy
+    recorder = problem.recorder
+    assert recorder.energy_residual < exact * recorder.largest_kinetic_energy
     assert sum(e > 0 for e, *_ in states) > 10
     for e, hit, before, after in states:
         v, w, mass = before.frame.v[0], after.frame.v[0], before.mass[0]
@@ -148,57 +140,13 @@ def test_each_impact_balances_momentum_and_energy(model):
         assert hit.approach_speed == pytest.approx(-g @ v, rel=1e-12)
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
-def test_nothing_penetrates_and_energy_is_accounted_for(restitution):
-    checks = struck(restitution).checks
-    assert struck(restitution).outcome.completed
-    assert checks.largest_penetration < 1e-9
-    assert checks.energy_residual < 1e-9 * checks.largest_kinetic_energy
-
-
-def test_without_loss_no_impact_costs_energy():
-    hits = of_kind(struck(1.0), "impact")
-    assert len(hits) > 5
-    assert sum(hit.details["energy_lost"] for hit in hits) == 0
-    assert all(hit.details["separation_speed"] == hit.details["approach_speed"] for hit in hits)
-
-
-def test_without_restitution_the_point_sticks():
-    result = struck(0.0)
-    for hit in of_kind(result, "impact"):
-        assert hit.details["separation_speed"] == 0
-        assert hit.time in [event.time for event in of_kind(result, "contact begins")]
-    history = result.contacts["strike"]
-    begin, end = (of_kind(result, f"contact {word}")[0].time for word in ("begins", "ends"))
-    inside = (result.time >= begin) & (result.time < end)
-    assert np.abs(history.gap[inside]).max() < 1e-11
-    assert history.force[inside].min() > 0
-
-
-def test_bouncing_ends_in_lasting_contact_that_leaves_the_face():
-    result = struck(0.5)
-    kinds = [event.kind for event in result.events]
-    assert kinds[0] == "impact"
-    assert {"contact begins", "contact ends", "leaves the face"} <= set(kinds)
-    assert 10 < kinds.count("impact") < 100
-    first = result.events[0]
-    assert first.details["separation_speed"] == pytest.approx(
-        0.5 * first.details["approach_speed"], rel=1e-12
-    )
-    assert strikes(result, "strike")[0].impulse > 0
-
-
-def test_impulse_is_near_the_penalty():
-    """An independent integration of the penalty law, 2e4 N/m, has the peak at -0.35792 rad."""
-    least = lever_response(struck(0.5), "strike").least[0]
-    assert least == pytest.approx(-0.3622, abs=5e-4)
-
-
 @pytest.mark.parametrize(("restitution", "grown"), [(0.0, 1), (0.5, 1), (1.0, 100)])
-def test_both_engines_bounce_alike(restitution, grown):
+def test_both_engines_bounce_alike_and_as_the_law_says(restitution, grown):
     """Every impact, and every contact that lasts; 102 elastic impacts in a row multiply errors."""
-    judge = struck(restitution)
-    ours = simulate(impulse_scene(restitution, "accuracy.tolerance=1e-9"), measure=False)
+    when = () if restitution == 0.5 else LATE
+    judge = simulate(impulse_scene(restitution, *when), "lagrangian")
+    ours = simulate(impulse_scene(restitution, *when, "accuracy.tolerance=1e-9"))
+    as_the_law_says(judge, restitution)
     expected, found = (result.contacts["strike"].touches for result in (judge, ours))
     assert len(expected) == len(found) > 5
     allowed = {"begin": 1e-10, "end": 1e-9, "place": 1e-9, "approach_speed": 2e-7,
@@ -214,6 +162,37 @@ def test_both_engines_bounce_alike(restitution, grown):
     assert a.least[0] == pytest.approx(b.least[0], abs=1e-9 * grown)
     assert a.greatest[0] == pytest.approx(b.greatest[0], abs=1e-9 * grown)
     assert ours.checks.energy_residual < 1e-8 * ours.checks.largest_kinetic_energy
+
+
+def as_the_law_says(result, restitution):
+    """Nothing penetrates, speeds are reversed by e, and energy is accounted for."""
+    checks, history = result.checks, result.contacts["strike"]
+    assert result.outcome.completed
+    assert checks.largest_penetration < 1e-9
+    assert checks.energy_residual < 1e-9 * checks.largest_kinetic_energy
+    kinds = [event.kind for event in result.events]
+    assert kinds[0] == "impact"
+    assert strikes(result, "strike")[0].impulse > 0
+    hits = [event.details for event in result.events if event.kind == "impact"]
+    for hit in hits:  # those that end the bouncing stop the point
+        left = hit["separation_speed"]
+        assert left in (0, pytest.approx(restitution * hit["approach_speed"], rel=1e-12))
+    if restitution == 1:  # exactly: no impact costs energy
+        assert all(hit["separation_speed"] == hit["approach_speed"] for hit in hits)
+        assert sum(hit["energy_lost"] for hit in hits) == 0
+    if restitution == 0:
+        begin, end = (
+            next(event.time for event in result.events if event.kind == f"contact {word}")
+            for word in ("begins", "ends")
+        )
+        inside = (result.time >= begin) & (result.time < end)
+        assert np.abs(history.gap[inside]).max() < 1e-11
+        assert history.force[inside].min() > 0
+    if restitution == 0.5:
+        assert 10 < len(hits) < 100
+        assert {"contact begins", "contact ends", "leaves the face"} <= set(kinds)
+        # An independent integration of the penalty law, 2e4 N/m, has the peak at -0.35792 rad.
+        assert lever_response(result, "strike").least[0] == pytest.approx(-0.3622, abs=5e-4)
 
 
 def test_a_lever_swings_past_the_point_beside_its_face():

@@ -20,7 +20,7 @@ ENGINES = [
 def run(engine, settings, until):
     """The strike at 0.3142 s lasts until 0.3153 s, then the point bounces."""
     changes = [*settings, f"run={{duration: {until}, sample: 1.0e-5}}", "accuracy.tolerance=1e-6"]
-    return simulate(load_scene(MODEL, changes), engine, measure=False)
+    return simulate(load_scene(MODEL, changes), engine)
 
 
 @pytest.mark.parametrize(("engine", "settings"), ENGINES)
@@ -59,7 +59,7 @@ def test_no_force_is_larger_than_the_law_gives_where_the_point_is_deepest(engine
     """The third touch slides off the face: what would press beyond its end is no force."""
     settings = ["run={duration: 0.322, sample: 1 ms}"]
     scene = load_scene(MODEL.with_name("rigid.yaml"), settings)
-    touches = list(simulate(scene, engine, measure=False).contacts["strike"].touches)
+    touches = list(simulate(scene, engine).contacts["strike"].touches)
     assert [touch.slides_off for touch in touches] == [False, False, True]
     stiffness = scene.contacts["strike"].law.stiffness
     for touch in touches:
@@ -74,7 +74,7 @@ def test_a_link_that_is_held_on_its_axis_at_time_0_is_a_run_like_others():
         "accuracy={step: 0.2 ms}",
         "run={duration: 2 ms, sample: 0.2 ms}",
     ]
-    result = simulate(load_scene(MODEL.with_name("supported.yaml"), changes), measure=False)
+    result = simulate(load_scene(MODEL.with_name("supported.yaml"), changes))
     assert result.outcome.completed
     history = result.sleeves["sleeve"]
     assert np.any(history.force[1:] > 0)

@@ -95,7 +95,7 @@ def relative(result, joint):
     return result.rates[:, second, 2] - (0.0 if first is None else result.rates[:, first, 2])
 
 
-def test_pendulum_swings_nine_times_then_rests_for_good():
+def test_pendulum_swings_nine_times_then_rests_for_good(tmp_path):
     """``cos b - cos a = (Tf/G) (a + b)``, and what is lost is Tf times the way."""
     pendulum = run(rubbing(ROD, "{torque: 0.25 N m}"))
     time, angle = turns_back(pendulum, 2)
@@ -111,14 +111,34 @@ def test_pendulum_swings_nine_times_then_rests_for_good():
     way = np.abs(np.diff([np.pi / 3, *(angle + np.pi / 2)])).sum()
     np.testing.assert_allclose(friction.lost[-1], 0.25 * way, rtol=1e-10)
     np.testing.assert_allclose(pendulum.energy.dissipated, friction.lost, atol=1e-12)
+    save(pendulum, tmp_path)
+    read = load(tmp_path)
+    assert read.scene == pendulum.scene
+    np.testing.assert_array_equal(read.frictions["pin"].lost, friction.lost)
+    assert read.frictions["pin"].end.tolist() == [np.inf]
+    assert standard_row(read)["pin.friction_loss_J"] == pytest.approx(2.352, abs=5e-4)
+    assert "pin 2.352 J 3.249 s from 6.751 s on" in " ".join(run_text(read).split())
+    for at in (0.5, 8.0):
+        goes_on(pendulum, at)
 
 
-@pytest.mark.parametrize("first", [0.3, 7.5])
-def test_friction_of_two_joined_runs_is_that_of_one(first, tmp_path):
+def goes_on(whole, at):
+    """As long as it rests it holds on; what slides goes on as if nothing had been."""
+    later = simulate(
+        continued(whole, at).changed(run=whole.scene.run.model_copy(update={"duration": 2.0}))
+    )
+    start = float(whole.time[whole.sample_at(at)])
+    right = np.interp(start + 1.5, whole.time, whole.poses[:, 0, 2])
+    found = np.interp(1.5, later.time, later.poses[:, 0, 2])
+    assert abs(found - right) < (1e-13 if at > 7 else 1e-3)
+    assert (later.frictions["pin"].rest_until(2.0) == 2.0) == (at > 7)
+
+
+def test_friction_of_two_joined_runs_is_that_of_one(tmp_path):
     """The rest from 6.75 s on is one, also where the second run begins in it."""
-    whole = alone(rubbing(ROD, "{torque: 0.25 N m}"), f"run.duration={first}")
-    rest = continued(whole).changed(run=whole.scene.run.model_copy(update={"duration": 8 - first}))
-    both = joined(whole, simulate(rest, measure=False))
+    whole = alone(rubbing(ROD, "{torque: 0.25 N m}"), "run.duration=7.5", "accuracy.tolerance=1e-8")
+    rest = continued(whole).changed(run=whole.scene.run.model_copy(update={"duration": 0.5}))
+    both = joined(whole, simulate(rest))
     save(both, tmp_path)
     friction = load(tmp_path).frictions["pin"]
     np.testing.assert_allclose(friction.begin, [6.751166343], atol=1e-7)
@@ -261,20 +281,6 @@ def test_a_joint_rests_from_the_instant_at_which_its_drive_stops():
     assert found.frictions["pin"].begin == pytest.approx([0.7013], abs=1e-9)
 
 
-@pytest.mark.parametrize("at", [0.5, 8.0])
-def test_a_run_goes_on_from_sliding_and_from_rest(at):
-    """As long as it rests it holds on; what slides goes on as if nothing had been."""
-    whole = alone(rubbing(ROD, "{torque: 0.25}"))
-    later = simulate(
-        continued(whole, at).changed(run=whole.scene.run.model_copy(update={"duration": 2.0}))
-    )
-    start = float(whole.time[whole.sample_at(at)])
-    right = np.interp(start + 1.5, whole.time, whole.poses[:, 0, 2])
-    found = np.interp(1.5, later.time, later.poses[:, 0, 2])
-    assert abs(found - right) < (1e-13 if at > 7 else 1e-3)
-    assert (later.frictions["pin"].rest_until(2.0) == 2.0) == (at > 7)
-
-
 def test_redundant_coordinates_creep_and_say_so():
     """By tanh: the angle after 10 s, and a creep of vs artanh(load/bound)."""
     pendulum = alone(rubbing(ROD, "{torque: 0.25, slip_speed: 0.01}"),
@@ -308,14 +314,3 @@ def test_friction_that_no_engine_answers_is_refused():
     for settings, engine in (["solver.formulation=redundant"], "exudyn"), ([], "lagrangian"):
         with pytest.raises(NotRepresentableError, match=r"joints\.pin\.friction"):
             simulate(scene(rubbing(ROD, "{coefficient: 0.1, radius: 1 mm}"), *settings), engine)
-
-
-def test_a_saved_run_tells_its_friction(tmp_path):
-    whole = alone(rubbing(ROD, "{torque: 0.25}"), "accuracy.tolerance=1e-8")
-    save(whole, tmp_path)
-    read = load(tmp_path)
-    assert read.scene == whole.scene
-    np.testing.assert_array_equal(read.frictions["pin"].lost, whole.frictions["pin"].lost)
-    assert read.frictions["pin"].end.tolist() == [np.inf]
-    assert standard_row(read)["pin.friction_loss_J"] == pytest.approx(2.352, abs=5e-4)
-    assert "pin 2.352 J 3.249 s from 6.751 s on" in " ".join(run_text(read).split())

@@ -1,6 +1,5 @@
 """The implicit method in the Lagrangian: tolerance, events, and places on the track."""
 
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -116,14 +115,13 @@ def test_p_is_not_found_beyond_a_dead_centre():
 # --- whole runs ---------------------------------------------------------------------------------
 
 
-@cache
 def run(*settings):
     result = simulate(load_scene(MODELS / STRIKE[0], [*STRIKE[1:], *settings]), "lagrangian")
     assert result.outcome.completed
     return result
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
 def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance):
     """Over two turns, against the independent series, which knows S to 6e-8 m."""
     series = read_series(HERE / "data" / "strike_n5_beam.csv")
@@ -146,7 +144,9 @@ def test_energies_are_those_of_the_stages_as_solved(tolerance, part):
 
 
 def test_events_are_those_of_the_explicit_method():
-    ours, other = run("accuracy.tolerance=1e-10"), run(*EXPLICIT)
+    few = ("bodies.link.rods=2", "initial.angles.guide=172 deg", "run.turns=0.045")
+    fine = "run.sample=0.1 ms"
+    ours, other = run("accuracy.tolerance=1e-10", *few, fine), run(*EXPLICIT, *few, fine)
     assert ours.settings.integrator.method == "Radau IIA"
     assert other.settings.integrator.method == "DOP853"
     assert len(ours.events) == len(other.events) >= 4
@@ -161,7 +161,7 @@ def test_events_are_those_of_the_explicit_method():
     # Beside those asked for there are samples at steps in contact: each has its own, some by chance
     # within a nanosecond of one another.
     _, i, k = np.intersect1d(ours.time.round(12), other.time.round(12), return_indices=True)
-    assert len(i) > 300
+    assert len(i) > 200
     assert np.abs(ours.poses[i] - other.poses[k]).max() < 1e-9 / 0.07
     for name in ("kinetic", "stored", "dissipated", "supplied"):
         mine, theirs = getattr(ours.energy, name)[i], getattr(other.energy, name)[k]
@@ -174,7 +174,7 @@ def test_a_ramp_and_a_torque_are_met():
     ramp = "drives.motor={type: speed, joint: crank, value: 10, ramp: 50 ms}"
     torque = "drives.motor={type: torque, joint: crank, value: 0.01, ramp: 30 ms}"
     for drive, more in ((ramp, ()), (torque, ("gravity=[1, -9.81]",))):
-        settings = (drive, "bodies.link.rods=3", "run={duration: 0.2, sample: 1 ms}", *more)
+        settings = (drive, "bodies.link.rods=3", "run={duration: 0.08, sample: 1 ms}", *more)
         runs = [
             simulate(load_scene(MODELS / "smooth.yaml", [*settings, *own]), "lagrangian")
             for own in (["accuracy.tolerance=1e-8"], EXPLICIT)
@@ -186,14 +186,12 @@ def test_a_ramp_and_a_torque_are_met():
             )
 
 
-@pytest.mark.parametrize("integrator", ["radau", "dop853"])
-def test_a_dead_centre_ends_the_run_and_says_so(integrator):
+def test_a_dead_centre_ends_the_run_and_says_so():
     """A circle that does not go round C: the guide's axis comes to touch it."""
     scene = load_scene(
         MODELS / "smooth.yaml",
         ["curves.t={type: circle, centre: [0.06, 0], radius: 0.02}", "joints.pin.curve=t",
-         "bodies.link.rods=2", "initial.guesses.guide=0.1", f"solver.integrator={integrator}",
-         "accuracy.tolerance=1e-4"],
+         "bodies.link.rods=2", "initial.guesses.guide=0.1", "accuracy.tolerance=1e-4"],
     )  # fmt: skip
     result = simulate(scene, "lagrangian")
     assert not result.outcome.completed
@@ -205,5 +203,6 @@ def test_steps_that_get_shorter_and_shorter_turn_no_point_round():
     """Those of SciPy's method to a dead centre, where rounding moves P to and fro."""
     scene = load_scene(MODELS / "hard" / "dead_centre.yaml", ["solver.integrator=dop853"])
     result = simulate(scene, "lagrangian")
+    assert "the guide's axis" in result.outcome.reason
     assert result.checks.steps > 30
     assert max(len(extreme.time) for extreme in result.extremes.values()) < 10

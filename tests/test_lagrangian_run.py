@@ -1,11 +1,10 @@
 """Runs of the hand-written equations: references, closed forms, the Exudyn engine, refusals.
 
 The references (tests/data) are met within twice the uncertainty that their headers state, as far as
-a test has time for: through the first strike, and one into the second lap.
+a test has time for: through the first strike; test_lagrangian_implicit goes on to the second lap.
 """
 
 import re
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -21,22 +20,6 @@ from exudyn_flexlink.source import parse_document
 HERE = Path(__file__).parent
 BEAM, FIVE = "bodies.link.hinges.stiffness=beam", "bodies.link.rods=5"
 TIGHT = ("solver.integrator=dop853", "accuracy.tolerance=1e-7")
-SCENES = {
-    "smooth_n10_beam": ("smooth.yaml", "run.turns=0.2"),
-    "strike_n5_beam": ("no_clearance.yaml", "run.turns=1.1", BEAM, FIVE),
-    "strike_n10_beam": ("no_clearance.yaml", "run.turns=0.53", BEAM),
-    "strike_n10_paper": ("no_clearance.yaml", "run.turns=0.54"),
-}
-
-
-@cache
-def run(name, *settings):
-    model, *own = SCENES.get(name, (name,))
-    scene = load_scene(MODELS / model, ["run.sample=1 ms", *TIGHT, *own, *settings])
-    result = simulate(scene, "lagrangian", measure=False)  # the reference is the judge
-    assert result.outcome.completed, result.outcome
-    assert result.warnings == ()
-    return result
 
 
 def uncertainty(file):
@@ -45,23 +28,20 @@ def uncertainty(file):
     return max(2 * float(found[1]), 1e-9), max(2 * float(found[2]), 1e-8)
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_reference_is_met_within_twice_its_uncertainty(name):
-    file = HERE / "data" / f"{name}.csv"
+def test_reference_is_met_within_twice_its_uncertainty():
+    file = HERE / "data" / "strike_n5_beam.csv"
     series, (distance, angle) = read_series(file), uncertainty(file)
-    found = deviation(run(name), series.time, series.position, series.lever_angle)
+    settings = ["run.turns=0.54", "run.sample=1 ms", BEAM, FIVE, *TIGHT]
+    result = simulate(load_scene(MODELS / "no_clearance.yaml", settings), "lagrangian")
+    assert result.outcome.completed, result.outcome
+    assert result.warnings == ()
+    found = deviation(result, series.time, series.position, series.lever_angle)
     assert len(found.time) > 100
     assert found.largest < distance
     assert found.largest_angle < angle
-
-
-def test_checks_of_a_whole_run():
-    checks = run("strike_n5_beam").checks
+    checks, kinds = result.checks, [event.kind for event in result.events]
     assert checks.energy_residual < 1e-10 * checks.largest_kinetic_energy
     assert checks.constraint_error < 1e-14
-    assert checks.steps > 1000
-    kinds = [event.kind for event in run("strike_n5_beam").events]
-    assert kinds.count("lap") == 1
     assert kinds.count("contact begins") == 3
 
 
@@ -127,23 +107,6 @@ def test_turns_clockwise_end_a_run_too():
     assert result.poses[-1, 0, 2] == pytest.approx(-2 * np.pi, abs=1e-9)
 
 
-def test_free_guide_with_a_flexible_link_is_that_of_the_exudyn_engine():
-    scene = load_scene(
-        MODELS / "smooth.yaml",
-        [
-            "drives.motor={type: torque, joint: crank, value: 0.01}",
-            "bodies.link.rods=3",
-            "run={duration: 0.3, sample: 1 ms}",
-            "accuracy.tolerance=2e-6",
-            *TIGHT,
-        ],
-    )
-    ours, other = simulate(scene, "lagrangian"), simulate(scene)
-    _, i, k = np.intersect1d(ours.time.round(9), other.time.round(9), return_indices=True)
-    assert ours.poses[i, 0, 2] == pytest.approx(other.poses[k, 0, 2], abs=1e-4)
-    assert ours.checks.energy_residual < 1e-9 * ours.checks.largest_kinetic_energy
-
-
 def test_turns_of_a_free_guide_end_the_run():
     run_ = "run={turns: 1, of: crank, at_most: 5}"
     result = simulate(from_text(FLYWHEEL, run_), "lagrangian")
@@ -177,8 +140,8 @@ def test_friction_of_a_strike_acts_on_link_and_lever():
     scene = load_scene(
         MODELS / "no_clearance.yaml",
         ["contacts.strike.law={stiffness: 2.0e4, restitution: 0.5, friction: 0.3}",
-         "bodies.link.rods=3", "initial.angles.guide=175 deg",
-         "run={duration: 17 ms, sample: 1 us}", *TIGHT],
+         "bodies.link.rods=3", "initial.angles.guide=179 deg",
+         "run={duration: 10 ms, sample: 1 us}", *TIGHT],
     )  # fmt: skip
     result, mechanism = simulate(scene, "lagrangian"), assemble_scene(scene).mechanism
     (contact,), press = mechanism.contacts, result.contacts["strike"].force

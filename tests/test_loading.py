@@ -132,20 +132,6 @@ def test_speeds_that_are_left_open_do_not_depend_on_a_body_s_axes(
     )
 
 
-def test_pendulums_in_a_row_hang_still_but_for_those_that_are_told_to_turn():
-    bars = "".join(
-        f"  {name}: {{type: rigid, mass: 1, inertia: 0.1,"
-        f" points: {{a: [{a}, 0], b: [{a + 1}, 0]}}}}\n"
-        for name, a in (("p", 0), ("q", -0.5), ("r", 0.25))
-    )
-    joints = pin("A", "ground", "p.a", "[0, 0]") + pin("B", "p.b", "q.a") + pin("C", "q.b", "r.a")
-    found = assembled(
-        f"bodies:\n{bars}joints:\n{joints}"
-        "initial: {angles: {p: -90 deg, q: -60 deg, r: -80 deg}, speeds: {p: 3}}\n"
-    )
-    assert found.state.v[:, 2] == pytest.approx([3, 0, 0], abs=1e-13)
-
-
 def test_a_long_chain_whose_ends_are_told_to_turn_hangs_still_between_them():
     count = 60
     bars = "".join(

@@ -15,12 +15,10 @@ from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.source import SceneError
 
-TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
-
 
 @cache
 def run(model, *settings):
-    result = simulate(load_scene(MODELS / model, settings), measure=False)
+    result = simulate(load_scene(MODELS / model, settings))
     assert result.outcome.completed, result.outcome
     return result
 
@@ -44,7 +42,6 @@ def test_n_four_bar_stays_a_row_of_squares_at_every_sample():
 CRANK, ROD = 0.1, 0.3
 
 
-@cache
 def free_slider_crank(end):
     """Crank angle of `free_slider_crank.yaml` at instants to the end, from its one equation.
 
@@ -78,13 +75,13 @@ def free_slider_crank(end):
     return solve_ivp(rates, (0, end), start, "DOP853", **keep).sol
 
 
-@pytest.mark.parametrize("tolerance", TOLERANCES)
-def test_a_slider_crank_that_nothing_drives_keeps_its_tolerance(tolerance):
+def test_a_slider_crank_that_nothing_drives_keeps_its_tolerance():
     """Errors of its speed last to the end of the run, and count so."""
-    result = run("textbook/free_slider_crank.yaml", f"accuracy.tolerance={tolerance}")
-    exact = free_slider_crank(float(result.time[-1]))(result.time)[0]
-    off = CRANK * np.abs(part(result, "crank")[:, 2] - exact).max()
-    assert off < tolerance + 1e-9  # the last is what the differences above leave
+    exact = free_slider_crank(3.0)
+    for tolerance in (1e-3, 1e-5, 1e-8):
+        result = run("textbook/free_slider_crank.yaml", f"accuracy.tolerance={tolerance}")
+        off = CRANK * np.abs(part(result, "crank")[:, 2] - exact(result.time)[0]).max()
+        assert off < tolerance + 1e-9  # the last is what the differences above leave
 
 
 def test_a_driven_slider_crank_follows_its_closed_form():
@@ -115,40 +112,6 @@ def scene(text):
     return scene_from(text)
 
 
-def test_two_halves_welded_at_an_angle_swing_as_one_body():
-    """A pendulum of two rods at a right angle, and the rigid body that has their mass."""
-    rod = "{type: rigid, mass: 1, inertia: 0.08333333333333333, centre_of_mass: [0.5, 0],"
-    rod += " points: {a: [0, 0], b: [1, 0]}}"
-    head = """
-title: pendulum
-gravity: [0, -9.81]
-run: {duration: 1, sample: 10 ms}
-accuracy: {tolerance: 1.0e-8}
-"""
-    welded = scene(
-        head
-        + f"""
-bodies: {{one: {rod}, two: {rod}}}
-joints:
-  pivot: {{type: revolute, points: [ground, one.a], at: [0, 0]}}
-  corner: {{type: weld, points: [one.b, two.a], angle: 90 deg}}
-initial: {{angles: {{one: 0}}}}
-"""
-    )
-    # Centre of both, and their inertia about it (Steiner).
-    arm = 0.25**2 + 0.25**2
-    inertia = 2 * (1 / 12) + 2 * arm
-    whole = scene(head + f"""
-bodies: {{one: {{type: rigid, mass: 2, inertia: {inertia!r}, centre_of_mass: [0.75, 0.25],
-                points: {{a: [0, 0]}}}}}}
-joints: {{pivot: {{type: revolute, points: [ground, one.a], at: [0, 0]}}}}
-initial: {{angles: {{one: 0}}}}
-""")  # fmt: skip
-    first, second = (simulate(one, measure=False) for one in (welded, whole))
-    np.testing.assert_allclose(part(first, "one")[:, 2], part(second, "one")[:, 2], atol=1e-8)
-    np.testing.assert_allclose(first.joint_forces["pivot"], second.joint_forces["pivot"], atol=1e-5)
-
-
 @pytest.mark.parametrize(("formulation", "off"), [("minimal", 1e-9), ("redundant", 0.1)])
 @pytest.mark.parametrize(("points", "way"), [("arm.end, ball.o", 1), ("ball.o, arm.end", -1)])
 def test_a_weld_holds_what_turns_with_an_arm(formulation, off, points, way):
@@ -171,7 +134,7 @@ run: {{duration: 0.5, sample: 10 ms}}
 solver: {{formulation: {formulation}}}
 accuracy: {{tolerance: 1.0e-6}}
 """)
-    result = simulate(turning, measure=False)
+    result = simulate(turning)
     a = 10 * result.time
     inward = -2 * 0.5 * 10**2 * np.stack([np.cos(a), np.sin(a)], axis=-1)
     expected = way * (inward + np.array([0, 2 * 9.81]))
@@ -336,8 +299,9 @@ accuracy: {tolerance: TOLERANCE}
 """
 
 
-@pytest.mark.parametrize("tolerance", ["1.0e-6", "1.0e-9"])
-@pytest.mark.parametrize("wide", [0.09, 0.099, 0.0999, 0.09999])
+@pytest.mark.parametrize(
+    ("wide", "tolerance"), [(0.09, "1.0e-9"), (0.0999, "1.0e-6"), (0.09999, "1.0e-9")]
+)
 def test_a_crank_that_turns_back_before_its_dead_centre_passed_none(wide, tolerance):
     """It comes within 3 deg of it, or 1: the law of cosines, always on one side, and no warning."""
     text = TURNING_BACK.replace("WIDE", str(wide)).replace("TOLERANCE", tolerance)
@@ -353,7 +317,7 @@ def test_a_crank_that_passes_its_dead_centre_says_so():
     """The way is as long as crank and rod allow, but for a rounding: the crank goes round."""
     text = TURNING_BACK.replace("WIDE", "0.1").replace("TOLERANCE", "1.0e-6")
     started = text.replace("cos(t)", "cos(t + 0.5)").replace("crank: 3 deg", "crank: 40 deg")
-    result = simulate(scene_from(started), measure=False)
+    result = simulate(scene_from(started))
     assert any("passed a dead centre" in line for line in result.warnings)
 
 

@@ -1,6 +1,5 @@
 """Masses, forces and accelerations against closed forms and conservation laws."""
 
-from dataclasses import replace
 from math import cos, sin
 
 import numpy as np
@@ -9,11 +8,9 @@ import pytest
 from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.mechanism import (
     EnergyMeter,
-    anchor_position,
     contact_mass,
     swings,
 )
-from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.dynamics import applied_forces, mass_blocks
 from exudyn_flexlink.source import parse_document
 
@@ -115,69 +112,6 @@ def test_forces_are_the_slope_of_the_potential():
         step[i] = 1e-6
         ahead, behind = (meter.potential(q + sign * step.reshape(2, 3)) for sign in (1, -1))
         assert forces[i] == pytest.approx(-(ahead - behind) / 2e-6, abs=1e-7)
-
-
-def test_springs_and_dampers_keep_the_angular_momentum_of_free_rods():
-    text = (
-        rods("one", "two")
-        + """joints:
-  b: {type: revolute, points: [one.end, two.start]}
-springs:
-  s: {type: torsional, joint: b, stiffness: 30, damping: 0.2, rest_angle: 0.5}
-initial: {angles: {one: 0.3, two: 1.5}, speeds: {one: 20, two: -4}}
-"""
-    )
-    found = assembled(text)
-    state, mechanism = found.state, found.mechanism
-    assert found.degrees_of_freedom == 4
-    assert np.abs(state.a[:, 2]).max() > 100  # else nothing is conserved but rest
-    turned = np.stack([-state.q[:, 1], state.q[:, 0], np.ones(2)], axis=1).ravel()
-    blocks = mass_blocks(mechanism, state.q)
-    # Forces without weight are the centrifugal terms and the springs: no moment, no force.
-    forces = applied_forces(mechanism, state.q, np.zeros((2, 3)), 0.0)
-    assert turned @ forces == pytest.approx(0, abs=1e-12)
-    momenta = np.einsum("pij,pj->pi", blocks, state.a).ravel()
-    inertial = applied_forces(mechanism, state.q, state.v, 0.0) - momenta
-    assert turned @ inertial == pytest.approx(0, abs=1e-10)
-    for axis in range(2):
-        assert inertial[axis::3].sum() == pytest.approx(0, abs=1e-9)
-
-
-SLOTTED = (
-    """curves:
-  egg:
-    type: joined
-    pieces:
-      - {type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: -90 deg, to: 90 deg}
-      - {type: circle, centre: [0, 0], radius: 0.03, from: 90 deg, to: 270 deg}
-"""
-    + rods("guide", "link")
-    + """joints:
-  crank: {type: revolute, points: [ground, guide.start], at: [0.02, 0]}
-  sleeve: {type: sleeve, guide: guide, link: link}
-  pin: {type: slot, point: link.start, curve: egg}
-drives:
-  motor: {type: speed, joint: crank, value: 10}
-"""
-)
-
-
-@pytest.mark.parametrize("angle", [0.0, 0.6, 2.5, 4.0])
-def test_accelerations_keep_the_joints_closed(angle):
-    """Along the parabola of q, v, a the residuals grow with the third power of time."""
-    found = assembled(SLOTTED + f"initial: {{angles: {{guide: {angle}}}}}\n")
-    state, mechanism = found.state, found.mechanism
-
-    def residual(dt):
-        q = state.q + dt * state.v + dt * dt / 2 * state.a
-        slot = mechanism.slots[0]
-        place = slot.curve.nearest(anchor_position(slot.anchor, q), near=float(state.places[0]))
-        motor = replace(mechanism.speed_motors[0], start=angle + 10 * dt)
-        driven = replace(mechanism, speed_motors=(motor,))
-        return float(np.abs(constraint_rows(driven, q, np.array([place])).residual).max())
-
-    assert residual(1e-3) < 1e-6
-    assert residual(5e-4) < residual(1e-3) / 7 + 1e-14
 
 
 def contact(bodies, joints):

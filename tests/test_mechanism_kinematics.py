@@ -58,7 +58,7 @@ contacts:
 run: {duration: 1}
 accuracy: {tolerance: 1.0e-5}
 """
-SEEDS = range(5)
+SEEDS = range(2)
 
 
 @pytest.fixture(scope="module")

@@ -40,22 +40,11 @@ def common(one, other):
 # --- what is a tree ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "model",
-    [
-        "no_clearance.yaml",
-        "smooth.yaml",
-        "rigid.yaml",
-        "spline_track.yaml",
-        "clearance.yaml",
-        "clearance_friction.yaml",
-        "supported.yaml",
-    ],
-)
-def test_auto_takes_minimal_coordinates_for_every_mechanism(model):
-    scene = load_scene(MODELS / model)
-    assert formulation(scene) == "minimal"
-    assert formulations(scene, "exudyn")[:2] == ("minimal", "redundant")
+def test_auto_takes_minimal_coordinates():
+    for model in ("no_clearance.yaml", "spline_track.yaml", "clearance_friction.yaml"):
+        scene = load_scene(MODELS / model)
+        assert formulation(scene) == "minimal"
+        assert formulations(scene, "exudyn")[:2] == ("minimal", "redundant")
 
 
 def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for():
@@ -66,7 +55,7 @@ def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for():
 # --- where its links are ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("model", ["no_clearance.yaml", "spline_track.yaml", "rigid.yaml"])
+@pytest.mark.parametrize("model", ["no_clearance.yaml", "spline_track.yaml"])
 def test_links_start_where_the_parts_are_put_together(model):
     """Poses, rates and accelerations of the tree are those of the mechanism's own equations."""
     assembly = assemble_scene(load_scene(MODELS / model))
@@ -85,16 +74,11 @@ def test_links_start_where_the_parts_are_put_together(model):
 # --- how it moves -----------------------------------------------------------------------------
 
 
-def test_the_smooth_motion_is_that_with_joints_to_1e_9():
+def test_the_smooth_motion_is_that_with_joints_to_1e_9_and_so_are_reactions():
     tree, joints = both("smooth.yaml", *FEW)
     first, second = common(tree, joints)
     assert len(first) > 300
     np.testing.assert_allclose(tree.poses[first], joints.poses[second], atol=1e-9)
-
-
-def test_reactions_are_those_with_joints():
-    tree, joints = both("smooth.yaml", *FEW)
-    first, second = common(tree, joints)
     calm = slice(5, -5)  # the integrator with joints knows no reactions at time 0
     for name in ("drive_torques", "slot_forces", "joint_forces"):
         for key, values in getattr(tree, name).items():
@@ -132,7 +116,7 @@ def test_a_strike_with_friction_is_the_same():
     assert lost == pytest.approx(same, rel=2e-3)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
 def test_no_step_misses_that_a_struck_lever_turns_back(tolerance):
     """The force leaps there. Against the Lagrangian, for a rigid link and few steps."""
     settings = ("run.turns=0.6", "run.sample=1 ms")

@@ -5,8 +5,7 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.special import ellipk
-from test_physics_tools import alone, run_model, speed, total_energy, where
+from test_physics_tools import alone, run_model, speed, where
 
 from exudyn_flexlink.laws import RestitutionPenalty
 
@@ -133,23 +132,6 @@ def disc_in_dish(angle, duration, *, friction=0.0, slip=1e-3, tolerance=1e-7, fa
         duration=duration,
         tolerance=tolerance,
     )
-
-
-def test_a_disc_that_slides_down_a_dish_swings_like_a_pendulum():
-    """From the horizontal, where nothing presses, with the elliptic period and no loss."""
-    quarter = sqrt(ARM / G) * ellipk(0.5)
-    result = alone(disc_in_dish(pi / 2, 2.1 * quarter))
-    energy = total_energy(result)
-    # The tolerance is 1e-7 m, and the largest force, at the bottom, three times the weight.
-    assert abs(energy - energy[0]).max() < 1e-7 * 3 * 2 * G
-    x = where(result, "disc.c")[:, 0]
-    i = int(np.flatnonzero(x < 0)[0])
-    below = result.time[i - 1] + x[i - 1] / (x[i - 1] - x[i]) * np.diff(result.time[i - 1 : i + 1])
-    # The dish gives way by a few parts in a million: so much longer is the pendulum.
-    assert below == pytest.approx(quarter, rel=2e-5)
-    assert speed(result, "disc") == pytest.approx(0.0, abs=1e-12)
-    bottom = int(np.argmin(abs(x)))
-    assert result.contacts["dish"].force[bottom] == pytest.approx(3 * 2 * G, rel=1e-3)
 
 
 def test_a_disc_that_rolls_in_a_dish_swings_like_a_pendulum_half_as_long_again():
@@ -287,37 +269,6 @@ def test_a_slider_crank_with_clearance_follows_its_equations_written_for_it_alon
     assert result.rates[-1, rod, 2] == pytest.approx(turning, abs=1e-6)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
-def test_a_slider_crank_with_clearance_keeps_its_tolerance(tolerance):
-    result = alone(SLIDER_CRANK, "run.duration=0.02", f"accuracy.tolerance={tolerance}")
-    (theta, x, _, _), touches = slider_crank_by_hand(0.02)
-    assert touches == 2
-    rod, slider = (result.part_names.index(name) for name in ("rod", "slider"))
-    assert abs(result.poses[-1, slider, 0] - x) < tolerance
-    assert abs(0.12 * (result.poses[-1, rod, 2] - theta)) < tolerance
-
-
-@pytest.mark.parametrize("clearance", [1e-5, 1e-6])
-def test_a_bearing_that_closes_becomes_an_ideal_joint(clearance):
-    """The slider stays within the clearance and what the bearing gives way."""
-    settings = f"joints.small_end.clearance={clearance}", "joints.small_end.law.stiffness=1.0e8"
-    short = "run.duration=0.03", "accuracy.tolerance=1.0e-7"
-    result = alone(SLIDER_CRANK, *settings, *short)
-    t = result.time
-    ideal = 0.05 * np.cos(50 * t) + np.sqrt(0.12**2 - (0.05 * np.sin(50 * t)) ** 2)
-    away = abs(where(result, "slider.pin")[:, 0] - ideal).max()
-    assert away < 2 * clearance + 1e-6
-
-
-def test_the_second_opinion_agrees_until_contacts_multiply_errors():
-    short = "run.duration=0.01", "accuracy.tolerance=1.0e-8"
-    one, other = (
-        alone(SLIDER_CRANK, *short, f"solver.formulation={name}") for name in FORMULATIONS
-    )
-    assert len(one.intervals["small_end"]) >= 1
-    np.testing.assert_allclose(other.poses[-1, :, :2], one.poses[-1, :, :2], atol=2e-6)
-
-
 WHEELS_PRESS = (0.2 * 0.1 + 1.0 * 0.2) * G / 0.2  # N, by the weights' moments about the foot
 
 
@@ -327,11 +278,9 @@ def test_friction_wheels_roll_on_each_other_in_the_end(formulation):
     result = run_model("textbook/friction_wheels.yaml", f"solver.formulation={formulation}")
     assert result.contacts["rims"].force[-1] == pytest.approx(WHEELS_PRESS, rel=1e-3)
     assert speed(result, "wheel")[-1] == pytest.approx(-20 * 0.05 / 0.1, rel=1e-6)
-
-
-def test_a_wheel_is_driven_by_what_friction_gives():
-    """The foot is as high as the hub: friction has no moment about it, and the press is known."""
-    result = run_model("textbook/friction_wheels.yaml")
+    if formulation == "redundant":
+        return
+    # The foot is as high as the hub: friction has no moment about it, and the press is known.
     wheel, time = speed(result, "wheel"), result.time
     slips = (time > 0.08) & (wheel > -9.5)
     assert slips.sum() > 20
@@ -372,8 +321,7 @@ def falling(lower, *, swapped=False, inertia=2.5e-3, curve=False):
     return FALLING.format(lower=inertia, shape=shape, radius=radius, height=height)
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-@pytest.mark.parametrize("lower", [ON, IN])
+@pytest.mark.parametrize(("lower", "formulation"), [(ON, "minimal"), (IN, "redundant")])
 def test_it_does_not_matter_which_circle_is_named_first(lower, formulation):
     """The wheel rolls in the end: w1 R1 = -w2 R2, in a ring w1 R1 = w2 R2."""
     settings = f"solver.formulation={formulation}", "accuracy.tolerance=1.0e-6"
@@ -386,8 +334,10 @@ def test_it_does_not_matter_which_circle_is_named_first(lower, formulation):
         )
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-@pytest.mark.parametrize(("lower", "way", "radius"), [(ON, 1, 0.05), (IN, -1, 0.25)])
+@pytest.mark.parametrize(
+    ("lower", "way", "radius", "formulation"),
+    [(ON, 1, 0.05, "redundant"), (IN, -1, 0.25, "minimal")],
+)
 def test_friction_turns_each_wheel_as_its_radius_says(lower, way, radius, formulation):
     """I1 dw1/R1 = I2 dw2/R2 through bounces, slip and rolling; less one sign in a ring."""
     text = falling(lower, inertia=0.02)
@@ -405,8 +355,7 @@ def test_a_roller_on_a_round_cam_is_a_circle_on_another(lower):
     np.testing.assert_allclose(cam.rates[-1], circles.rates[-1], atol=1e-7)
 
 
-@pytest.mark.parametrize("clearance", [1e-3, 1e-5])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize(("clearance", "formulation"), [(1e-3, "redundant"), (1e-5, "minimal")])
 def test_a_journal_far_deeper_than_its_clearance_is_braked_by_its_own_radius(
     clearance, formulation
 ):

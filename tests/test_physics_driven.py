@@ -57,24 +57,6 @@ def test_within_steps_energy_supplied_is_read_as_accurately_as_speeds(tolerance)
     assert supplied < 10 * kinetic
 
 
-LIFT = """
-bodies: {cage: {type: rigid, mass: 2, inertia: 0.3, points: {floor: [0, 0]}}}
-joints: {shaft: {type: prismatic, points: [ground, cage.floor], at: [0, 0], axis: [0, 1]}}
-drives: {rope: {type: speed, joint: shaft, value: 3}}
-gravity: [0, -9.81]
-run: {duration: 1, sample: 0.5 ms}
-accuracy: {tolerance: 1.0e-8}
-"""
-
-
-def test_what_a_drive_supplies_to_a_lift_at_a_constant_speed():
-    """Few steps, with hundreds of samples in each."""
-    lift = run(LIFT)
-    assert lift.checks.steps < 10
-    np.testing.assert_allclose(lift.energy.supplied, 2 * 9.81 * 3 * lift.time, atol=1e-11)
-    np.testing.assert_allclose(lift.drive_forces["rope"][:, 1], 2 * 9.81, rtol=1e-12)
-
-
 def test_what_a_drive_supplies_to_a_loop_that_it_alone_moves():
     trammel = run_model("textbook/driven_trammel.yaml", "accuracy.tolerance=1e-4")
     energy = trammel.energy

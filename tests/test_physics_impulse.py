@@ -231,7 +231,7 @@ initial:
 run: {{duration: 1}}
 accuracy: {{tolerance: 1.0e-6}}
 """
-    result = simulate(scene(text), measure=False)
+    result = simulate(scene(text))
     assert not result.outcome.completed
     assert result.outcome.time == pytest.approx(0.2, abs=1e-9)
     assert "can't hold" in result.outcome.reason

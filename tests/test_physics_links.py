@@ -121,7 +121,7 @@ def test_a_spun_beam_stretches_as_its_closed_form_at_order_2():
     exact = tan(10 * alpha) / alpha - 10
     errors = []
     for rods in (2, 4, 8):
-        result = simulate(scene(SPUN.replace("RODS", str(rods))), measure=False)
+        result = simulate(scene(SPUN.replace("RODS", str(rods))))
         late = np.hypot(*path(result, "beam.end").position[result.time > 7].T)
         errors.append(late.mean() - 10 - exact)
     assert exact == pytest.approx(5.1432e-4, rel=1e-4)

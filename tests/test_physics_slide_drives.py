@@ -161,23 +161,6 @@ def test_a_wedge_driven_along_the_face_that_closes_its_loop():
     np.testing.assert_allclose(result.joint_forces["bed"], [0, 1] * push, atol=1e-9)
 
 
-# --- spin-up ------------------------------------------------------------------------------------
-
-
-def test_a_beam_that_spins_up_lags_and_is_stretched_as_published():
-    """Simo and Vu-Quoc: tan(a L)/a - L longer, a = omega sqrt(rho A/(E A)), and no lag any more."""
-    result = run_model("benchmarks/spin_up_beam.yaml", "bodies.arm.rods=10")
-    t, tip = result.time, where(result, "arm.end")
-    rise = 0.4 * (t**2 / 2 + (15 / (2 * pi)) ** 2 * (np.cos(2 * pi * t / 15) - 1))
-    seen = (tip[:, 0] + 1j * tip[:, 1]) * np.exp(-1j * np.where(t < 15, rise, 6 * t - 45))
-    late = t > 15
-    extension = np.trapezoid(seen.real[late] - 10, t[late]) / (t[late][-1] - t[late][0])
-    assert extension == pytest.approx(5.1432e-4, rel=1e-3)
-    lag = abs(seen.imag)
-    assert lag.max() == pytest.approx(0.57, abs=0.01)  # 0.5735 of 40 rods
-    assert lag[late].max() < 0.01 * lag.max()
-
-
 # --- expressions --------------------------------------------------------------------------------
 
 
@@ -259,8 +242,9 @@ def test_a_link_is_drawn_through_its_sleeve():
 # --- speeds at the start ------------------------------------------------------------------------
 
 
-@BOTH
-@pytest.mark.parametrize("turned", [False, True], ids=["on the ground", "on the block"])
+@pytest.mark.parametrize(
+    ("settings", "off", "turned"), [((), 1e-10, True), (REDUNDANT, 1e-5, False)]
+)
 def test_a_slider_thrown_up_its_line_goes_as_far_as_galilei_says(settings, off, turned):
     """s = v t - g sin(a) t^2 / 2; seen from the block the ground's point leaves the other way."""
     text, speed = BLOCK + "gravity: 9.81\n", 3.0

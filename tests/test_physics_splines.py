@@ -11,6 +11,7 @@ between two knots: Gauss's quadrature span by span gives it to rounding.
 """
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -89,18 +90,17 @@ class Truth:
         return place + LINK * w / np.hypot(*w)
 
 
-@pytest.mark.parametrize(("count", "digits"), [(24, 6), (240, 12), (1000, 6)])
-@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-def test_a_link_coasts_along_a_spline_within_its_tolerance(engine, digits, count):
+@pytest.mark.parametrize(("count", "digits"), [(24, 6), (1000, 6)])
+def test_a_link_coasts_along_a_spline_within_its_tolerance(digits, count):
     points = cam(count, digits)
     text = COASTING.format(points=points.tolist())
     truth = Truth(points, build_mechanism(scene(text, "accuracy.tolerance=1e-6")))
-    for tolerance in (1e-3, 1e-5, 1e-7):
-        result = simulate(scene(text, f"accuracy.tolerance={tolerance}"), engine, measure=False)
+    for engine, tolerance in product(("exudyn", "lagrangian"), (1e-3, 1e-6)):
+        result = simulate(scene(text, f"accuracy.tolerance={tolerance}"), engine)
         assert result.outcome.completed, result.outcome
         exact = np.array([truth.place(float(t)) for t in result.time])
         error = np.hypot(*(where(result, "link.end") - exact).T).max()
-        assert error < tolerance, (tolerance, result.checks.steps)
+        assert error < tolerance, (engine, tolerance, result.checks.steps)
 
 
 def test_a_smooth_curve_through_many_points_costs_no_step_for_each():

@@ -5,9 +5,9 @@ from math import sqrt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from test_physics_tools import alone, angle, run, speed, total_energy, velocity, where
+from test_physics_tools import alone, angle, run, speed, velocity, where
 
-TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
+TOLERANCES = (1e-4, 1e-8)
 
 OSCILLATOR = """
 bodies: {mass: {type: rigid, mass: 2, inertia: 1, points: {c: [0, 0]}}}
@@ -23,6 +23,7 @@ PUSHED = (
     "{type: linear, points: [mass.c, ground], at: [1.5, 0], stiffness: 50, damping: 4, length: 1.3}"
 )
 ALONG = "{type: linear, joint: way, stiffness: 50, damping: 4, length: -0.1}"
+WAY = {BETWEEN: 1, PUSHED: -1, ALONG: 1}  # what is told acts on the second point's body
 
 
 def swung(time):
@@ -39,6 +40,9 @@ def test_mass_on_a_damped_spring(spring, allowed):
     mass = run(OSCILLATOR.replace("SPRING", spring), f"accuracy={{tolerance: {allowed}}}")
     assert np.abs(where(mass, "mass.c")[:, 0] - swung(mass.time)).max() < allowed
     assert mass.checks.energy_residual < 100 * allowed
+    told, x, v = mass.spring_forces["s"], where(mass, "mass.c")[:, 0], mass.rates[:, 0, 0]
+    np.testing.assert_allclose(told[:, 0], WAY[spring] * (50 * (0.2 - x) - 4 * v), atol=1e-9)
+    np.testing.assert_allclose(told[:, 1], 0, atol=1e-12)
 
 
 @pytest.mark.parametrize("spring", [BETWEEN, PUSHED, ALONG])
@@ -50,14 +54,6 @@ def test_redundant_coordinates_have_the_same_spring(spring):
     )
     assert np.abs(where(mass, "mass.c")[:, 0] - swung(mass.time)).max() < 1e-5
     assert mass.checks.energy_residual < 1e-4
-
-
-def test_the_force_of_a_spring_is_told():
-    mass = run(OSCILLATOR.replace("SPRING", BETWEEN))
-    x = where(mass, "mass.c")[:, 0]
-    v = mass.rates[:, 0, 0]
-    np.testing.assert_allclose(mass.spring_forces["s"][:, 0], -50 * (x - 0.2) - 4 * v, atol=1e-9)
-    np.testing.assert_allclose(mass.spring_forces["s"][:, 1], 0, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["points: [ground, mass.c], at: [-1, 0]", "joint: way"])
@@ -148,12 +144,6 @@ def test_redundant_coordinates_agree_on_the_spring_pendulum(truth):
         np.testing.assert_allclose(one, other, atol=0.2)
 
 
-def test_springs_keep_the_energy_without_dampers():
-    bob = run(PENDULUM.replace(", damping: 0.5", "").replace(", damping: 0.1", ""))
-    energy = total_energy(bob)
-    assert np.abs(energy - energy[0]).max() < 1e-7
-
-
 def test_a_stiff_spring_is_a_rod():
     """At k = 1e9 N/m a bob swings on it as on a rod, to its stretch of m g / k = 1e-8 m."""
     text = """
@@ -224,36 +214,6 @@ def test_redundant_coordinates_have_a_damper_along_a_line_that_turns():
     without = [line for line in lines if not line.startswith(("  two:", "  y:", "  face:"))]
     wedges = run("\n".join(without), "solver.formulation=redundant", "accuracy.tolerance=1e-5")
     assert_it_acts_along_its_joint(wedges, "x", [("one", 0.6, 4e-3)])
-
-
-# --- free bodies ----------------------------------------------------------------------------------
-
-HUNG = """
-bodies: {ball: {type: rigid, mass: 0.4, inertia: 0}}
-springs:
-  s: {type: linear, points: [ground, ball.centre], at: [0, 0], stiffness: 60, damping: 0.05,
-      length: 0.3}
-gravity: [0, -9.81]
-initial: {positions: {ball: [0.3, 0.1]}, velocities: {ball: [0, 0.5]}}
-run: {duration: 3}
-accuracy: {tolerance: 1.0e-8}
-"""
-
-
-@pytest.mark.parametrize("allowed", TOLERANCES)
-def test_ball_hung_on_a_spring_alone(allowed):
-    def fall(_, y):
-        (x, z), (u, w) = y[:2], y[2:]
-        size = np.hypot(x, z)
-        pull = 60 * (size - 0.3) + 0.05 * (x * u + z * w) / size
-        return [u, w, -pull * x / size / 0.4, -9.81 - pull * z / size / 0.4]
-
-    ball = run(HUNG, f"accuracy={{tolerance: {allowed}}}")
-    start = [0.3, 0.1, 0, 0.5]
-    exact = solve_ivp(
-        fall, (0, 3), start, "DOP853", rtol=1e-13, atol=1e-13, t_eval=ball.time
-    )  # fmt: skip
-    assert np.abs(where(ball, "ball.centre") - exact.y[:2].T).max() < allowed
 
 
 # --- a structure ------------------------------------------------------------------------------

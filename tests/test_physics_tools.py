@@ -5,7 +5,6 @@ from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
-from exudyn_flexlink.mechanism import accelerations, build_mechanism
 from exudyn_flexlink.observables import path
 from exudyn_flexlink.source import parse_document
 
@@ -72,15 +71,15 @@ def run(text, *settings):
 
 
 def alone(text, *settings):
-    """Result of inline YAML by itself, without a neighbour that measures its error."""
-    result = simulate(scene(text, *settings), measure=False)
+    """Result of inline YAML, which may warn."""
+    result = simulate(scene(text, *settings))
     assert result.outcome.completed, result.outcome
     return result
 
 
 def run_model(name, *settings):
     """Result of a model file with settings."""
-    result = simulate(load_scene(MODELS / name, settings), measure=False)
+    result = simulate(load_scene(MODELS / name, settings))
     assert result.outcome.completed, result.outcome
     return result
 
@@ -120,13 +119,6 @@ def energy_change(result):
     energy = result.energy
     total = energy.kinetic + energy.stored + energy.dissipated - energy.supplied
     return abs(total - total[0]).max()
-
-
-def exact_accelerations(result, i, places=()):
-    """Accelerations (parts, 3) that Newton's law gives for sample i."""
-    mechanism = build_mechanism(result.scene)
-    q, v = result.poses[i], result.rates[i]
-    return accelerations(mechanism, q, v, np.asarray(places, dtype=float), float(result.time[i]))
 
 
 def on_grid(result, values, interval):
