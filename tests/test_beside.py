@@ -32,7 +32,7 @@ def started(monkeypatch):
     monkeypatch.setattr(beside.os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
     monkeypatch.setattr(beside, "SURE", 0.0)
     monkeypatch.setattr(beside, "WORTH", 0.0)
-    monkeypatch.setattr("exudyn_flexlink.integrate.progress.SECONDS_BETWEEN_REPORTS", 0.0)
+    monkeypatch.setattr("exudyn_flexlink.integrate.solve.SECONDS_BETWEEN_REPORTS", 0.0)
     return found
 
 

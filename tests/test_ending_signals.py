@@ -56,7 +56,7 @@ def test_a_run_that_is_asked_to_end_keeps_what_was_computed(
         return simulate(scene, engine, lambda done: ask(name) if done > 0.01 else None, **more)
 
     monkeypatch.setattr(engines, "simulate", asked)
-    monkeypatch.setattr("exudyn_flexlink.integrate.progress.SECONDS_BETWEEN_REPORTS", 0.0)
+    monkeypatch.setattr("exudyn_flexlink.integrate.solve.SECONDS_BETWEEN_REPORTS", 0.0)
     short = ["--set=run.turns=0.5", "--set=bodies.link.rods=2", "--quiet", "--out=o"]
     if engine == "lagrangian":
         short.append("--engine=lagrangian")
