@@ -19,11 +19,11 @@ PACKAGE = "exudyn_flexlink"
 # A folder belongs to the room that names most of its path.
 CEILINGS = {
     "integrate": 1_610,
-    "engines": 2_535,
+    "engines": 2_540,
     "engines/exudyn/minimal": 5_700,
     "engines/exudyn/redundant": 3_355,
     "engines/lagrangian": 2_015,
-    "mechanism": 6_060,
+    "mechanism": 6_065,
     "scene": 4_080,
     "expressions": 1_225,
     "curves": 1_305,

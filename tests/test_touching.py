@@ -259,7 +259,8 @@ def test_what_happens_leads_where_the_table_says(way):
     touches = two(law)
     for gap, inside, change, side in events:
         assert touches.crossing(k, gap, inside) is change
-        touches.change(k, change, Moment(0.0, inside, 0.0, (0.0, 0.0)))
+        rate = -1.0 if side is Side.BEHIND else 1.0
+        touches.change(k, change, Moment(0.0, inside, rate, (0.0, 0.0)))
         assert touches.sides[k] is side
         assert touches.pressed[k] == (side is Side.PRESSED)
         assert not touches.pressed[1 - k]

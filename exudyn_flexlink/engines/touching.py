@@ -139,6 +139,11 @@ class Touches:
 
     def change(self, k: int, what: Change, now: Moment) -> None:
         """Let something happen to a contact, but for a bounce."""
+        if what is Change.PASSES:
+            # By its rate, not to the other side: a step may have ended so far past the line that
+            # `beside` told it already.
+            self._set(k, Side.BEHIND if now.gap_rate < 0 else Side.APART)
+            return
         self._set(k, BECOMES[self.sides[k], what])
         if what is Change.CLOSES:
             impulse, lost = now.totals
@@ -152,7 +157,7 @@ class Touches:
                 energy_lost=lost,
                 peak_force=now.press,
             )
-        elif what is not Change.PASSES:
+        else:
             last = _until(self._open.pop(k), now.place, now.totals)
             off = what is Change.SLIDES_OFF
             last = replace(last, end=now.time, separation_speed=now.gap_rate, slides_off=off)

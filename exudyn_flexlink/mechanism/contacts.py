@@ -151,8 +151,11 @@ def swings(mechanism: Mechanism) -> list[float]:
 
 def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:
     """Point of a part that is pinned to the ground."""
-    ends = [(pin.first, pin.second)[::way] for pin in mechanism.pins for way in (1, -1)]
-    return next((own for own, other in ends if part == own.part != GROUND == other.part), None)
+    for pin in mechanism.pins:
+        for mine, other in ((pin.first, pin.second), (pin.second, pin.first)):
+            if part == mine.part != GROUND == other.part:
+                return mine
+    return None
 
 
 def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:

@@ -17,7 +17,7 @@ from exudyn_flexlink.engines.lagrangian.model import turning_row
 from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.pair_events import NODES, PARTS, Seen, calm, changed, first_of, late_by
-from exudyn_flexlink.engines.touching import FIRST, Change, Moment, Side
+from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.control import slow_motions
 from exudyn_flexlink.integrate.events import Event, fall
@@ -292,9 +292,7 @@ class Problem(HybridProblem):
     def _change_face(self, time: float, k: int) -> None:
         what, rigid = self._happening(k), bool(self.touches.rigid[k])
         if what is Change.PASSES:
-            # The step may have ended so far past the line that `accept` took that up already.
-            if (self.seen.gap_rate[k] < 0) != (self.touches.sides[k] is Side.BEHIND):
-                self.change(time, k, what, self.seen)
+            self.change(time, k, what, self.seen)
             return
         begins = what is Change.CLOSES
         self.recorder.keep_last(before=what is Change.SLIDES_OFF or (begins and rigid))
