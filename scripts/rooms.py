@@ -20,7 +20,7 @@ PACKAGE = "exudyn_flexlink"
 CEILINGS = {
     "integrate": 1_610,
     "engines": 2_540,
-    "engines/exudyn/minimal": 5_700,
+    "engines/exudyn/minimal": 5_705,
     "engines/exudyn/redundant": 3_355,
     "engines/lagrangian": 2_015,
     "mechanism": 6_065,
@@ -41,7 +41,7 @@ CEILINGS = {
     "api": 1_735,
     "": 5_235,
 }
-WHOLE = {PACKAGE: 52_530, "tests": 26_180, "scripts": 8_700}
+WHOLE = {PACKAGE: 52_540, "tests": 26_180, "scripts": 8_700}
 SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
 LONGEST = 350  # lines of a file
 

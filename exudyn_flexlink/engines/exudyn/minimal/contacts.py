@@ -95,10 +95,6 @@ class MinimalContact:
         beyond = touch.place - self.length if touch.slip > 0 else touch.place
         return beyond / touch.slip if abs(beyond) <= NEAR_END * self.length else 0.0
 
-    def gradient(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Gradient of the gap (links,)."""
-        return self._normal_row(self._look(x, v))
-
     def _normal_row(self, look: Look) -> FloatArray:
         return self._row(look, look.normal, look.at, look.moment)
 
@@ -158,6 +154,11 @@ class PenaltyContact(MinimalContact):
     def acting(self, touch: Touch) -> Penalty:
         """The law, or that of the piece of a table that acts."""
         return self.law if self._table is None else self._table.law(-touch.gap)
+
+    def gradient_and_law(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, Penalty]:
+        """Gradient of the gap (links,), and the law that acts."""
+        look = self._look(x, v)
+        return self._normal_row(look), self.acting(look.touch)
 
     def force(self, touch: Touch, approach: float) -> float:
         """Pressing force, N, in a touch that began so fast (m/s); none while apart.

@@ -14,7 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide, TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which, picked
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Transform, Which
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
@@ -43,7 +43,7 @@ class TreeState(NamedTuple):
 
     def pick(self, which: Which) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return TreeState._make(picked(own, which) for own in self)
+        return TreeState._make(own[which] for own in self)
 
 
 class Coordinates(Protocol):
@@ -222,10 +222,11 @@ class OpenCoordinates(Coordinates):
         first = len(self._guides)
         places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
-            parts = [np.stack([z.real, z.imag], axis=-1) for z in rider.together(u[:, k])]
+            # At a few instants numbers are faster than arrays.
+            at = np.array([rider.at(place) for place in u[:, k].tolist()])
             along = rate[:, k, None]
-            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = parts[:2]
-            speed[:, slides], b[:, slides] = parts[1] * along, parts[2] * along * along
+            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = at[:, :2], at[:, 2:4]
+            speed[:, slides], b[:, slides] = at[:, 2:4] * along, at[:, 4:] * along * along
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""

@@ -74,6 +74,7 @@ class EventFinder:
         self.kinks = KinkWatch(model)
         self.frictions = FrictionWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
+        self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
@@ -109,7 +110,10 @@ class EventFinder:
         self.walls.accept(end)
 
     def _touches_at(self, end: TreeState) -> list[Touch]:
-        return [contact.touch(end.x, end.v) for contact in self.model.contacts]
+        """Touches at the end of a step, which are asked for again as it is accepted."""
+        if self._ahead is None or self._ahead[0] is not end:
+            self._ahead = end, [contact.touch(end.x, end.v) for contact in self.model.contacts]
+        return self._ahead[1]
 
     def _at(self, step: Step, t: float) -> TreeState:
         """All coordinates at a time within the step."""

@@ -194,7 +194,7 @@ class MinimalModel:
         if wall is not None:
             force += wall.force
             pairs = len(self.contacts) + self.walls.which
-            pushes[:, pairs] = np.stack([wall.press, wall.power], axis=-1)
+            pushes[:, pairs, 0], pushes[:, pairs, 1] = wall.press, wall.power
         rubbed = np.zeros((len(t), len(self.frictions.all), 4))
         kept = TreeForces(t, state, mass, force, pushes, rubbed, wall, supply)
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
@@ -289,12 +289,12 @@ class MinimalModel:
         if not acting:
             return None
         state: TreeState = at.kept.state
-        rows = np.array([contact.gradient(state.x, state.v) for _, contact in acting])
-        rows = state.transform.reduced_rows(rows)
+        found = [contact.gradient_and_law(state.x, state.v) for _, contact in acting]
+        gradients, laws = zip(*found, strict=True)
+        rows = state.transform.reduced_rows(np.array(gradients))
         # Closed gaps let a force through to the same motions by which they let a gap open.
         projector = self._projector(at)
         rows = rows if projector is None else rows @ projector.free.T
-        laws = [contact.acting(contact.touch(state.x, state.v)) for _, contact in acting]
         return rows, press_by(laws, self.touches.approach[[k for k, _ in acting]])
 
     def size(self, change: FloatArray) -> float:
