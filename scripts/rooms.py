@@ -1,89 +1,102 @@
-"""Lines of code by room, and how many files of the engines speak of a subject; with ceilings.
+"""Statements and files of each room of the package, and how densely they are written.
 
 Usage:
-  .venv/bin/python scripts/rooms.py   exit code 1 where a room is above its ceiling
+  .venv/bin/python scripts/rooms.py   exit code 1 where something is above its ceiling
 
-What is counted are lines of Python files, with comments and blank ones. Ceilings are what was
-reached: who needs more room raises one here, and says why in the commit.
+Statements are those of Python's grammar, without docstrings: text that is squeezed into fewer lines
+has as many. The mean of nodes of a simple statement rises where lines are packed. Who needs more
+than a ceiling raises it here, and says why in the commit.
 """
 
 from __future__ import annotations
 
 import argparse
-import re
+import ast
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = "exudyn_flexlink"
-# A folder belongs to the room that names most of its path.
-CEILINGS = {
-    "integrate": 1_610,
-    "engines": 2_540,
-    "engines/exudyn/minimal": 5_705,
-    "engines/exudyn/redundant": 3_355,
-    "engines/lagrangian": 2_015,
-    "mechanism": 6_065,
-    "scene": 4_080,
-    "expressions": 1_225,
-    "curves": 1_305,
-    "observables": 1_925,
-    "accuracy": 940,
-    "stability": 880,
-    "verification": 430,
-    "storage": 1_930,
-    "sweeps": 1_475,
-    "plots": 3_340,
-    "report": 2_125,
-    "page": 340,
-    "animation": 1_685,
-    "cli": 2_635,
-    "api": 1_735,
-    "": 5_235,
-}
-WHOLE = {PACKAGE: 52_540, "tests": 26_180, "scripts": 8_700}
-SPEAK_OF = {"clearance": 5, "tolerance": 14}  # files of the engines and integrate
-LONGEST = 350  # lines of a file
+MOST_STATEMENTS = 29_435  # of the package
+MOST_NODES = 12.92  # of the syntax tree, a simple statement of the package, on average
+COMPOUND = (
+    ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.If, ast.For, ast.While, ast.With,
+    ast.Try, ast.Match,
+)  # fmt: skip
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
-def lines_of(path: Path) -> int:
-    """How many lines a file has."""
-    return path.read_text(encoding="utf-8").count("\n")
+class Size(NamedTuple):
+    """What some files hold; `simple` statements, docstrings too, have so many `nodes` in all."""
+
+    files: int = 0
+    statements: int = 0
+    simple: int = 0
+    nodes: int = 0
+
+    def with_file(self, path: Path) -> Size:
+        """Return the size with one more file."""
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        found = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
+        simple = [one for one in found if not isinstance(one, COMPOUND)]
+        nodes = sum(1 for one in simple for _ in ast.walk(one))
+        statements = len(found) - sum(map(_has_docstring, ast.walk(tree)))
+        more = (1, statements, len(simple), nodes)
+        return Size(*(a + b for a, b in zip(self, more, strict=True)))
+
+
+def _has_docstring(node: ast.AST) -> bool:
+    return isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None
 
 
 def room_of(path: Path) -> str:
-    """The room that a file of the package is in."""
-    folder = path.parent.relative_to(ROOT / PACKAGE).as_posix() + "/"
-    return max((room for room in CEILINGS if folder.startswith(f"{room}/")), key=len, default="")
+    """The room that a file of the package is in: its folder."""
+    folder = path.parent.relative_to(ROOT / PACKAGE).as_posix()
+    return "top modules" if folder == "." else folder
 
 
-def rows() -> list[tuple[str, int, int]]:
-    """Everything that has a ceiling: its name, what there is, and the ceiling."""
-    files = sorted((ROOT / PACKAGE).rglob("*.py"))
-    found = dict.fromkeys(CEILINGS, 0)
-    for path in files:
-        found[room_of(path)] += lines_of(path)
-    told = [(room or "top modules", found[room], most) for room, most in CEILINGS.items()]
-    for folder, most in WHOLE.items():
-        told.append((folder, sum(map(lines_of, (ROOT / folder).rglob("*.py"))), most))
-    deep = [path for path in files if room_of(path).split("/")[0] in ("engines", "integrate")]
-    for word, most in SPEAK_OF.items():
-        said = re.compile(rf"\b{word}\b", re.IGNORECASE)
-        speaking = sum(bool(said.search(path.read_text(encoding="utf-8"))) for path in deep)
-        told.append((f"files of engines and integrate that speak of {word}", speaking, most))
-    told.append(("longest file of the package", max(map(lines_of, files)), LONGEST))
-    return told
+def rooms() -> dict[str, Size]:
+    """Size of each room of the package."""
+    found: dict[str, Size] = {}
+    for path in _files(PACKAGE):
+        room = room_of(path)
+        found[room] = found.get(room, Size()).with_file(path)
+    return found
+
+
+def size_of(folder: str) -> Size:
+    """Size of all Python files in a folder of the repository."""
+    size = Size()
+    for path in _files(folder):
+        size = size.with_file(path)
+    return size
+
+
+def _files(folder: str) -> list[Path]:
+    return sorted((ROOT / folder).rglob("*.py"))
+
+
+def _complaints(whole: Size) -> Iterator[str]:
+    if whole.statements > MOST_STATEMENTS:
+        yield f"the package has more than {MOST_STATEMENTS:,} statements"
+    if whole.nodes / whole.simple > MOST_NODES:
+        yield f"its simple statements have more than {MOST_NODES} nodes on average: unpack them"
 
 
 def main() -> int:
-    """Print all rows; the exit code is 1 if one is above its ceiling."""
+    """Print all rooms; the exit code is 1 if the package is above a ceiling."""
     argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0]).parse_args()
-    above = 0
-    for name, there, most in rows():
-        over = there > most
-        above += over
-        print(f"{name:58} {there:7,} of {most:7,}{'  above its ceiling' if over else ''}")
-    return 1 if above else 0
+    print(f"{'':28} statements  files  nodes a simple statement")
+    whole = size_of(PACKAGE)
+    rows = {**rooms(), PACKAGE: whole, "tests": size_of("tests"), "scripts": size_of("scripts")}
+    for name, size in rows.items():
+        dense = size.nodes / size.simple
+        print(f"{name:28} {size.statements:10,}  {size.files:5,}  {dense:6.2f}")
+    complaints = list(_complaints(whole))
+    print("\n".join(complaints), end="\n" if complaints else "")
+    return 1 if complaints else 0
 
 
 if __name__ == "__main__":
