@@ -1,22 +1,29 @@
-"""When contacts of a point with a face begin or cease to press, within a step.
+"""When contacts of two parts begin or cease to press, within a step.
 
-A contact presses where its event function is negative, the largest of its gap, of how far its point
-is from the face's start, backwards, and of how far beyond its end. Within a step gaps and places
-are the polynomials through their values and rates at the step's nodes. An event is located there,
-and the step made again to end at it; little is left of the event function then (see `little`), and
-its rate tells on which side of the event the contact is.
+A contact with a face presses where its event function is negative, the largest of its gap, of how
+far its point is from the face's start, backwards, and of how far beyond its end. Within a step the
+motion of one part against the other is the polynomial through its places and rates at the step's
+nodes. An event is located there, and the step made again to end at it; little is left of the event
+function then (see `little`), and its rate tells on which side of the event the contact is.
+
+No touch is stepped over, however short it is against the step. A gap is a distance: it changes by
+no more than the way of one part against the other. The sum of the sizes of Chebyshev's coefficients
+is a bound of that way, and of how fast its rate changes. So of most parts of a step it is sure that
+nothing happens in them. The others are halved, the first half first, until it is sure of them, or
+one look decides.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import EVENT_TIME, first_fall
+from exudyn_flexlink.integrate.events import EVENT_TIME, GAP_ROUNDING, first_fall
 from exudyn_flexlink.integrate.turning import StepPolynomial, chebyshev_sum
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
@@ -24,6 +31,7 @@ EXACT = 1e-12
 ALWAYS_CLOSED = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
 NODES = np.array([0.0, *C])
 PARTS = np.diff(NODES)[:, None]  # of the step, between its nodes
+SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of the rate
 POLYNOMIAL = StepPolynomial(NODES)
 
 
@@ -85,25 +93,25 @@ def late_by(end: Seen, lengths: FloatArray, k: int, time: float) -> float:
     return float(value[k] / rate[k])
 
 
-def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, parts: FloatArray) -> BoolArray:
-    """Tell of which contacts (c,) it is sure that nothing happened on a `path` of nodes (m, c).
+def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, h: float) -> BoolArray:
+    """Tell of which contacts (c,) it is sure that nothing happens in a step of length h (s).
 
-    `parts` (m - 1, 1), s, are the times between nodes. A cubic through values and rates at two of
-    them strays from them by less than a sixth of the way that the larger rate covers; the margin is
-    sixfold.
+    The `path` (m, c) is that of its nodes. Between two of them gap and place cover no more than the
+    mean of their speeds there tells, and what the largest second derivative adds.
     """
-    inside = np.minimum(path.place, lengths - path.place)
-    gap_rate, slip = np.abs(path.gap_rate), np.abs(path.slip)
-    deep = parts * np.maximum(gap_rate[:-1], gap_rate[1:])
-    far = parts * np.maximum(slip[:-1], slip[1:])
-    before, after = path.gap[:-1], path.gap[1:]
-    beside = np.maximum(inside[:-1], inside[1:]) < -far
-    found = np.asarray(((np.minimum(before, after) > deep) | beside).all(axis=0))
+    ways = []
+    for values, rates in ((path.gap, path.gap_rate), (path.place, path.slip)):
+        bend = np.abs(POLYNOMIAL.coefficients(values.T, h * rates.T, 2)).sum(axis=1)
+        speed = h * np.abs(rates)
+        ways.append(PARTS * (0.5 * (speed[:-1] + speed[1:]) + 0.25 * PARTS * bend))
+    deep, far = ways
+    gap, inside = path.gap[:-1] + path.gap[1:], np.minimum(path.place, lengths - path.place)
+    inside = inside[:-1] + inside[1:]
+    found = np.asarray(((gap > deep) | (inside < -far)).all(axis=0))
     which = np.flatnonzero(pressing)
     if len(which):
-        within = np.minimum(inside[:-1, which], inside[1:, which]) > far[:, which]
-        pressed = np.maximum(before[:, which], after[:, which]) < -deep[:, which]
-        found[which] = (pressed & within).all(axis=0)
+        pressed = (gap < -deep) & (inside > far)
+        found[which] = pressed[:, which].all(axis=0)
     return found
 
 
@@ -117,8 +125,8 @@ def first_of(
     )
     found: list[tuple[float, int]] = []
     for k, gap, place in zip(which.tolist(), gaps, places, strict=True):
-        pair = _Event(gap, place, float(lengths[k]), -1.0 if pressing[k] else 1.0)
-        part = first_fall(pair.value, pair.rate, (0.0, 1.0))
+        search = _OfFace(gap, place, float(lengths[k]), -1.0 if pressing[k] else 1.0)
+        part = first_part(search)
         if part is not None:
             found.append((part, k))
     return min(found, default=None)
@@ -129,26 +137,152 @@ def little(rate: float, time: float) -> float:
     return EXACT + abs(rate) * instant(time, EVENT_TIME)
 
 
-class _Event:
-    """Event function of one contact by parts of a step, positive until something happens."""
+class Search(Protocol):
+    """Event function of a contact by parts of a step (0 to 1), positive until something happens."""
+
+    def value(self, part: float) -> float:
+        """Value, m."""
+
+    def rate(self, part: float) -> float:
+        """Its slope, m per step."""
+
+    def sure(self, begin: float, end: float) -> bool | None:
+        """Whether nothing happens from `begin` to `end`: True; False: one look at the end tells.
+
+        None: not known.
+        """
+
+
+def first_part(search: Search) -> float | None:
+    """Part of the step after which something happens first; None if nothing does."""
+    left, since = [(0.0, 1.0)], 0.0  # since when the value is zero, but for rounding
+    while left:
+        begin, end = left.pop()
+        sure = search.sure(begin, end)
+        if sure is None and end - begin > SHORTEST:
+            middle = 0.5 * (begin + end)
+            left += [(middle, end), (begin, middle)]
+            continue
+        if not sure:
+            if begin > 0 and search.value(begin) < min(search.value(0.0), 0.0) - GAP_ROUNDING:
+                return begin  # it came behind the line beside an end of its curve
+            rate = search.rate if sure is None else None
+            part = first_fall(search.value, rate, (since, end), 1)
+            if part is not None:
+                at_once = search.value(since) <= GAP_ROUNDING and search.rate(since) <= 0
+                return since if at_once else part
+        if search.value(end) > GAP_ROUNDING:
+            since = end
+    return None
+
+
+class _OfFace:
+    """Search of a contact with a face: by its gap, and how far it is beyond both ends of the face.
+
+    It presses as long as all three are below zero, and is apart as long as one is above.
+    """
 
     def __init__(self, gap: FloatArray, place: FloatArray, length: float, way: float) -> None:
-        self._gap, self._place = gap.tolist(), place.tolist()
-        self._gap_rate, self._slip = (
-            POLYNOMIAL.derivative(own[None])[0].tolist() for own in (gap, place)
-        )
-        self._length, self._way = length, way
+        """Take coefficients (2 n,) of gap and place (m); `way` is -1 where it presses, else 1."""
+        beyond = place.copy()
+        beyond[0] -= length
+        values = way * np.array([gap, -place, beyond])
+        rates = POLYNOMIAL.derivative(values)
+        self._values, self._rates = values.tolist(), rates.tolist()
+        self._bends = np.abs(POLYNOMIAL.derivative(rates)).sum(axis=1).tolist()
+        self._pressing = way < 0
+
+    def _all_at(self, part: float) -> list[tuple[float, float]]:
+        """All three and their rates."""
+        pairs = zip(self._values, self._rates, strict=True)
+        return [(chebyshev_sum(value, part), chebyshev_sum(rate, part)) for value, rate in pairs]
+
+    def _at(self, part: float) -> tuple[float, float]:
+        """The one that counts, and its rate."""
+        return min(self._all_at(part)) if self._pressing else max(self._all_at(part))
 
     def value(self, part: float) -> float:
         """Its value (m) and `EXACT`: as little below zero as an event may leave it is nothing."""
-        place = chebyshev_sum(self._place, part)
-        beyond = max(-place, place - self._length)
-        return self._way * max(chebyshev_sum(self._gap, part), beyond) + EXACT
+        return self._at(part)[0] + EXACT
 
     def rate(self, part: float) -> float:
         """Its slope (m per step), which changes its sign where gap and end of the face swap."""
-        place = chebyshev_sum(self._place, part)
-        if chebyshev_sum(self._gap, part) >= max(-place, place - self._length):
-            return self._way * chebyshev_sum(self._gap_rate, part)
-        slip = chebyshev_sum(self._slip, part)
-        return self._way * (slip if place - self._length > -place else -slip)
+        return self._at(part)[1]
+
+    def sure(self, begin: float, end: float) -> bool | None:
+        """Whether it is sure of one of them, or, where it presses, of all three."""
+        h = end - begin
+        columns = zip(self._all_at(begin), self._all_at(end), self._bends, strict=True)
+        sure = [
+            min(before[0], after[0]) > h * h * bend / 8
+            or (before[0] > -EXACT and before[1] > h * bend)
+            for before, after, bend in columns
+        ]
+        return (all(sure) if self._pressing else any(sure)) or None
+
+
+class Glimpse(NamedTuple):
+    """Gap (m) and its rate (m/s) of a contact, and its distance (m) if that is more."""
+
+    gap: float
+    gap_rate: float
+    distance: float
+
+
+class Flight:
+    """Search of a contact that is apart, by how its first part moves in the second one's axes."""
+
+    def __init__(
+        self,
+        glance: Callable[[complex, complex], Glimpse],
+        feature: float,
+        path: tuple[ComplexArray, ComplexArray],
+        way: float,
+    ) -> None:
+        """Take what tells how near the first part is, by its place and its rate, and `feature`.
+
+        That is the smallest radius (m) of what the place can't cross. The `path` are places (n,) at
+        a step's nodes, m, and rates, m per step; `way` is -1 behind a face.
+        """
+        nodes = [own[None] for own in path]
+        self._place, self._rate = (POLYNOMIAL.coefficients(*nodes, k)[0].tolist() for k in (0, 1))
+        self._bend = float(np.abs(POLYNOMIAL.coefficients(*nodes, 2)).sum())
+        self._glance, self._radius, self._way = glance, 0.5 * feature, way
+        # At the ends nothing is lost by rounding: how it parts from what it just touched counts.
+        ends = zip((0.0, 1.0), path[0][[0, -1]].tolist(), path[1][[0, -1]].tolist(), strict=True)
+        self._seen = {part: self._glimpse(*at) for part, *at in ends}
+
+    def _glimpse(self, place: complex, rate: complex) -> Glimpse:
+        seen = self._glance(place, rate)
+        return Glimpse(-seen.gap, -seen.gap_rate, -seen.gap) if self._way < 0 else seen
+
+    def _at(self, part: float) -> Glimpse:
+        if part not in self._seen:
+            at = chebyshev_sum(self._place, part), chebyshev_sum(self._rate, part)
+            self._seen[part] = self._glimpse(*at)
+        return self._seen[part]
+
+    def value(self, part: float) -> float:
+        """Its gap (m), or that to the back of its face."""
+        return self._at(part).gap
+
+    def rate(self, part: float) -> float:
+        """Its slope (m per step)."""
+        return self._at(part).gap_rate
+
+    def sure(self, begin: float, end: float) -> bool | None:
+        """Whether the way is too short for a touch, or so straight that the ends tell."""
+        h = end - begin
+        before, after = self._at(begin), self._at(end)
+        speed = abs(chebyshev_sum(self._rate, 0.5 * (begin + end)))
+        way = h * (speed + h * self._bend / 4)
+        if before.distance + after.distance > way:
+            return True
+        if way > self._radius:
+            return None
+        # Here all is nearer than `way`: no distance bends more than on a circle of that radius.
+        turn = h * (self._bend + (speed + h * self._bend / 2) ** 2 / self._radius)
+        sag = h * turn / 8
+        if min(before.gap, after.gap) > sag or before.gap_rate > turn:
+            return True
+        return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None

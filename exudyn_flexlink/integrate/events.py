@@ -61,7 +61,9 @@ def fall(value: Function, begin: float, end: float) -> float:
     return begin if value(begin) <= 0 else zero(value, begin, end)
 
 
-def first_fall(value: Function, rate: Function | None, within: tuple[float, float]) -> float | None:
+def first_fall(
+    value: Function, rate: Function | None, within: tuple[float, float], looks: int = LOOKS
+) -> float | None:
     """Find when an event function falls below zero first; None if it does not.
 
     With its `rate` it is also found between two looks. One that starts at zero falls only as it
@@ -69,7 +71,7 @@ def first_fall(value: Function, rate: Function | None, within: tuple[float, floa
     """
     t, end = within
     slope = next_slope = 0.0 if rate is None else rate(t)
-    for after in np.linspace(t, end, LOOKS + 1)[1:].tolist():
+    for after in np.linspace(t, end, looks + 1)[1:].tolist():
         lowest = after
         if rate is not None:
             slope, next_slope = next_slope, rate(after)

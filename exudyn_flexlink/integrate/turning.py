@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 
 Turns = tuple[IndexArray, FloatArray, FloatArray]
 
@@ -39,10 +40,14 @@ def highest(
     return np.asarray(np.where(best == middle, vertex, at[rows, best]))
 
 
-def chebyshev_sum(coefficients: list[float], part: float) -> float:
+Number = TypeVar("Number", float, complex)
+Array = TypeVar("Array", FloatArray, ComplexArray)
+
+
+def chebyshev_sum(coefficients: list[Number], part: float) -> Number:
     """Sum of Chebyshev's polynomials at a part of the step (Clenshaw): faster, of one place."""
     x = 4 * part - 2
-    one = two = 0.0
+    one = two = 0 * coefficients[0]
     for c in reversed(coefficients[1:]):
         one, two = c + x * one - two, one
     return coefficients[0] + 0.5 * x * one - two
@@ -59,7 +64,9 @@ class StepPolynomial:
         self.nodes = nodes
         count = len(nodes)
         at, slope = _rows(nodes, 2 * count)
-        self._inverse = np.linalg.inv(np.vstack([at, slope]))
+        self._derivatives = [np.linalg.inv(np.vstack([at, slope]))]
+        for _ in range(2):
+            self._derivatives.append(chebyshev.chebder(self._derivatives[-1], scl=2))
         at, slope = _rows(nodes, count)
         self._slopes = slope @ np.linalg.inv(at)
 
@@ -67,9 +74,14 @@ class StepPolynomial:
         """Slopes per step (m, n, c) of the polynomials through values (m, n, c) alone."""
         return np.asarray(np.einsum("ij,mjc->mic", self._slopes, values))
 
-    def coefficients(self, values: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Coefficients (c, 2 n) from values (c, n) and slopes per step (c, n)."""
-        return np.asarray(np.concatenate([values, slopes], axis=1) @ self._inverse.T)
+    def coefficients(self, values: Array, slopes: Array, order: int = 0) -> Array:
+        """Coefficients (c, 2 n - order) from values (c, n) and slopes per step (c, n).
+
+        They are those of the derivative of this order, 0 to 2. Nowhere in the step that is more
+        than the sum of their sizes.
+        """
+        both = np.concatenate([values, slopes], axis=1)
+        return np.asarray(both @ self._derivatives[order].T)
 
     @staticmethod
     def value(coefficients: FloatArray, parts: FloatArray) -> FloatArray:

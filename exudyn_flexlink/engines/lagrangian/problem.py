@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.lagrangian.impacts import Impacts
 from exudyn_flexlink.engines.lagrangian.model import turning_row
 from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
-from exudyn_flexlink.engines.pair_events import NODES, PARTS, Seen, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.pair_events import NODES, Seen, calm, changed, first_of, late_by
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.control import slow_motions
@@ -170,7 +170,7 @@ class Problem(HybridProblem):
             return []
         path, pressing = self.system.from_sides(path), self.touches.pressed
         found = []
-        restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h * PARTS))
+        restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
             if len(walls):

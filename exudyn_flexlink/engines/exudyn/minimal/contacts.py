@@ -61,20 +61,20 @@ class MinimalContact:
     lets_go = False
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
-        self._shape = shape_of(layout, contact)
-        self.length = self._shape.length
+        self.shape = shape_of(layout, contact)
+        self.length = self.shape.length
         self._count = len(layout.links)
         # What is followed along pieces while it presses.
         self.followed: list[OnCurve | TableFollower] = []
-        if isinstance(self._shape, OnCurve):
-            self.followed.append(self._shape)
+        if isinstance(self.shape, OnCurve):
+            self.followed.append(self.shape)
 
     def touch(self, x: FloatArray, v: FloatArray) -> Touch:
         """Gap, place and rates at coordinates and speeds of the tree."""
         return self._look(x, v).touch
 
     def _look(self, x: FloatArray, v: FloatArray) -> Look:
-        return self._shape.look(x.tolist(), v.tolist())
+        return self.shape.look(x.tolist(), v.tolist())
 
     def follow(self, x: FloatArray, *, presses: bool) -> None:
         """Take up a state in which the contact goes on, begins or ends."""
@@ -131,7 +131,7 @@ class RigidContact(MinimalContact):
         """
         look = self._look(x, v)
         slides = 0.0 if self.friction is None else self._slip_row(look)
-        return look.touch, self._normal_row(look), self._shape.steady_bend(look), slides
+        return look.touch, self._normal_row(look), self.shape.steady_bend(look), slides
 
 
 class PenaltyContact(MinimalContact):

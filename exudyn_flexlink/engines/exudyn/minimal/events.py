@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, TableFollower
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionWatch
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
+from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve, RelativeMotion
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
-from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm
+from exudyn_flexlink.engines.pair_events import POLYNOMIAL, Flight, Seen, calm, first_part
 from exudyn_flexlink.engines.touching import Side
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import GAP_ROUNDING, Event, fall, first_fall
@@ -34,8 +34,8 @@ Followed = TrackPoint | OnCurve | TableFollower
 Following = tuple[Followed, float, Left]
 """What is followed along pieces, how little beyond one is still on it, and what is left of it."""
 
-WHOLE = np.ones((1, 1))  # of the step, between its ends
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
+MOST_LATE = 1e-6  # of the step: rounding does not make an event later than that
 SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
 
 
@@ -68,6 +68,9 @@ class EventFinder:
         self._endless = np.array([touch.inside == inf for touch in self.touches], dtype=bool)
         own = np.array([contact.length for contact in model.contacts])
         self._lengths = np.where(self._endless, inf, own)
+        shapes = [contact.shape for contact in model.contacts]
+        self._motion = RelativeMotion(model.layout, model.kinematics, shapes)
+        self._straight = np.array([shape.straight for shape in shapes], dtype=bool)
         self._let_go = np.array([contact.lets_go for contact in model.contacts], dtype=bool)
         self.x = x
         self.walls = WallWatch(model.walls, x, v)
@@ -178,32 +181,79 @@ class EventFinder:
     # --- contacts -----------------------------------------------------------------------------
 
     def _changes_of_contacts(self, step: Step, end: TreeState) -> list[Event]:
-        times = ((self._change(k, step), k) for k in self._restless(step, end))
+        every = range(len(self.model.contacts))
+        free = [not self.presses(k) and not self.let_go(k) for k in every]
+        held = [k for k in every if not free[k]]
+        times = [(self._change(k, step), k) for k in self._restless(step, end, held)]
+        for k, search in self._flights(step, end, np.flatnonzero(free)):
+            times.append((self._closing(k, first_part(search), step), k))
         return [Event(time, ContactChange(k)) for time, k in times if time is not None]
 
-    def _restless(self, step: Step, end: TreeState) -> list[int]:
-        """Contacts of the scene of which it is not sure that nothing happens within a step.
+    def _closing(self, k: int, part: float | None, step: Step) -> float | None:
+        """Instant (s) of an event of contact k after a part of the step, by the state there.
 
-        Most are told by its ends, the others by its stages, too.
+        A place in a long step is rounded by more than a small bounce is high.
         """
-        every = range(len(self.model.contacts))
-        if not every:
+        if not part:
+            return None if part is None else step.t
+        time = step.t + part * step.h
+        touch = self._touch(k, step, time)
+        late = touch.gap / touch.gap_rate if touch.gap_rate else 0.0
+        return time - late if abs(late) < MOST_LATE * step.h else time
+
+    def _flights(
+        self, step: Step, end: TreeState, free: IndexArray
+    ) -> Iterator[tuple[int, Flight]]:
+        """Contacts `free` that may close within a step, since the way in it is long enough.
+
+        What surely stays beside its face is left out; what does not may pass the face's line.
+        """
+        if not len(free):
+            return
+        place, rate = self._places(step, step.stages.kept.state.pick(slice(-1)), end, free)
+        moved = POLYNOMIAL.coefficients(place, rate, 1)
+        along, across = (np.abs(part).sum(axis=1) for part in (moved.real, moved.imag))
+        straight = self._straight[free]
+        way = np.where(straight, across, np.abs(moved).sum(axis=1))
+        ends = zip(self.touches, self._touches_at(end), strict=True)
+        both = [(old.gap + new.gap, old.inside + new.inside) for old, new in ends]
+        gap, inside = np.array(both)[free].T
+        sides = np.array([self._way(k) for k in free.tolist()])
+        near = free[(sides * gap <= way) & ~(straight & (inside < -along))]
+        if not len(near):
+            return
+        # The last round of the iteration moved the stages a little, by more than a gap is rounded.
+        times = step.t + step.h * C[:-1]
+        within = self.model.states(times, *step.at(times))
+        paths = zip(*self._places(step, within, end, near), strict=True)
+        for k, (place, rate) in zip(near.tolist(), paths, strict=True):
+            shape = self.model.contacts[k].shape
+            path = (1j * place.imag, 1j * rate.imag) if shape.straight else (place, rate)
+            yield k, Flight(shape.glance, shape.feature, path, self._way(k))
+
+    def _places(
+        self, step: Step, within: TreeState, end: TreeState, which: IndexArray
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Places (c, nodes) of contacts at a step's nodes, m, and their rates, m per step."""
+        begin = step.begin.kept.state
+        nodes = (np.vstack(own) for own in zip(begin[:2], within[:2], end[:2], strict=True))
+        place, rate = self._motion.look(*nodes)
+        return place.T[which], step.h * rate.T[which]
+
+    def _restless(self, step: Step, end: TreeState, held: list[int]) -> list[int]:
+        """Contacts that press, or have let go, of which it is not sure that nothing happens."""
+        if not held:
             return []
-        pressed, ahead = self._sides.pressed[: len(every)], self._touches_at(end)
-        ends = self._path(every, [self.touches, ahead])
-        which = np.flatnonzero(pressed | ~calm(ends, self._lengths, pressed, step.h * WHOLE))
-        near = which.tolist()
-        if not near:
-            return []
+        pressed = self._sides.pressed[held]
         inner = zip(*(own[:-1] for own in step.stages.kept.state[:2]), strict=True)
-        at_stages = [[self.model.contacts[k].touch(*at) for k in near] for at in inner]
-        before, after = ([own[k] for k in near] for own in (self.touches, ahead))
-        path = self._path(near, [before, *at_stages, after])
-        still = calm(path, self._lengths[which], pressed[which], step.h * PARTS)
-        press = step.stages.kept.pushes[:, which, 0]
-        lifts = pressed & (self._sides.rigid[: len(every)] | self._let_go)
-        still &= ~lifts[which] | (press.min(axis=0) >= LEAST_PRESS * press.max(axis=0))
-        return [k for k, calmly in zip(near, still.tolist(), strict=True) if not calmly]
+        at_stages = [[self.model.contacts[k].touch(*at) for k in held] for at in inner]
+        before, after = ([own[k] for k in held] for own in (self.touches, self._touches_at(end)))
+        path = self._path(held, [before, *at_stages, after])
+        still = calm(path, self._lengths[held], pressed, step.h)
+        press = step.stages.kept.pushes[:, held, 0]
+        lifts = pressed & (self._sides.rigid[held] | self._let_go[held])
+        still &= ~lifts | (press.min(axis=0) >= LEAST_PRESS * press.max(axis=0))
+        return [k for k, calmly in zip(held, still.tolist(), strict=True) if not calmly]
 
     def _path(self, which: Sequence[int], nodes: Sequence[Sequence[Touch]]) -> Seen:
         """Contacts at nodes, seen from the side where they are.
@@ -224,10 +274,8 @@ class EventFinder:
         return bool(self._let_go[k]) and closed
 
     def _change(self, k: int, step: Step) -> float | None:
-        """When within the step a contact's state changes; None if it does not."""
-        flies = not self.presses(k) and not self.let_go(k)
-        rate = partial(self._rate, k, step) if flies else None
-        return first_fall(partial(self._left, k, step), rate, (step.t, step.end))
+        """When within the step a contact's state changes that presses, or has let go."""
+        return first_fall(partial(self._left, k, step), None, (step.t, step.end))
 
     def _left(self, k: int, step: Step, t: float) -> float:
         """Value (m) that is positive until contact k's state changes; of a reaction, N."""
@@ -239,11 +287,7 @@ class EventFinder:
         touch = self._touch(k, step, t)
         if self.presses(k):
             return min(contact.pressed_by(touch), touch.inside)
-        # What has let go has no force until it is apart.
-        return -contact.pressed_by(touch) if self.let_go(k) else self._way(k) * touch.gap
-
-    def _rate(self, k: int, step: Step, t: float) -> float:
-        return self._way(k) * self._touch(k, step, t).gap_rate
+        return -contact.pressed_by(touch)  # what has let go has no force until it is apart
 
     def _touch(self, k: int, step: Step, t: float) -> Touch:
         at = self._at(step, t)

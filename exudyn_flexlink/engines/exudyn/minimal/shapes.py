@@ -6,15 +6,22 @@ and slip; laws, states and events are the same for all shapes (see `contacts`).
 
 from __future__ import annotations
 
-from cmath import rect
-from math import copysign, hypot, inf, pi
+from cmath import phase, rect
+from collections.abc import Sequence
+from functools import cached_property
+from math import atan2, copysign, hypot, inf, pi, sqrt
 from typing import NamedTuple, Protocol
 
-from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Closest
+import numpy as np
+
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
+from exudyn_flexlink.curves import Closest, reach
 from exudyn_flexlink.engines.exudyn.faces import Circles, Faces, Touch, Vector, distance_from_ends
 from exudyn_flexlink.engines.exudyn.minimal.carriers import Carried, Carrier
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points
+from exudyn_flexlink.engines.pair_events import Glimpse
 from exudyn_flexlink.mechanism import (
+    GROUND,
     Anchor,
     CircleContact,
     Contact,
@@ -25,6 +32,8 @@ from exudyn_flexlink.mechanism import (
     grip_of,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout
+
+BESIDE = 1e-12  # m: so far beyond its end a point is beside a curve
 
 
 class Look(NamedTuple):
@@ -49,14 +58,45 @@ class Look(NamedTuple):
     moment: float = 0.0
 
 
+class Between(NamedTuple):
+    """What moves against what as a contact comes near, and in whose axes that is seen.
+
+    The place of `first` from `second` counts along x of the axes of the part `axes`, turned by
+    `turned` (rad). `turns` are two parts whose angle matters, too: of the second against the first.
+    """
+
+    first: Anchor
+    second: Anchor
+    axes: int = GROUND
+    turned: float = 0.0
+    turns: tuple[int, int] | None = None
+
+
 class Shape(Protocol):
-    """What meets what; both may be anywhere in the tree, or on the ground."""
+    """What meets what; both may be anywhere in the tree, or on the ground.
+
+    Where it is `straight` its gap is the place across it.
+    """
 
     length: float
     """Of the face or the curve, or around the second circle, m."""
+    between: Between
+    straight = False
+
+    @property
+    def feature(self) -> float:
+        """Smallest radius (m) of what the place can't cross."""
+        return inf
 
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
+
+    def glance(self, place: complex, rate: complex) -> Glimpse:
+        """How near it is, by the place (m) of what is `between` and its rate, with its angle."""
+
+    def with_angle(self, place: ComplexArray, angle: FloatArray) -> ComplexArray:  # noqa: ARG002
+        """Places (n,) m, or their rates, with the angle (n,) that matters, or its rate."""
+        return place
 
     def steady_bend(self, look: Look) -> float:
         """Second derivative (m/s^2) of the gap where no coordinate of the tree accelerates.
@@ -98,11 +138,50 @@ def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
     return _Face(layout, contact)
 
 
+class RelativeMotion:
+    """Places of the first parts of contacts from the second ones, as their shapes ask for them."""
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, shapes: Sequence[Shape]
+    ) -> None:
+        between = [shape.between for shape in shapes]
+        self._kinematics = kinematics
+        self._first = Points(layout, [pair.first for pair in between])
+        self._second = Points(layout, [pair.second for pair in between])
+        frames = [layout.frame(pair.axes) for pair in between]
+        self._axes = np.array([frame.link for frame in frames], dtype=int)  # -1: the ground
+        turned = [frame.angle + pair.turned for frame, pair in zip(frames, between, strict=True)]
+        self._back = np.exp(-1j * np.array(turned))
+        self._angles = [
+            (k, shapes[k], layout.turning_row(*pair.turns), layout.turn(*pair.turns))
+            for k, pair in enumerate(between)
+            if pair.turns is not None
+        ]
+
+    def look(self, x: FloatArray, v: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+        """Places (n, c), m, and their rates at coordinates and speeds (n, links)."""
+        at = self._kinematics.places(x)
+        rates = self._kinematics.rates(at, x, v)
+        back = at.axis.take(self._axes, axis=-1).conj() * self._back
+        place = back * (self._first.places(at) - self._second.places(at))
+        rate = back * (self._first.rates(at, rates) - self._second.rates(at, rates))
+        rate -= rates.spin.take(self._axes, axis=-1) * place
+        for k, shape, row, rest in self._angles:
+            place[:, k] = shape.with_angle(place[:, k], x @ row + rest)
+            rate[:, k] = shape.with_angle(rate[:, k], v @ row)
+        return place, rate
+
+
 class _Face(Shape):
     """A point against a face."""
 
+    straight = True
+
     def __init__(self, layout: TreeLayout, contact: FaceContact) -> None:
         self.length = contact.length
+        start, end, self._side = contact.start, contact.end, contact.side
+        turned = atan2(end.y - start.y, end.x - start.x)
+        self.between = Between(contact.point, start, start.part, turned)
         # The face's part may be turned in the axes of the link that carries it.
         self._faces = Faces(contact, layout.frame(contact.start.part).angle)
         self._point = Carrier(layout, contact.point)
@@ -118,14 +197,22 @@ class _Face(Shape):
         along = complex(*way)
         return Look(touch, side * 1j * along, along, first.place, first, second)
 
+    def glance(self, place: complex, rate: complex) -> Glimpse:
+        """How near it is, wherever along the face."""
+        gap = self._side * place.imag
+        return Glimpse(gap, self._side * rate.imag, gap)
+
 
 class _Stop(Shape):
     """A hinge at its stop: hinges on the way between both parts turn it."""
 
     length = inf
+    straight = True
 
     def __init__(self, layout: TreeLayout, contact: TurnStop) -> None:
         first, second = contact.first.part, contact.second.part
+        self.between = Between(contact.second, contact.second, turns=(first, second))
+        self._bound = contact.bound
         row = layout.turning_row(first, second).tolist()
         self._row = [(i, share) for i, share in enumerate(row) if share]
         self._rest, self._way = layout.turn(first, second) - contact.bound, contact.way
@@ -140,6 +227,15 @@ class _Stop(Shape):
         touch = Touch(self._way * (angle + self._rest), 0.0, self._way * rate, 0.0, inf)
         return Look(touch, 0j, 0j, 0j, self._first, self._second, moment=1.0)
 
+    def with_angle(self, place: ComplexArray, angle: FloatArray) -> ComplexArray:  # noqa: ARG002
+        """Return the angle as if it were a place."""
+        return 1j * angle
+
+    def glance(self, place: complex, rate: complex) -> Glimpse:
+        """How near it is, by its angle."""
+        gap = self._way * (place.imag - self._bound)
+        return Glimpse(gap, self._way * rate.imag, gap)
+
 
 class _Circles(Shape):
     """Two circles, which touch on the line through their centres."""
@@ -147,9 +243,15 @@ class _Circles(Shape):
     def __init__(self, layout: TreeLayout, contact: CircleContact) -> None:
         self._circles = Circles(contact)
         self.length = 2 * pi * self._circles.edge
+        self.between = Between(contact.first, contact.second)
         self._first = Carrier(layout, contact.first)
         self._second = Carrier(layout, contact.second)
         self._turned = layout.frame(contact.second.part).angle
+
+    @property
+    def feature(self) -> float:
+        """Distance (m) of the centres at which they touch."""
+        return self._circles.distance
 
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
@@ -170,6 +272,12 @@ class _Circles(Shape):
             grip,
         )
 
+    def glance(self, place: complex, rate: complex) -> Glimpse:
+        """How near they are, by the places of their centres."""
+        far, way = abs(place), self._circles.way
+        gap = way * (far - self._circles.distance)
+        return Glimpse(gap, way * _dot(place, rate) / far if far > 0 else -abs(rate), gap)
+
 
 class OnCurve(Shape):
     """A point, or a roller around it, against a curve.
@@ -184,10 +292,16 @@ class OnCurve(Shape):
         self._curve, self._closest = contact.curve, Closest(contact.curve)
         self.length = contact.curve.arc_length.whole
         self._side, self._radius = contact.side, contact.radius
-        self._point = Carrier(layout, contact.point)
-        self._origin = Carrier(layout, Anchor(contact.carrier, 0.0, 0.0))
+        origin = Anchor(contact.carrier, 0.0, 0.0)
+        self.between = Between(contact.point, origin, contact.carrier)
+        self._point, self._origin = Carrier(layout, contact.point), Carrier(layout, origin)
         self._turned = layout.frame(contact.carrier).angle
         self._held: tuple[int, float] | None = None  # piece and place where the last step ended
+
+    @cached_property
+    def feature(self) -> float:
+        """Smallest radius (m) of the line on which the roller's centre is as it touches."""
+        return reach(self._curve, self._side, self._radius)
 
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
@@ -216,6 +330,15 @@ class OnCurve(Shape):
             inf if self._curve.closed else distance_from_ends(place, self.length),
         )
         return Look(touch, normal, along, first.place, first, second, first.place, bend, grip)
+
+    def glance(self, place: complex, rate: complex) -> Glimpse:
+        """How near the point is; beyond the ends of an open curve its end is what it is near to."""
+        foot, tangent, _ = self._at(*self._closest.on_curve(place.real, place.imag))
+        way, apart = tangent / abs(tangent), place - foot
+        gap = self._side * _cross(way, apart) - self._radius
+        beyond = 0.0 if self._curve.closed else _dot(way, apart)
+        distance = gap if abs(beyond) < BESIDE else abs(apart) - self._radius
+        return Glimpse(gap, self._side * _cross(way, rate), distance)
 
     def follow(self, x: FloatArray | None) -> None:
         """Follow the point from here on along the piece where it is; None: nothing presses."""
@@ -267,9 +390,24 @@ class _OnFlat(OnCurve):
     def __init__(self, layout: TreeLayout, contact: FlatContact) -> None:
         super().__init__(layout, contact)
         self.length, self._closest = inf, contact.search
-        turned = layout.frame(contact.start.part).angle
-        way = complex(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
-        self._way = rect(1.0, turned) * (way / contact.width)
+        start, end = contact.start, contact.end
+        way = complex(end.x - start.x, end.y - start.y) / contact.width
+        self._way = rect(1.0, layout.frame(start.part).angle) * way
+        self._face_turned = phase(way)
+        self.between = Between(
+            self.between.second, start, start.part, self._face_turned, (start.part, contact.carrier)
+        )
+        self._farthest = float(np.abs(contact.curve.samples[1] @ [1, 1j]).max())
+
+    @cached_property
+    def feature(self) -> float:
+        """As if the place went past a circle whose gap bends as much.
+
+        By the curve's support function h the gap is s - h(angle): h' is at most the farthest place,
+        and h'' at most that and the largest radius.
+        """
+        largest = float((1 / np.abs(self._curve.curvature(self._curve.samples[0]))).max())
+        return 4 * self._farthest**2 / (largest + self._farthest)
 
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
@@ -288,6 +426,21 @@ class _OnFlat(OnCurve):
             -_dot(normal, reach), _dot(along, reach), _dot(normal, moving), _dot(along, moving), inf
         )
         return Look(touch, normal, along, at, first, second, at - radius * normal)
+
+    def with_angle(self, place: ComplexArray, angle: FloatArray) -> ComplexArray:
+        """Places across the face, and what the farthest place turns, so that both may add up."""
+        turned = angle * self._farthest
+        return sqrt(2) * (self._side * place.imag + 1j * turned)
+
+    def glance(self, place: complex, rate: complex) -> Glimpse:
+        """How near the curve is, by its origin's place across the face, and its angle there."""
+        scale = sqrt(2) * self._farthest
+        axis = rect(1.0, place.imag / scale - self._face_turned)
+        seen = -1j * self._side * axis.conjugate()
+        arm = axis * self._at(*self._closest.on_curve(seen.real, seen.imag))[0]
+        gap = place.real / sqrt(2) + self._side * arm.imag
+        gap_rate = rate.real / sqrt(2) + self._side * arm.real * rate.imag / scale
+        return Glimpse(gap, gap_rate, gap)
 
     def steady_bend(self, look: Look) -> float:
         """As if the curve were the circle that fits it there: to the second order it is.

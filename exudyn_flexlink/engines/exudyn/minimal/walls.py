@@ -27,7 +27,7 @@ from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArr
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
-from exudyn_flexlink.engines.pair_events import PARTS, Seen, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.pair_events import Seen, calm, changed, first_of, late_by
 from exudyn_flexlink.engines.pressing import Laws, rubbing
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Channel, FaceContact, deepest_allowed, pairs
@@ -254,7 +254,7 @@ class WallWatch:
         self._ahead = end, stages.pick(-1)
         path = self._with_held_pairs_closed(self.seen.then(stages))
         pressing = self.walls.touching
-        restless = np.flatnonzero(~calm(path, self._lengths, pressing, step.h * PARTS))
+        restless = np.flatnonzero(~calm(path, self._lengths, pressing, step.h))
         if not len(restless):
             return None
         at_once = self.changed(step.t)
