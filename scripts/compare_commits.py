@@ -35,6 +35,8 @@ CASES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("textbook/slider_crank", "exudyn", ()),
     ("textbook/flexible_four_bar", "exudyn", ()),
     ("textbook/cam_follower", "exudyn", ()),
+    ("textbook/geneva_wheel", "exudyn", ()),
+    ("textbook/pump", "exudyn", ()),
     ("benchmarks/n_four_bar", "exudyn", ("accuracy.tolerance=1e-8",)),
     ("no_clearance", "lagrangian", ()),
     ("clearance", "lagrangian", ONE_TURN),

@@ -16,6 +16,7 @@ one look decides.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -99,20 +100,20 @@ def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, h: float) -> Bool
     The `path` (m, c) is that of its nodes. Between two of them gap and place cover no more than the
     mean of their speeds there tells, and what the largest second derivative adds.
     """
-    ways = []
-    for values, rates in ((path.gap, path.gap_rate), (path.place, path.slip)):
-        bend = np.abs(POLYNOMIAL.coefficients(values.T, h * rates.T, 2)).sum(axis=1)
-        speed = h * np.abs(rates)
-        ways.append(PARTS * (0.5 * (speed[:-1] + speed[1:]) + 0.25 * PARTS * bend))
-    deep, far = ways
-    gap, inside = path.gap[:-1] + path.gap[1:], np.minimum(path.place, lengths - path.place)
+    values = np.concatenate([path.gap, path.place], axis=1)
+    rates = h * np.concatenate([path.gap_rate, path.slip], axis=1)
+    bends = np.abs(POLYNOMIAL.coefficients(values.T, rates.T, 2)).sum(axis=1)
+    speeds = np.abs(rates)
+    ways = PARTS * (0.5 * (speeds[:-1] + speeds[1:]) + 0.25 * PARTS * bends)
+    deep, far = np.split(ways, 2, axis=1)
+    gap = path.gap[:-1] + path.gap[1:]
+    apart = gap > deep
+    if apart.all():
+        return ~pressing
+    inside = np.minimum(path.place, lengths - path.place)
     inside = inside[:-1] + inside[1:]
-    found = np.asarray(((gap > deep) | (inside < -far)).all(axis=0))
-    which = np.flatnonzero(pressing)
-    if len(which):
-        pressed = (gap < -deep) & (inside > far)
-        found[which] = pressed[:, which].all(axis=0)
-    return found
+    pressed = (gap < -deep) & (inside > far)
+    return np.where(pressing, pressed, apart | (inside < -far)).all(axis=0)
 
 
 def first_of(
@@ -222,11 +223,11 @@ class _OfFace:
 
 
 class Glimpse(NamedTuple):
-    """Gap (m) and its rate (m/s) of a contact, and its distance (m) if that is more."""
+    """Gap (m) and its rate (m/s) of a contact; beside its face, how far (m) that is."""
 
     gap: float
     gap_rate: float
-    distance: float
+    beside: float = -inf
 
 
 class Flight:
@@ -254,7 +255,7 @@ class Flight:
 
     def _glimpse(self, place: complex, rate: complex) -> Glimpse:
         seen = self._glance(place, rate)
-        return Glimpse(-seen.gap, -seen.gap_rate, -seen.gap) if self._way < 0 else seen
+        return seen._replace(gap=self._way * seen.gap, gap_rate=self._way * seen.gap_rate)
 
     def _at(self, part: float) -> Glimpse:
         if part not in self._seen:
@@ -276,13 +277,13 @@ class Flight:
         before, after = self._at(begin), self._at(end)
         speed = abs(chebyshev_sum(self._rate, 0.5 * (begin + end)))
         way = h * (speed + h * self._bend / 4)
-        if before.distance + after.distance > way:
+        if max(before.gap, before.beside) + max(after.gap, after.beside) > way:
             return True
         if way > self._radius:
             return None
         # Here all is nearer than `way`: no distance bends more than on a circle of that radius.
         turn = h * (self._bend + (speed + h * self._bend / 2) ** 2 / self._radius)
         sag = h * turn / 8
-        if min(before.gap, after.gap) > sag or before.gap_rate > turn:
+        if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
             return True
         return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None

@@ -226,9 +226,8 @@ class EventFinder:
         times = step.t + step.h * C[:-1]
         within = self.model.states(times, *step.at(times))
         paths = zip(*self._places(step, within, end, near), strict=True)
-        for k, (place, rate) in zip(near.tolist(), paths, strict=True):
+        for k, path in zip(near.tolist(), paths, strict=True):
             shape = self.model.contacts[k].shape
-            path = (1j * place.imag, 1j * rate.imag) if shape.straight else (place, rate)
             yield k, Flight(shape.glance, shape.feature, path, self._way(k))
 
     def _places(

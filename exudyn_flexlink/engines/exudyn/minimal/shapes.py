@@ -198,9 +198,9 @@ class _Face(Shape):
         return Look(touch, side * 1j * along, along, first.place, first, second)
 
     def glance(self, place: complex, rate: complex) -> Glimpse:
-        """How near it is, wherever along the face."""
-        gap = self._side * place.imag
-        return Glimpse(gap, self._side * rate.imag, gap)
+        """How near it is."""
+        beside = -distance_from_ends(place.real, self.length)
+        return Glimpse(self._side * place.imag, self._side * rate.imag, beside)
 
 
 class _Stop(Shape):
@@ -233,8 +233,7 @@ class _Stop(Shape):
 
     def glance(self, place: complex, rate: complex) -> Glimpse:
         """How near it is, by its angle."""
-        gap = self._way * (place.imag - self._bound)
-        return Glimpse(gap, self._way * rate.imag, gap)
+        return Glimpse(self._way * (place.imag - self._bound), self._way * rate.imag)
 
 
 class _Circles(Shape):
@@ -276,7 +275,7 @@ class _Circles(Shape):
         """How near they are, by the places of their centres."""
         far, way = abs(place), self._circles.way
         gap = way * (far - self._circles.distance)
-        return Glimpse(gap, way * _dot(place, rate) / far if far > 0 else -abs(rate), gap)
+        return Glimpse(gap, way * _dot(place, rate) / far if far > 0 else -abs(rate))
 
 
 class OnCurve(Shape):
@@ -332,13 +331,13 @@ class OnCurve(Shape):
         return Look(touch, normal, along, first.place, first, second, first.place, bend, grip)
 
     def glance(self, place: complex, rate: complex) -> Glimpse:
-        """How near the point is; beyond the ends of an open curve its end is what it is near to."""
+        """How near the point is."""
         foot, tangent, _ = self._at(*self._closest.on_curve(place.real, place.imag))
         way, apart = tangent / abs(tangent), place - foot
         gap = self._side * _cross(way, apart) - self._radius
-        beyond = 0.0 if self._curve.closed else _dot(way, apart)
-        distance = gap if abs(beyond) < BESIDE else abs(apart) - self._radius
-        return Glimpse(gap, self._side * _cross(way, rate), distance)
+        beyond = not self._curve.closed and abs(_dot(way, apart)) > BESIDE
+        beside = abs(apart) - self._radius if beyond else -inf
+        return Glimpse(gap, self._side * _cross(way, rate), beside)
 
     def follow(self, x: FloatArray | None) -> None:
         """Follow the point from here on along the piece where it is; None: nothing presses."""
@@ -439,8 +438,7 @@ class _OnFlat(OnCurve):
         seen = -1j * self._side * axis.conjugate()
         arm = axis * self._at(*self._closest.on_curve(seen.real, seen.imag))[0]
         gap = place.real / sqrt(2) + self._side * arm.imag
-        gap_rate = rate.real / sqrt(2) + self._side * arm.real * rate.imag / scale
-        return Glimpse(gap, gap_rate, gap)
+        return Glimpse(gap, rate.real / sqrt(2) + self._side * arm.real * rate.imag / scale)
 
     def steady_bend(self, look: Look) -> float:
         """As if the curve were the circle that fits it there: to the second order it is.
