@@ -91,7 +91,8 @@ def run(
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
                 told = progress if beside is None else beside.watch(progress)
-                result = engines.simulate(scene, engine, told)
+                make = engines.first_run if options.measure else engines.simulate
+                result = make(scene, engine, told)
         except LateInterruptError as error:
             return error.result, True
         return result, result.outcome.reason == INTERRUPTED
@@ -109,7 +110,7 @@ def measured(
     """
     try:
         with progress_bar(options.quiet, what) as progress, ends_runs():
-            return engines.measured(result, progress, beside), False
+            return engines.measured(result, progress, beside, first=True), False
     except LateInterruptError as error:
         return error.result, True
 

@@ -63,10 +63,25 @@ def simulate(
         ValueError: there is no such engine.
 
     """
-    if engine not in ENGINES:
-        raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
-    made = partial(_measured if measure else _run, scene, engine)
-    result = aside(partial(made, at_once=at_once) if measure else made, progress)
+    if measure:
+        return _aside(partial(_measured, scene, engine, at_once=at_once), progress)
+    return _aside(partial(_run, scene, engine), progress)
+
+
+def first_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:
+    """Make the first of two runs, as `simulate` would; `measured` makes the second one.
+
+    Raises:
+        KeyboardInterrupt: that was asked before the first step.
+        LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
+        NotRepresentableError: the engine can't represent a part of the scene.
+
+    """
+    return _aside(partial(_first_run, scene, engine), progress)
+
+
+def _aside(made: Callable[[Progress | None], Result], progress: Progress | None) -> Result:
+    result = aside(made, progress)
     if progress is not None and result.outcome.reason != INTERRUPTED:
         try:
             progress(1.0)
@@ -81,20 +96,25 @@ def _measured(scene: Scene, engine: str, progress: Progress | None, *, at_once: 
     then = progress and (lambda done: progress(FIRST + (1 - FIRST) * done))
     with Beside(scene, engine) if at_once else nullcontext() as beside:
         try:
-            result = _run(scene, engine, beside.watch(first) if beside else first)
+            result = _first_run(scene, engine, beside.watch(first) if beside else first)
         except LateInterruptError as error:
             raise LateInterruptError(given_up(error.result)) from None
-        return measured(result, then, beside)
+        return measured(result, then, beside, first=True)
 
 
 def measured(
-    result: Result, progress: Progress | None = None, beside: Beside | None = None
+    result: Result,
+    progress: Progress | None = None,
+    beside: Beside | None = None,
+    *,
+    first: bool = False,
 ) -> Result:
     """Make a second, finer run, and return the more accurate of both, with its error.
 
     See ``Result.error``. Warnings say from when on that may be more than the tolerance. A run that
     stopped, or that was made with a given step, is left as it is. The second one that has begun
-    `beside` it is waited for.
+    `beside` it is waited for. The coarser of both starts off by rounding (see `seeding`) if the run
+    was made as the `first` of two; else the second one does.
 
     Raises:
         LateInterruptError: the user did not wait; what is known, with a run that is whole, is in
@@ -104,7 +124,9 @@ def measured(
     scene, engine = result.scene, result.engine
 
     def again(share: float) -> Result:
-        return (beside and beside.made(progress)) or _run(scene, engine, progress, share)
+        seed = not first or _coarser(scene, engine, share)
+        made = beside and beside.made(progress)
+        return made or _run(scene, engine, progress, share, seed=seed)
 
     return measured_by(result, again)
 
@@ -116,19 +138,38 @@ def second_run(scene: Scene, engine: str, progress: Progress | None = None) -> R
         LateInterruptError: the user asked for the end after the solve; the result is in it.
 
     """
-    return _run(scene, engine, progress, partner(scene, _loaded(engine)[0].order(scene)))
+    share = partner(scene, _loaded(engine)[0].order(scene))
+    return _run(scene, engine, progress, share, seed=_coarser(scene, engine, share))
 
 
-def _run(scene: Scene, engine: str, progress: Progress | None, share: float = 1.0) -> Result:
+def _first_run(scene: Scene, engine: str, progress: Progress | None) -> Result:
+    return _run(scene, engine, progress, seed=_coarser(scene, engine, 1.0))
+
+
+def _coarser(scene: Scene, engine: str, share: float) -> bool:
+    """Tell whether the run with `share` of the tolerance is the coarser of the two of a scene."""
+    second = partner(scene, _loaded(engine)[0].order(scene))
+    return second < 1 if share == 1 else share > 1
+
+
+def _run(
+    scene: Scene,
+    engine: str,
+    progress: Progress | None,
+    share: float = 1.0,
+    *,
+    seed: bool = False,
+) -> Result:
     """Make one run, with a tolerance `share` times that of the scene, and diagnose it.
 
-    Other limits of steps are then such that they leave so much less of the error as well.
+    Other limits of steps are then such that they leave so much less of the error as well. With
+    `seed` it is off by what rounding may be.
     """
     room, threads = _loaded(engine)
     limits = share ** (1 / room.order(scene)) if share != 1 else 1.0
     # Matrices are small: numpy's threads would wait for one another most of the time.
     with deferrable_interrupts() as ctrl_c, threads.limit(limits=1, user_api="blas"):
-        result = room.run(retuned(scene, share, limits), progress, limits)
+        result = room.run(retuned(scene, share, limits), progress, limits, seed=seed)
     result = diagnosed(replace(result, scene=scene))
     versions = {package: version_of(package) for package in (THIS, *room.PACKAGES)}
     versions["python"] = python_version()
@@ -141,6 +182,8 @@ def _run(scene: Scene, engine: str, progress: Progress | None, share: float = 1.
 @cache
 def _loaded(engine: str) -> tuple[ModuleType, ThreadpoolController]:
     """Import an engine and, once for all runs, find the threads of what is then loaded."""
+    if engine not in ENGINES:
+        raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     return import_module(ENGINES[engine]), ThreadpoolController()
 
 

@@ -21,6 +21,11 @@ def instant(t: float, least: float) -> float:
     return max(least, CLOCK * abs(t))
 
 
+def later(t: float, by: float) -> float:
+    """Return the instant that is later than t (s) by so much (s), if at all, or as clocks tell."""
+    return t + instant(t, by) if by else t
+
+
 class Window:
     """Times from one such instant to the next."""
 

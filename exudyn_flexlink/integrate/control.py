@@ -24,7 +24,8 @@ FREELY = 0.3  # of the run: what moves freely keeps an error of its speed for ha
 class ErrorControl:
     """The same error (m) for every step, by the `tolerance` of the run; or `fixed` steps (s).
 
-    Other limits of steps are `limits` times as long as the problem states them.
+    Other limits of steps are `limits` times as long as the problem states them. Steps to events are
+    so much too long (s), `late`.
 
     Measured on the shipped scenes by `scripts/tolerance.py`: over two turns, the error of S and of
     the lever's tip is 0.01 to 0.5 of the tolerance, from 1e-3 to 1e-8 m, where that decides on the
@@ -34,6 +35,7 @@ class ErrorControl:
     tolerance: float
     fixed: float | None = None
     limits: float = 1.0
+    late: float = 0.0
     _before: tuple[float, float] | None = None  # length and error ratio of the last step
 
     @property

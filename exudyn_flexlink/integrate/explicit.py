@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.clock import instant, later
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
 
@@ -83,9 +83,14 @@ class ExplicitStepper:
 
     iterations = 0
 
-    def __init__(self, problem: SmoothProblem, tolerance: float, limits: float = 1.0) -> None:
-        """Other limits of steps than that by their error are `limits` times as long."""
-        self.problem, self._limits = problem, limits
+    def __init__(
+        self, problem: SmoothProblem, tolerance: float, limits: float = 1.0, late: float = 0.0
+    ) -> None:
+        """Other limits of steps than that by their error are `limits` times as long.
+
+        Steps to events are so much too long (s), `late`.
+        """
+        self.problem, self._limits, self._late = problem, limits, late
         self.relative = max(LEAST, RELATIVE * tolerance)
         self.absolute = max(LEAST, ABSOLUTE * tolerance)
         self.time = 0.0
@@ -120,7 +125,8 @@ class ExplicitStepper:
         event = self.problem.first_event(step)
         self.time = t
         if event is not None:
-            step, self.time = replace(step, h=event.time - step.t), event.time
+            self.time = later(event.time, self._late)
+            step = replace(step, h=self.time - step.t)
         self.steps, self.largest = self.steps + 1, max(self.largest, step.h)
         if step.h > instant(self.time, EVENT_TIME):
             self.smallest = min(self.smallest, step.h)

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.clock import instant, later
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
@@ -255,7 +255,7 @@ class ImplicitStepper:
         The polynomial in which the event was located is less accurate than a step's end. So that is
         moved a little, to where the event is.
         """
-        h = event.time - self.time
+        h = later(event.time, self.control.late) - self.time
         step = self._step(h)
         step = None if step is None else self._ending(event, step)
         given = self.control.fixed is not None

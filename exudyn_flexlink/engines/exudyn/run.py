@@ -25,11 +25,16 @@ def order(scene: Scene) -> int:
 
 
 def run(
-    scene: Scene, progress: Callable[[float], None] | None = None, limits: float = 1.0
+    scene: Scene,
+    progress: Callable[[float], None] | None = None,
+    limits: float = 1.0,
+    *,
+    seed: bool = False,
 ) -> Result:
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
-    Limits of steps, but that by their error, are `limits` times as long as usual.
+    Limits of steps, but that by their error, are `limits` times as long as usual. With `seed` it is
+    off by what rounding may be: see `seeding`.
 
     Raises:
         NotRepresentableError: the formulation that the scene asks for can't represent it.
@@ -39,7 +44,7 @@ def run(
     room: ModuleType = minimal if formulation(scene) == "minimal" else redundant
 
     def prepared() -> object:
-        return room.prepare(scene, assemble_scene(scene), progress, limits)
+        return room.prepare(scene, assemble_scene(scene), progress, limits, seed=seed)
 
     return timed(prepared, room.solve, room.finish)
 

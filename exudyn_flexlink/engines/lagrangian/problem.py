@@ -11,12 +11,13 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.coasting import SHORTEST_SWING
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, DepthBounds
-from exudyn_flexlink.engines.lagrangian.equations import Frame
+from exudyn_flexlink.engines.lagrangian.equations import Frame, moved_by
 from exudyn_flexlink.engines.lagrangian.impacts import Impacts
 from exudyn_flexlink.engines.lagrangian.model import turning_row
 from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.pair_events import NODES, Seen, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.seeding import seeded
 from exudyn_flexlink.engines.touching import FIRST, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.control import slow_motions
@@ -82,6 +83,14 @@ class Problem(HybridProblem):
         for k in pressed:
             self.change(0.0, k, Change.CLOSES, self.seen)
         self._settle_walls(0.0)
+
+    def start_off(self) -> None:
+        """Start off by what rounding may be: see `seeding`."""
+        model = self.system.model
+        at = self.system.frame(np.zeros(1), self.q[None], self.v[None])[0]
+        lengths = np.abs(moved_by(model.numbers, at)).max(axis=0)[model.first :]
+        self.q, self.v = seeded(model.assembly, (self.q, self.v), lengths)
+        self.look_now()
 
     # --- where it is --------------------------------------------------------------------------
 

@@ -22,6 +22,7 @@ from exudyn_flexlink.engines.lagrangian.problem import Problem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.pair_events import NODES
+from exudyn_flexlink.engines.seeding import LATE
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
@@ -65,22 +66,31 @@ def order(scene: Scene) -> int:
 
 
 def run(
-    scene: Scene, progress: Callable[[float], None] | None = None, limits: float = 1.0
+    scene: Scene,
+    progress: Callable[[float], None] | None = None,
+    limits: float = 1.0,
+    *,
+    seed: bool = False,
 ) -> Result:
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
-    Limits of steps, but that by their error, are `limits` times as long as usual.
+    Limits of steps, but that by their error, are `limits` times as long as usual. With `seed` it is
+    off by what rounding may be: see `seeding`.
 
     Raises:
         NotRepresentableError: the scene is not one guide, its link, and levers.
         SceneError: the scene can't be put together.
 
     """
-    return timed(lambda: prepare(scene, progress, limits), solve, finish)
+    return timed(lambda: prepare(scene, progress, limits, seed=seed), solve, finish)
 
 
 def prepare(
-    scene: Scene, progress: Callable[[float], None] | None = None, limits: float = 1.0
+    scene: Scene,
+    progress: Callable[[float], None] | None = None,
+    limits: float = 1.0,
+    *,
+    seed: bool = False,
 ) -> Prepared:
     """Build the equations, the event loop and what records it."""
     assembly = assemble_scene(scene)
@@ -93,11 +103,14 @@ def prepare(
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
     goal = turn_goal(scene, assembly)
     problem = Problem(system, recorder, goal, half_periods(assembly), end)
+    if seed:
+        problem.start_off()
     stepper: ImplicitStepper | ExplicitStepper
+    late = LATE * seed
     if explicit(scene, mechanism):
-        stepper = ExplicitStepper(problem, tolerance, limits)
+        stepper = ExplicitStepper(problem, tolerance, limits, late)
     else:
-        control = ErrorControl(tolerance, limits=limits)
+        control = ErrorControl(tolerance, limits=limits, late=late)
         stepper = ImplicitStepper(system, problem, control, error_times(mechanism, end), end)
     solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress)
     return Prepared(scene, model, system, problem, solution, laps, tolerance)

@@ -41,6 +41,7 @@ from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.engines.pressing import press_by
+from exudyn_flexlink.engines.seeding import seeded
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.clock import Window
@@ -76,7 +77,9 @@ class TreeForces(NamedTuple):
 class MinimalModel:
     """An Exudyn system with one tree; it solves nothing, only evaluates."""
 
-    def __init__(self, assembly: Assembly, layout: TreeLayout, events: list[Event]) -> None:
+    def __init__(
+        self, assembly: Assembly, layout: TreeLayout, events: list[Event], *, seed: bool = False
+    ) -> None:
         self.assembly, self.layout, self.events = assembly, layout, events
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
@@ -89,6 +92,8 @@ class MinimalModel:
         # How far (m) a unit of each coordinate moves a point.
         lengths = np.abs(self._moves_of_points(self.start[0])).max(0, initial=0.0)
         self._lengths = np.maximum(lengths, 1e-3 * lengths.max(initial=1.0))
+        if seed:
+            self.start = seeded(assembly, self.start, self._lengths)
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)

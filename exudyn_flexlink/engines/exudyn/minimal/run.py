@@ -20,6 +20,7 @@ from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import LOCKED_ADVICE, NO_SOLUTION, no_solution_advice
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.seeding import LATE
 from exudyn_flexlink.engines.touching import FIRST
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.clock import instant
@@ -40,7 +41,12 @@ NEAR = 1e-6  # of the run: where it ends, and where equations were found to have
 
 
 def prepare(
-    scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None, limits: float = 1.0
+    scene: Scene,
+    assembly: Assembly,
+    progress: Callable[[float], None] | None,
+    limits: float = 1.0,
+    *,
+    seed: bool = False,
 ) -> MinimalRun:
     """Build the tree, the loop and what records it; SceneError: it starts at a dead centre."""
     mechanism = assembly.mechanism
@@ -48,7 +54,7 @@ def prepare(
     end = end_of_run(scene, mechanism)
     events: list[Event] = []
     try:
-        model = MinimalModel(assembly, layout, events)
+        model = MinimalModel(assembly, layout, events, seed=seed)
     except DeadCentreError as error:
         hint = "it is a dead centre: start at another angle"
         raise SceneError(scene.document, [Mistake(("joints",), str(error), hint)]) from error
@@ -64,7 +70,7 @@ def prepare(
     except LockedError as error:
         own = Mistake(("joints", error.joint, "friction"), f"{error}, as it starts", error.advice)
         raise SceneError(scene.document, [own]) from error
-    control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits)
+    control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits, late=LATE * seed)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap = mechanism.knots(end), model.window.go_on
     leap(0.0, min(knots, default=inf))

@@ -46,6 +46,7 @@ class Prepared:
     assembly: Assembly
     system: System
     loop: Loop
+    seed: bool = False
 
 
 def finish(prepared: Prepared, complaint: str) -> Result:

@@ -22,6 +22,7 @@ from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.seeding import seeded
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import (
@@ -42,7 +43,12 @@ from exudyn_flexlink.scene import Scene
 
 
 def prepare(
-    scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None, limits: float = 1.0
+    scene: Scene,
+    assembly: Assembly,
+    progress: Callable[[float], None] | None,
+    limits: float = 1.0,
+    *,
+    seed: bool = False,
 ) -> Prepared:
     """Build the system, the loop and what records it.
 
@@ -69,7 +75,7 @@ def prepare(
     meter = ProgressMeter(progress, end)
     kinks = Kinks(assembly.mechanism, window)
     loop = Loop(chooser, slots, contacts, kinks, events, recorder, end, goal, knots, window, meter)
-    return Prepared(scene, assembly, system, loop)
+    return Prepared(scene, assembly, system, loop, seed)
 
 
 def built(
@@ -116,6 +122,10 @@ def solve(prepared: Prepared) -> str:
     system, loop = prepared.system, prepared.loop
     q, v, a = system.coordinates.start()
     data = system.mbs.systemData
+    if prepared.seed:
+        q, v = seeded(system.assembly, (q, v), system.coordinates.weights)
+        data.SetODE2Coordinates(q, Engine.ConfigurationType.Initial)
+        data.SetODE2Coordinates_t(v, Engine.ConfigurationType.Initial)
     # Exudyn's own initial accelerations miss what depends on time explicitly and are wrong for
     # quadratic constraints: these come from the mechanism's equations.
     data.SetODE2Coordinates_tt(a, Engine.ConfigurationType.Initial)
