@@ -43,9 +43,9 @@ def scene():
 
 def test_a_process_beside_gives_the_same_numbers(scene, started):
     told = []
-    found = simulate(scene, progress=told.append, measure=True, at_once=True)
+    found = simulate(scene, progress=told.append, measure=True)
     assert len(started) == 1
-    alone = simulate(scene, measure=True)
+    alone = measured(simulate(scene, first=True), first=True)
     assert len(started) == 1
     np.testing.assert_array_equal(found.poses, alone.poses)
     assert found.error == alone.error
@@ -55,10 +55,10 @@ def test_a_process_beside_gives_the_same_numbers(scene, started):
 @posix
 def test_a_process_that_dies_costs_nothing(scene, started):
     with Beside(scene, "exudyn") as other:
-        first = simulate(scene, progress=other.watch(None))
+        first = simulate(scene, progress=other.watch(None), first=True)
         started[0].kill()
-        found = measured(first, beside=other)
-    assert found.error == simulate(scene, measure=True).error
+        found = measured(first, beside=other, first=True)
+    assert found.error == measured(first, first=True).error
 
 
 @posix

@@ -373,7 +373,7 @@ def test_simulate_measures_unless_told_not_to(option, monkeypatch, capsys):
     """The first run is saved before the second is waited for."""
     there = []
 
-    def second(run, *_):
+    def second(run, *_, **__):
         there.append(load(Path("here")).error)
         return measured_by(run, lambda _: off_by(1e-6))
 

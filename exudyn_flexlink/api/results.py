@@ -318,7 +318,7 @@ def simulate(
 
     """
     try:
-        found = engines.simulate(scene, engine, progress, measure=measure, at_once=True)
+        found = engines.simulate(scene, engine, progress, measure=measure)
     except engines.LateInterruptError as late:  # all that it has computed is there
         found = late.result
     return own_result(found)

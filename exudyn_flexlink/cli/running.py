@@ -91,8 +91,7 @@ def run(
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
                 told = progress if beside is None else beside.watch(progress)
-                make = engines.first_run if options.measure else engines.simulate
-                result = make(scene, engine, told)
+                result = engines.simulate(scene, engine, told, first=options.measure)
         except LateInterruptError as error:
             return error.result, True
         return result, result.outcome.reason == INTERRUPTED

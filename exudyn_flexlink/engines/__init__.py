@@ -48,9 +48,11 @@ def simulate(
     progress: Progress | None = None,
     *,
     measure: bool = False,
-    at_once: bool = False,
+    first: bool = False,
 ) -> Result:
-    """Simulate a scene once, or with `measure` twice, see `measured`; long ones `at_once`.
+    """Simulate a scene once, or with `measure` twice: see `measured`.
+
+    One run is the `first` of two if `measured` is to make the second one.
 
     A run that fails is a Result too: see ``Result.outcome``. So is one that is asked to end while
     it is solved (see `interrupts`). A run whose own numbers are doubtful says so in its warnings.
@@ -63,25 +65,8 @@ def simulate(
         ValueError: there is no such engine.
 
     """
-    if measure:
-        return _aside(partial(_measured, scene, engine, at_once=at_once), progress)
-    return _aside(partial(_run, scene, engine), progress)
-
-
-def first_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:
-    """Make the first of two runs, as `simulate` would; `measured` makes the second one.
-
-    Raises:
-        KeyboardInterrupt: that was asked before the first step.
-        LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
-        NotRepresentableError: the engine can't represent a part of the scene.
-
-    """
-    return _aside(partial(_first_run, scene, engine), progress)
-
-
-def _aside(made: Callable[[Progress | None], Result], progress: Progress | None) -> Result:
-    result = aside(made, progress)
+    made = _measured if measure else _first_run if first else _run
+    result = aside(partial(made, scene, engine), progress)
     if progress is not None and result.outcome.reason != INTERRUPTED:
         try:
             progress(1.0)
@@ -90,13 +75,13 @@ def _aside(made: Callable[[Progress | None], Result], progress: Progress | None)
     return result
 
 
-def _measured(scene: Scene, engine: str, progress: Progress | None, *, at_once: bool) -> Result:
+def _measured(scene: Scene, engine: str, progress: Progress | None) -> Result:
     """Make a run and the second one."""
     first = progress and (lambda done: progress(FIRST * done))
     then = progress and (lambda done: progress(FIRST + (1 - FIRST) * done))
-    with Beside(scene, engine) if at_once else nullcontext() as beside:
+    with Beside(scene, engine) as beside:
         try:
-            result = _first_run(scene, engine, beside.watch(first) if beside else first)
+            result = _first_run(scene, engine, beside.watch(first))
         except LateInterruptError as error:
             raise LateInterruptError(given_up(error.result)) from None
         return measured(result, then, beside, first=True)
