@@ -62,7 +62,9 @@ def run_of(monkeypatch):
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
         if measure is not None:
-            monkeypatch.setattr("exudyn_flexlink.engines.measured", lambda run, *_, **__: measure(run))
+            monkeypatch.setattr(
+                "exudyn_flexlink.engines.measured", lambda run, *_, **__: measure(run)
+            )
 
     return put
 

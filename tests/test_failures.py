@@ -39,7 +39,7 @@ def files(folder):
 def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
     whole = replace(rigid_link(), error=NOT_ASKED, warnings=())
     monkeypatch.setattr(engines, "simulate", lambda *_, **__: whole)
-    monkeypatch.setattr(engines, "measured", lambda run, *_: run)
+    monkeypatch.setattr(engines, "measured", lambda run, *_, **__: run)
 
     def draw(result, folder, *_):
         (folder / "half.png").write_bytes(b"half")

@@ -240,7 +240,8 @@ class MinimalProblem:
         tells = isinstance(contact, RigidContact) == presses
         if contact.lets_go:
             tells = presses or self._finder.let_go(what.contact)
-        if slid or tells or meets(touch, step.end) or touch.gap_rate == 0:
+        beside = touch.inside < 0 or touch.gap_rate == 0
+        if slid or tells or beside or meets(touch, step.end):
             return slid
         return touch.gap / touch.gap_rate
 
@@ -272,10 +273,18 @@ class MinimalProblem:
             self._finder.frictions.cross(event.time, event.what)
         elif event.what.contact >= self._walls:
             self._change_walls(event.time, event.what.contact - self._walls)
+        elif self._has_passed(event.time, event.what.contact):
+            return
         elif event.what.contact in self.model.rigid.all:
             self._change_rigid(event.time, event.what.contact)
         else:
             self._change_contact(event.time, event.what.contact)
+
+    def _has_passed(self, time: float, k: int) -> bool:
+        """Tell that a point has passed the line of its face, beside it, before the step ended."""
+        touch = self._finder.touches[k]
+        what = self.model.touches.crossing(k, touch.gap, touch.inside)
+        return what is Change.PASSES and not meets(touch, time)
 
     def _next_piece(self, end: PieceEnd, time: float) -> None:
         """Go on along the next piece of a curve or a table; where there is none, the run stops."""
