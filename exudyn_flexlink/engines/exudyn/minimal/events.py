@@ -15,6 +15,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, TableF
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionWatch
 from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Moving
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve, RelativeMotion
 from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
@@ -69,11 +70,12 @@ class EventFinder:
         own = np.array([contact.length for contact in model.contacts])
         self._lengths = np.where(self._endless, inf, own)
         shapes = [contact.shape for contact in model.contacts]
-        self._motion = RelativeMotion(model.layout, model.kinematics, shapes)
+        self._motion = RelativeMotion(model.layout, shapes)
         self._straight = np.array([shape.straight for shape in shapes], dtype=bool)
         self._let_go = np.array([contact.lets_go for contact in model.contacts], dtype=bool)
-        self.x = x
-        self.walls = WallWatch(model.walls, x, v)
+        self.x, self._v = x, v
+        self._move = model.kinematics.moving
+        self.walls = WallWatch(model.walls, model.kinematics, self._move(x, v))
         self.kinks = KinkWatch(model)
         self.frictions = FrictionWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
@@ -82,7 +84,7 @@ class EventFinder:
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
         self.walls.accept(end)
-        self.x, self.touches = end.x, self._touches_at(end)
+        self.x, self._v, self.touches = end.x, end.v, self._touches_at(end)
         for k, touch in enumerate(self.touches):
             if touch.inside < 0:
                 self._sides.beside(k, touch.gap)
@@ -95,10 +97,13 @@ class EventFinder:
     def first(self, step: Step, end: TreeState) -> Event | None:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
-        found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step, end)]
-        if (touched := self.walls.first(step, end)) is not None:
-            what = ContactChange(len(self.touches) + touched[1])
-            found.append(Event(touched[0], what, bends=True))
+        found = self._ends_of_pieces(step, end)
+        if len(self._sides.sides):
+            nodes = self._at_nodes(step.stages.kept.state.pick(slice(-1)), end)
+            found += self._changes_of_contacts(step, nodes, end)
+            if (touched := self.walls.first(step, nodes, end)) is not None:
+                what = ContactChange(len(self.touches) + touched[1])
+                found.append(Event(touched[0], what, bends=True))
         if (kink := self.kinks.first(step)) is not None:
             found.append(kink)
         found += self.frictions.events(step)
@@ -109,8 +114,13 @@ class EventFinder:
 
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
-        self.touches = self._touches_at(end)
+        self._v, self.touches = end.v, self._touches_at(end)
         self.walls.accept(end)
+
+    def _at_nodes(self, within: TreeState, end: TreeState) -> Moving:
+        """How the links move at a step's nodes, of which those `within` and the end are known."""
+        x, v = np.vstack([self.x, within.x, end.x]), np.vstack([self._v, within.v, end.v])
+        return self._move(x, v)
 
     def _touches_at(self, end: TreeState) -> list[Touch]:
         """Touches at the end of a step, which are asked for again as it is accepted."""
@@ -180,12 +190,12 @@ class EventFinder:
 
     # --- contacts -----------------------------------------------------------------------------
 
-    def _changes_of_contacts(self, step: Step, end: TreeState) -> list[Event]:
+    def _changes_of_contacts(self, step: Step, nodes: Moving, end: TreeState) -> list[Event]:
         every = range(len(self.model.contacts))
         free = [not self.presses(k) and not self.let_go(k) for k in every]
         held = [k for k in every if not free[k]]
         times = [(self._change(k, step), k) for k in self._restless(step, end, held)]
-        for k, search in self._flights(step, end, np.flatnonzero(free)):
+        for k, search in self._flights(step, nodes, end, np.flatnonzero(free)):
             times.append((self._closing(k, first_part(search), step), k))
         return [Event(time, ContactChange(k)) for time, k in times if time is not None]
 
@@ -202,7 +212,7 @@ class EventFinder:
         return time - late if abs(late) < MOST_LATE * step.h else time
 
     def _flights(
-        self, step: Step, end: TreeState, free: IndexArray
+        self, step: Step, nodes: Moving, end: TreeState, free: IndexArray
     ) -> Iterator[tuple[int, Flight]]:
         """Contacts `free` that may close within a step, since the way in it is long enough.
 
@@ -210,7 +220,7 @@ class EventFinder:
         """
         if not len(free):
             return
-        place, rate = self._places(step, step.stages.kept.state.pick(slice(-1)), end, free)
+        place, rate = self._places(step.h, nodes, free)
         moved = POLYNOMIAL.coefficients(place, rate, 1)
         along, across = (np.abs(part).sum(axis=1) for part in (moved.real, moved.imag))
         straight = self._straight[free]
@@ -225,19 +235,18 @@ class EventFinder:
         # The last round of the iteration moved the stages a little, by more than a gap is rounded.
         times = step.t + step.h * C[:-1]
         within = self.model.states(times, *step.at(times))
-        paths = zip(*self._places(step, within, end, near), strict=True)
+        exact = self._at_nodes(within, end)
+        paths = zip(*self._places(step.h, exact, near), strict=True)
         for k, path in zip(near.tolist(), paths, strict=True):
             shape = self.model.contacts[k].shape
             yield k, Flight(shape.glance, shape.feature, path, self._way(k))
 
     def _places(
-        self, step: Step, within: TreeState, end: TreeState, which: IndexArray
+        self, h: float, nodes: Moving, which: IndexArray
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Places (c, nodes) of contacts at a step's nodes, m, and their rates, m per step."""
-        begin = step.begin.kept.state
-        nodes = (np.vstack(own) for own in zip(begin[:2], within[:2], end[:2], strict=True))
-        place, rate = self._motion.look(*nodes)
-        return place.T[which], step.h * rate.T[which]
+        """Places (c, n) of contacts at the nodes of a step of h (s), m, and rates, m per step."""
+        place, rate = self._motion.look(nodes)
+        return place.T[which], h * rate.T[which]
 
     def _restless(self, step: Step, end: TreeState, held: list[int]) -> list[int]:
         """Contacts that press, or have let go, of which it is not sure that nothing happens."""

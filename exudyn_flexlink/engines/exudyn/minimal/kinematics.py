@@ -110,6 +110,15 @@ class Rates(NamedTuple):
     spin: ComplexArray  # i times that of the angle
 
 
+class Moving(NamedTuple):
+    """Coordinates and speeds (..., links), and where the links are then, and how they move."""
+
+    x: FloatArray
+    v: FloatArray
+    places: Places
+    rates: Rates
+
+
 class LinkKinematics:
     """Kinematics of all links of a layout."""
 
@@ -147,6 +156,11 @@ class LinkKinematics:
         turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
         slid = at.slide * (v + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above, spin)
+
+    def moving(self, x: FloatArray, v: FloatArray) -> Moving:
+        """Look at coordinates and speeds (..., links)."""
+        at = self.places(x)
+        return Moving(x, v, at, self.rates(at, x, v))
 
     def bends(self, at: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray) -> Rates:
         """Second derivatives at accelerations (..., links)."""

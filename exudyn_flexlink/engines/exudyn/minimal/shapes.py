@@ -18,7 +18,7 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.curves import Closest, reach
 from exudyn_flexlink.engines.exudyn.faces import Circles, Faces, Touch, Vector, distance_from_ends
 from exudyn_flexlink.engines.exudyn.minimal.carriers import Carried, Carrier
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Moving, Points
 from exudyn_flexlink.engines.pair_events import Glimpse
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -141,11 +141,8 @@ def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
 class RelativeMotion:
     """Places of the first parts of contacts from the second ones, as their shapes ask for them."""
 
-    def __init__(
-        self, layout: TreeLayout, kinematics: LinkKinematics, shapes: Sequence[Shape]
-    ) -> None:
+    def __init__(self, layout: TreeLayout, shapes: Sequence[Shape]) -> None:
         between = [shape.between for shape in shapes]
-        self._kinematics = kinematics
         self._first = Points(layout, [pair.first for pair in between])
         self._second = Points(layout, [pair.second for pair in between])
         frames = [layout.frame(pair.axes) for pair in between]
@@ -158,10 +155,9 @@ class RelativeMotion:
             if pair.turns is not None
         ]
 
-    def look(self, x: FloatArray, v: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    def look(self, moving: Moving) -> tuple[ComplexArray, ComplexArray]:
         """Places (n, c), m, and their rates at coordinates and speeds (n, links)."""
-        at = self._kinematics.places(x)
-        rates = self._kinematics.rates(at, x, v)
+        x, v, at, rates = moving
         back = at.axis.take(self._axes, axis=-1).conj() * self._back
         place = back * (self._first.places(at) - self._second.places(at))
         rate = back * (self._first.rates(at, rates) - self._second.rates(at, rates))

@@ -26,7 +26,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Moving, Places
 from exudyn_flexlink.engines.pair_events import Seen, calm, changed, first_of, late_by
 from exudyn_flexlink.engines.pressing import Laws, rubbing
 from exudyn_flexlink.integrate.radau import Step
@@ -74,15 +74,14 @@ class WallFaces:
         some._any_held = bool(some.held.any())
         return some
 
-    def look(self, x: FloatArray, v: FloatArray) -> Seen:
+    def look(self, moving: Moving) -> Seen:
         """Look at all pairs at coordinates and speeds (..., links)."""
-        at = self._kinematics.places(x)
-        rates = self._kinematics.rates(at, x, v)
+        at, rates = moving.places, moving.rates
         links, bases = self._links, self._bases
         arms, back, moved = self._between(at)
-        moving = rates.origin.take(links, axis=-1) - rates.origin.take(bases, axis=-1)
-        moving += rates.spin.take(links, axis=-1) * arms
-        rate = back * moving - rates.spin.take(bases, axis=-1) * moved
+        between = rates.origin.take(links, axis=-1) - rates.origin.take(bases, axis=-1)
+        between += rates.spin.take(links, axis=-1) * arms
+        rate = back * between - rates.spin.take(bases, axis=-1) * moved
         return self._seen(moved - self._start, rate)[0]
 
     def look_and_gradients(self, x: FloatArray, v: FloatArray) -> tuple[Seen, Gradients]:
@@ -214,11 +213,11 @@ class Walls:
 class WallWatch:
     """Looks at steps; `seen` are all pairs at the end of the last one accepted."""
 
-    def __init__(self, walls: Walls, x: FloatArray, v: FloatArray) -> None:
-        self.walls = walls
+    def __init__(self, walls: Walls, kinematics: LinkKinematics, begin: Moving) -> None:
+        self.walls, self._kinematics = walls, kinematics
         self._lengths, self._held = self.walls.faces.length, self.walls.faces.held
         self._any_held = bool(self._held.any())
-        self.seen = self.walls.faces.look(x, v)
+        self.seen = self.walls.faces.look(begin)
         self._ahead: tuple[TreeState, Seen] | None = None  # at the end of the last step looked at
 
     def _with_held_pairs_closed(self, seen: Seen) -> Seen:
@@ -232,7 +231,7 @@ class WallWatch:
     def _at_end(self, end: TreeState) -> Seen:
         """All pairs at the end of a step, which is asked for again as it is accepted."""
         if self._ahead is None or self._ahead[0] is not end:
-            self._ahead = end, self.walls.faces.look(end.x, end.v)
+            self._ahead = end, self.walls.faces.look(self._kinematics.moving(end.x, end.v))
         return self._ahead[1]
 
     def touch(self, k: int) -> Touch:
@@ -244,15 +243,16 @@ class WallWatch:
         seen = self._with_held_pairs_closed(self.seen)
         return np.flatnonzero(changed(seen, self._lengths, self.walls.touching, time, there))
 
-    def first(self, step: Step, end: TreeState) -> tuple[float, int] | None:
-        """Instant (s) and pair of the first event within a step; None if there is none."""
+    def first(self, step: Step, nodes: Moving, end: TreeState) -> tuple[float, int] | None:
+        """Instant (s) and pair of the first event within a step; None if there is none.
+
+        The links move so at the step's `nodes`, the last of which is its `end`.
+        """
         if not self.walls.contacts:
             return None
-        x, v = step.stages.kept.state[:2]
-        x, v = np.concatenate([x[:-1], end.x[None]]), np.concatenate([v[:-1], end.v[None]])
-        stages = self.walls.faces.look(x, v)
-        self._ahead = end, stages.pick(-1)
-        path = self._with_held_pairs_closed(self.seen.then(stages))
+        seen = self.walls.faces.look(nodes)
+        self._ahead = end, seen.pick(-1)
+        path = self._with_held_pairs_closed(seen)
         pressing = self.walls.touching
         restless = np.flatnonzero(~calm(path, self._lengths, pressing, step.h))
         if not len(restless):
