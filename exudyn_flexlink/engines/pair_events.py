@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,11 +47,6 @@ class Seen(NamedTuple):
     def pick(self, which: int | slice) -> Seen:
         """Return some of the instants."""
         return Seen(*(own[which] for own in self))
-
-    def then(self, others: Seen) -> Seen:
-        """Return them at one instant, followed by those at several others."""
-        both = zip(self, others, strict=True)
-        return Seen(*(np.concatenate([one[None], after]) for one, after in both))
 
     def closed(self, which: BoolArray) -> Seen:
         """The same with some as if behind a face that never opens: what is held from both sides."""
@@ -113,7 +108,7 @@ def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, h: float) -> Bool
     inside = np.minimum(path.place, lengths - path.place)
     inside = inside[:-1] + inside[1:]
     pressed = (gap < -deep) & (inside > far)
-    return np.where(pressing, pressed, apart | (inside < -far)).all(axis=0)
+    return np.asarray(np.where(pressing, pressed, apart | (inside < -far)).all(axis=0))
 
 
 def first_of(
@@ -138,24 +133,12 @@ def little(rate: float, time: float) -> float:
     return EXACT + abs(rate) * instant(time, EVENT_TIME)
 
 
-class Search(Protocol):
-    """Event function of a contact by parts of a step (0 to 1), positive until something happens."""
+def first_part(search: _OfFace | Flight) -> float | None:
+    """Part of the step after which something happens first; None if nothing does.
 
-    def value(self, part: float) -> float:
-        """Value, m."""
-
-    def rate(self, part: float) -> float:
-        """Its slope, m per step."""
-
-    def sure(self, begin: float, end: float) -> bool | None:
-        """Whether nothing happens from `begin` to `end`: True; False: one look at the end tells.
-
-        None: not known.
-        """
-
-
-def first_part(search: Search) -> float | None:
-    """Part of the step after which something happens first; None if nothing does."""
+    A search is `sure` of a part that nothing happens in it (True), or that one look at its end
+    tells (False), or does not know.
+    """
     left, since = [(0.0, 1.0)], 0.0  # since when the value is zero, but for rounding
     while left:
         begin, end = left.pop()
@@ -180,7 +163,8 @@ def first_part(search: Search) -> float | None:
 class _OfFace:
     """Search of a contact with a face: by its gap, and how far it is beyond both ends of the face.
 
-    It presses as long as all three are below zero, and is apart as long as one is above.
+    Its value is positive until something happens. It presses as long as all three are below zero,
+    and is apart as long as one is above.
     """
 
     def __init__(self, gap: FloatArray, place: FloatArray, length: float, way: float) -> None:
@@ -211,7 +195,7 @@ class _OfFace:
         return self._at(part)[1]
 
     def sure(self, begin: float, end: float) -> bool | None:
-        """Whether it is sure of one of them, or, where it presses, of all three."""
+        """Whether surely nothing happens: by one of them, or, where it presses, by all three."""
         h = end - begin
         columns = zip(self._all_at(begin), self._all_at(end), self._bends, strict=True)
         sure = [
@@ -231,7 +215,10 @@ class Glimpse(NamedTuple):
 
 
 class Flight:
-    """Search of a contact that is apart, by how its first part moves in the second one's axes."""
+    """Search of a contact that is apart, by how its first part moves in the second one's axes.
+
+    Its value is positive until something happens.
+    """
 
     def __init__(
         self,
@@ -245,9 +232,10 @@ class Flight:
         That is the smallest radius (m) of what the place can't cross. The `path` are places (n,) at
         a step's nodes, m, and rates, m per step; `way` is -1 behind a face.
         """
-        nodes = [own[None] for own in path]
-        self._place, self._rate = (POLYNOMIAL.coefficients(*nodes, k)[0].tolist() for k in (0, 1))
-        self._bend = float(np.abs(POLYNOMIAL.coefficients(*nodes, 2)).sum())
+        nodes = path[0][None], path[1][None]
+        place, rate, bend = (POLYNOMIAL.coefficients(*nodes, order)[0] for order in range(3))
+        self._place, self._rate = place.tolist(), rate.tolist()
+        self._bend = float(np.abs(bend).sum())
         self._glance, self._radius, self._way = glance, 0.5 * feature, way
         # At the ends nothing is lost by rounding: how it parts from what it just touched counts.
         ends = zip((0.0, 1.0), path[0][[0, -1]].tolist(), path[1][[0, -1]].tolist(), strict=True)
@@ -272,7 +260,7 @@ class Flight:
         return self._at(part).gap_rate
 
     def sure(self, begin: float, end: float) -> bool | None:
-        """Whether the way is too short for a touch, or so straight that the ends tell."""
+        """Whether surely nothing happens: the way is short, or so straight that the ends tell."""
         h = end - begin
         before, after = self._at(begin), self._at(end)
         speed = abs(chebyshev_sum(self._rate, 0.5 * (begin + end)))

@@ -66,7 +66,7 @@ class StepPolynomial:
         at, slope = _rows(nodes, 2 * count)
         self._derivatives = [np.linalg.inv(np.vstack([at, slope]))]
         for _ in range(2):
-            self._derivatives.append(chebyshev.chebder(self._derivatives[-1], scl=2))
+            self._derivatives.append(np.asarray(chebyshev.chebder(self._derivatives[-1], scl=2)))
         at, slope = _rows(nodes, count)
         self._slopes = slope @ np.linalg.inv(at)
 

@@ -81,7 +81,7 @@ class Shape(Protocol):
     length: float
     """Of the face or the curve, or around the second circle, m."""
     between: Between
-    straight = False
+    straight: bool = False
 
     @property
     def feature(self) -> float:
@@ -225,7 +225,7 @@ class _Stop(Shape):
 
     def with_angle(self, place: ComplexArray, angle: FloatArray) -> ComplexArray:  # noqa: ARG002
         """Return the angle as if it were a place."""
-        return 1j * angle
+        return np.asarray(1j * angle)
 
     def glance(self, place: complex, rate: complex) -> Glimpse:
         """How near it is, by its angle."""
@@ -425,7 +425,7 @@ class _OnFlat(OnCurve):
     def with_angle(self, place: ComplexArray, angle: FloatArray) -> ComplexArray:
         """Places across the face, and what the farthest place turns, so that both may add up."""
         turned = angle * self._farthest
-        return sqrt(2) * (self._side * place.imag + 1j * turned)
+        return np.asarray(sqrt(2) * (self._side * place.imag + 1j * turned))
 
     def glance(self, place: complex, rate: complex) -> Glimpse:
         """How near the curve is, by its origin's place across the face, and its angle there."""
