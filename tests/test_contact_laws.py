@@ -9,7 +9,7 @@ import pytest
 from cli_runs import MODELS
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import with_impact
@@ -293,3 +293,16 @@ def test_cylinders_in_redundant_coordinates_and_laws_without_a_rest_are_refused(
     law = "joints.sleeve.law={type: flores, stiffness: 1e7, restitution: 0.5}"
     with pytest.raises(SceneError, match="what holds a link on its axis is a 'penalty'"):
         load_scene(MODELS / "supported.yaml", [law])
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.2])
+def test_the_half_period_of_a_power_law_is_how_long_a_mass_stays(exponent):
+    """At 1 m/s: m v v' = -K d^n, so that t = 2 times the integral of dd/v to the deepest place."""
+    law, mass = PowerPenalty(3e5, exponent), 0.7
+    deepest = ((exponent + 1) * mass / (2 * 3e5)) ** (1 / (exponent + 1))
+
+    def slowness(s):  # d = deepest (1 - s^2): the end of the integral is smooth
+        return 2 * s * deepest / np.sqrt(1 - (1 - s * s) ** (exponent + 1))
+
+    once = quad(slowness, 0, 1)[0]
+    assert law.half_period(mass) == pytest.approx(2 * once, rel=1e-6)

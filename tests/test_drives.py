@@ -271,6 +271,31 @@ def test_a_force_that_turns_with_its_body(settings, off):
     np.testing.assert_allclose(found, expected, atol=1e3 * off)
 
 
+WELDED = """
+bodies:
+  arm: {type: rigid, mass: 2, inertia: 0.3, points: {hub: [0, 0], end: [0.5, 0]}}
+  plate: {type: rigid, mass: 1, inertia: 0.1, points: {foot: [0, 0], tip: [0.2, 0]}}
+joints:
+  pivot: {type: revolute, points: [ground, arm.hub], at: [0, 0]}
+  seam: {type: weld, points: [arm.end, plate.foot], angle: 40 deg}
+drives: {m: {type: force, point: plate.tip, axes: plate, value: [3, 4]}}
+initial: {angles: {arm: 0}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@BOTH
+def test_a_force_in_the_axes_of_a_part_that_is_welded_at_an_angle(settings, off):
+    """Its moment about the pivot stays as it is: the plate turns with the arm, 40 deg ahead."""
+    turn = np.exp(1j * np.radians(40))
+    inertia = 0.3 + 0.1 + 1 * 0.5**2  # its middle is where its foot is
+    moment = np.imag(np.conj(0.5 + 0.2 * turn) * (3 + 4j) * turn)
+    result = simulate(scene(WELDED, *settings), measure=False)
+    turned = moment / inertia * result.time**2 / 2
+    np.testing.assert_allclose(angle(result, "arm"), turned, atol=10 * off)
+
+
 CHAIN = """
 bodies:
   upper: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [1, 0]}}

@@ -198,6 +198,39 @@ drives: {{motor: {{type: torque, joint: one, value: 2}}}}
     assert not result.gear_forces
 
 
+@BOTH
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("teeth", [(60, 20), (20, 60)])
+def test_pins_bear_what_teeth_of_an_internal_gear_push(teeth, swapped, formulation):
+    """Whichever is the ring: both turn one way, and their axes are 40 mm apart along x.
+
+    Where they mesh, beyond the axis of the smaller one, teeth push along y.
+    """
+    first, second = teeth
+    joints, counts = (["a", "b"], teeth) if not swapped else (["b", "a"], (second, first))
+    text = f"""
+bodies:
+  one: {{type: rigid, mass: 1, inertia: 4.0e-3, points: {{o: [0, 0]}}}}
+  two: {{type: rigid, mass: 1, inertia: 1.0e-3, points: {{o: [0, 0]}}}}
+joints:
+  a: {{type: revolute, points: [ground, one.o], at: [0, 0]}}
+  b: {{type: revolute, points: [ground, two.o], at: [40 mm, 0]}}
+  mesh: {{type: gear, joints: {joints}, teeth: {list(counts)}, internal: true}}
+drives: {{motor: {{type: torque, joint: b, value: 2}}}}
+"""
+    result = run(text + END, f"solver.formulation={formulation}", "run.duration=0.01")
+    ratio = second / first
+    acceleration = 2 / (1e-3 + 4e-3 * ratio**2)
+    assert result.rates[-1, :, 2] == pytest.approx(
+        [0.01 * acceleration * ratio, 0.01 * acceleration], rel=1e-6
+    )
+    way = 1 if first > second else -1  # on which side of the first axis they mesh
+    tooth = 4e-3 * acceleration * ratio / (1e-3 * first)
+    assert abs(result.gear_forces["mesh"][-1]) == pytest.approx(tooth, rel=1e-6)
+    assert result.joint_forces["a"][-1] == pytest.approx([0, -way * tooth], abs=1e-5)
+    assert result.joint_forces["b"][-1] == pytest.approx([0, way * tooth], abs=1e-5)
+
+
 PLAIN = (
     f"""
 bodies: {{one: {WHEEL}, two: {WHEEL}, three: {WHEEL}}}

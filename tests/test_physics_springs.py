@@ -237,3 +237,20 @@ accuracy: {tolerance: 1.0e-6}
     expected = np.broadcast_to([-8.0, -6.0], still.spring_forces["rope"].shape)
     np.testing.assert_allclose(still.spring_forces["rope"], expected, rtol=1e-14)
     assert still.energy.stored[0] == pytest.approx(5 + 9.81 * 3, rel=1e-14)
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+@pytest.mark.parametrize(("points", "way"), [("[ground, rod.o]", 1), ("[rod.o, ground]", -1)])
+def test_a_torsional_spring_rests_at_the_angle_of_the_second_body(points, way, formulation):
+    """Released at 0, J theta'' = -k (theta - 0.4): it swings about 0.4 rad, or -0.4."""
+    text = f"""
+bodies: {{rod: {{type: rigid, mass: 1, inertia: 0.2, points: {{o: [0, 0]}}}}}}
+joints: {{pin: {{type: revolute, points: {points}, at: [0, 0]}}}}
+springs: {{s: {{type: torsional, joint: pin, stiffness: 5, rest_angle: 0.4}}}}
+initial: {{angles: {{rod: 0}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+    rod = run(text, f"solver.formulation={formulation}")
+    right = way * 0.4 * (1 - np.cos(sqrt(5 / 0.2) * rod.time))
+    np.testing.assert_allclose(angle(rod, "rod"), right, atol=1e-7)
