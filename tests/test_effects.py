@@ -282,3 +282,22 @@ def test_a_buffer_that_a_spring_ties_to_another_body_stays(scene):
     tie = "  tie: {type: linear, points: [block.b, buffer.p], stiffness: 1}\ncontacts:"
     tied = idealise(scene_from(SPRUNG.replace("contacts:", tie)), ["impact"])
     assert list(tied.bodies) == ["block", "buffer"]
+
+
+def test_dampers_given_by_a_ratio_go_with_damping():
+    """A lever on its spring then swings for ever: no energy is lost."""
+    text = """title: lever
+bodies: {lever: {type: rigid, mass: 1, inertia: 0.1, points: {hub: [0, 0]}}}
+joints: {pivot: {type: revolute, points: [ground, lever.hub], at: [0, 0]}}
+springs: {s: {type: torsional, joint: pivot, frequency: 5 Hz, damping_ratio: 0.2, rest_angle: 0}}
+initial: {angles: {lever: 0.3}}
+run: {duration: 0.5}
+accuracy: {tolerance: 1.0e-7}
+"""
+    damped = scene_of(parse_document(text, "lever.yaml"))
+    lost = [
+        simulate(scene, measure=False).energy.dissipated[-1]
+        for scene in (damped, idealise(damped, ["damping"]))
+    ]
+    assert lost[0] > 0.9 * 0.5 * 0.1 * (10 * np.pi) ** 2 * 0.3**2
+    assert lost[1] == 0

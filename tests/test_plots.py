@@ -11,7 +11,8 @@ from results import texts, words
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import State, contact_states, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
@@ -23,8 +24,11 @@ from exudyn_flexlink.plots import (
     lever,
     mechanism,
 )
+from exudyn_flexlink.plots.outline import pitch_circles
+from exudyn_flexlink.plots.panels import along
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
 from exudyn_flexlink.shipped import model_file
+from exudyn_flexlink.source import parse_document
 
 CART = """
 title: A cart that hits a stop
@@ -229,3 +233,32 @@ def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
     drawn = figures(replace(rigid, poses=poses))
     for name in ("coordinates", "forces"):
         assert "time (s)" in words(drawn[name]).splitlines(), name
+
+
+def test_a_run_without_a_crank_is_drawn_over_seconds():
+    """The cart is at its stop at 0 s, and runs for one second."""
+    result = simulate(scene_of(parse_document(CART, "cart.yaml")), measure=False)
+    x, label = along(result)
+    assert label == "time (s)"
+    np.testing.assert_array_equal(x, result.time)
+    axes = coordinates(result).axes
+    assert label in [panel.get_xlabel() for panel in axes]
+    assert all(panel.get_xlim() == (0, 1) for panel in axes if panel.lines)
+
+
+def test_pitch_circles_of_gears_touch_where_they_mesh():
+    """Of teeth 20 and 30, their axes 0.1 m apart: circles of 40 and 60 mm, on the axes."""
+    wheel = "{type: rigid, mass: 1, inertia: 1.0e-3, points: {o: [0, 0]}}"
+    text = f"""title: gears
+bodies: {{one: {wheel}, two: {wheel}}}
+joints:
+  a: {{type: revolute, points: [ground, one.o], at: [0, 0]}}
+  b: {{type: revolute, points: [ground, two.o], at: [0.1, 0]}}
+  mesh: {{type: gear, joints: [a, b], teeth: [20, 30]}}
+run: {{duration: 0.1}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+    mechanism = build_mechanism(scene_of(parse_document(text, "gears.yaml")))
+    (gear,) = mechanism.gears
+    assert [radius for _, radius in pitch_circles(gear)] == pytest.approx([0.04, 0.06])
+    assert [anchor.part for anchor, _ in pitch_circles(gear)] == [0, 1]

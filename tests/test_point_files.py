@@ -211,7 +211,10 @@ def test_point_files_stay_in_the_models_folder(tmp_path):
     outside = tmp_path / "secret.csv"
     outside.write_text("0,0\n1,0\n1,1\n0,1\n")
     os.symlink(outside, inside / "link.csv")
-    for file in ("../secret.csv", str(outside), "link.csv"):
+    sibling = tmp_path / "model_secret" / "x.csv"  # its path begins as the model's folder does
+    sibling.parent.mkdir()
+    sibling.write_text(outside.read_text())
+    for file in ("../secret.csv", str(outside), "link.csv", "../model_secret/x.csv", str(sibling)):
         with pytest.raises(SceneError, match="must be in the model's folder"):
             spline_scene(inside, file)
         assert spline_scene(inside, file, allow_outside=True).curves

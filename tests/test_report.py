@@ -1,5 +1,6 @@
 """What `check` and a run say, against closed forms and the model files."""
 
+import json
 import re
 from dataclasses import replace
 from math import inf, pi, sqrt
@@ -10,12 +11,15 @@ from cli_runs import NO_CLEARANCE, RIGID, row
 from results import LENGTH, LEVER_DAMPING, LEVER_FREQUENCY, LEVER_PEAK, rigid_link, tilting_link
 
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.ending import RADAU
-from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text
 from exudyn_flexlink.report.text import WIDTH
 from exudyn_flexlink.result import EngineSettings
+from exudyn_flexlink.source import parse_document
+from exudyn_flexlink.storage import save
 
 WAYS = ("minimal", "redundant")
 
@@ -138,3 +142,23 @@ def test_a_run_says_how_the_link_stood_in_its_guide():
 @pytest.mark.parametrize("run", [rigid_link(), tilting_link()], ids=["strikes", "touches"])
 def test_tables_of_a_run_fit_a_terminal(run):
     assert max(len(line) for line in run_text(run).splitlines() if line[:1] == " ") <= WIDTH
+
+
+def test_the_deepest_penetration_is_told_as_a_depth(tmp_path):
+    """A ball of 2 kg at 0.5 m/s on a spring of 8e4 N/m, without losses: v sqrt(m/k) = 2.5 mm."""
+    text = """title: ball
+curves: {floor: {type: line, from: [-1, 0], to: [1, 0]}}
+bodies: {ball: {type: rigid, mass: 2, inertia: 1.0e-3}}
+contacts: {pad: {type: point_on_curve, point: ball.centre, curve: floor, side: left,
+           law: {type: hertz, exponent: 1, stiffness: 8.0e4}}}
+initial: {positions: {ball: [0, 0.01]}, velocities: {ball: [0, -0.5]}}
+run: {duration: 0.1}
+accuracy: {tolerance: 1.0e-8}
+"""
+    result = simulate(scene_of(parse_document(text, "ball.yaml")), measure=False)
+    assert result.checks.largest_penetration == pytest.approx(2.5e-3, rel=1e-6)
+    assert "penetration 0.0025 m at most" in " ".join(run_text(result).split())
+    save(result, tmp_path)
+    told = json.loads((tmp_path / "summary.json").read_text())
+    assert told["checks"]["largest_penetration"] == pytest.approx(2.5e-3, rel=1e-6)
+    assert result.intervals["pad"].penetration == pytest.approx([2.5e-3], rel=1e-6)

@@ -155,3 +155,13 @@ def test_a_bouncing_ball_settles_at_its_rate():
     assert abs(found.exponent.value - rate) < found.exponent.uncertainty
     assert found.exponent.value == pytest.approx(rate, rel=0.05)
     assert found.repeating.laps == 1
+
+
+def test_an_error_grows_to_a_limit_in_the_time_that_the_exponent_tells():
+    """From 1e-9 to 1e-3 it takes ln(1e6) times: e-folds of 1/rate."""
+    rate = 0.7
+    found = exponent(exact((rate, -0.2)), np.zeros(2), np.arange(0.0, 40.5, 0.5))
+    assert found.horizon(1e-9, 1e-3) == pytest.approx(6 * log(10) / rate, rel=1e-3)
+    assert found.horizon(1e-3, 1e-3) == 0
+    settling = exponent(exact((-0.4, -3.0)), np.zeros(2), np.arange(0.0, 40.5, 0.5))
+    assert settling.horizon(1e-9, 1e-3) == np.inf

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.storage import StorageError, load, save, staged_folder
+from exudyn_flexlink.storage import (
+    StorageError,
+    load,
+    save,
+    staged_folder,
+    trajectory_columns,
+)
 from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
 
 
@@ -180,3 +186,12 @@ def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
     with pytest.raises(error):
         write()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_velocities_of_a_trajectory_are_the_slopes_of_its_places(rigid):
+    columns = trajectory_columns(rigid, "link.end")
+    for axis in "xy":
+        slopes = np.gradient(columns[f"{axis}_m"], rigid.time)[1:-1]
+        told = columns[f"v{axis}_m_per_s"][1:-1]
+        assert np.abs(slopes - told).max() < 0.02 * np.abs(told).max()
+        assert np.sign(slopes @ told) == 1

@@ -93,6 +93,18 @@ def test_a_number_that_is_off_costs_the_exit_code(files, capsys):
     assert "closed form: it turns evenly" in told
 
 
+@pytest.mark.parametrize(("allowances", "fine"), [(0.9, True), (1.1, False), (3, False)])
+def test_a_number_is_off_by_more_than_is_allowed(allowances, fine, files):
+    """It is told by the value that is published: the run itself is right to 1e-9 m."""
+    value = 0.5403023058681398 + allowances * 1e-5
+    text = NUMBERS.replace("value: 0.5403023058681398, allowed: 1.0e-8",
+                           f"value: {value!r}, allowed: 1.0e-5")  # fmt: skip
+    files.write_text(text, encoding="utf-8")
+    (found,) = verified(files)
+    assert found.numbers[0].fine == found.fine == fine
+    assert found.numbers[0].difference == pytest.approx(allowances * 1e-5, abs=1e-8)
+
+
 MISTAKES = {
     "value: 2, allowed_part: 1.0e-9": ("value: 2", "needs 'allowed' or 'allowed_part'"),
     "axis: x, at: 0.5": ("axis: z, at: 0.5", "must be one of x, y"),
