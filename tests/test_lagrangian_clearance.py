@@ -12,8 +12,8 @@ import pytest
 from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.mechanism import EnergyMeter, anchor_position, approach, build_mechanism, pairs
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.mechanism import anchor_position, approach, build_mechanism, pairs
 from exudyn_flexlink.observables import common_times, path, separation
 
 PIVOT = np.array([0.02, 0.0])
@@ -106,6 +106,8 @@ def sums_up_its_samples(result):
         impulse, jump = np.trapezoid(press, time), SAMPLE * press.max()
         assert touches.impulse[i] == pytest.approx(impulse, rel=1e-4, abs=jump)
         lost, jump = -np.trapezoid(power, time), SAMPLE * np.abs(power).max()
+        if np.isinf(end):  # what its spring stores is not lost
+            lost -= float(channel.law.stored_energy(-at.gap[-1]))
         assert touches.energy_lost[i] == pytest.approx(lost, rel=1e-4, abs=jump)
         assert touches.peak_force[i] == pytest.approx(press.max(), rel=1e-3)
         assert touches.approach_speed[i] == pytest.approx(-at.gap_rate[0], rel=1e-2)
@@ -127,9 +129,7 @@ def test_the_touches_lose_what_the_whole_run_loses(case):
     undamped = ("bodies.link.hinges.damping=0", "springs={}", FRICTION)
     result = run(*KICKED[case], *undamped, "run={duration: 8 ms}")
     touches, energy = result.sleeves["sleeve"].touches, result.energy
-    hinges = EnergyMeter(assemble_scene(result.scene).mechanism).potential(result.poses[-1:])
-    pressed = energy.stored[-1] - float(hinges[0])
-    assert touches.energy_lost.sum() == pytest.approx(energy.dissipated[-1] + pressed, rel=1e-7)
+    assert touches.energy_lost.sum() == pytest.approx(energy.dissipated[-1], rel=1e-7)
     assert energy.dissipated[-1] > 1e-5
 
 

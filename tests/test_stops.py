@@ -10,7 +10,8 @@ from test_physics_tools import alone, scene
 import exudyn_flexlink as fl
 from exudyn_flexlink.accuracy.sources import with_stiffer_contacts
 from exudyn_flexlink.effects import idealise, with_impact
-from exudyn_flexlink.observables import force_peaks
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.observables import force_peaks, strikes
 from exudyn_flexlink.plots.forces import forces
 from exudyn_flexlink.report.comparison import comparison_text
 from exudyn_flexlink.report.contacts import strike_table
@@ -221,3 +222,40 @@ def test_what_is_told_of_a_hinge_is_told_as_angles_and_torques():
     arrays = arrays_of(result)
     found = {name: arrays[f"contacts.hinge.from.{name}"].attributes["units"] for name in told}
     assert found == told
+
+
+def test_what_the_spring_of_a_lasting_touch_stores_is_not_lost():
+    """A ball of 1 kg at 1 m/s is at its deepest after a quarter period: all is stored, 0.5 J."""
+    text = """
+curves: {floor: {type: line, from: [-1, 0], to: [1, 0]}}
+bodies: {ball: {type: rigid, mass: 1, inertia: 1.0e-3}}
+contacts: {pad: {type: point_on_curve, point: ball.centre, curve: floor, side: left,
+           law: {type: hertz, exponent: 1, stiffness: 1.0e4}}}
+initial: {positions: {ball: [0, 0]}, velocities: {ball: [0, -1]}}
+run: {duration: 0.015707963267948967}
+accuracy: {tolerance: 1.0e-9}
+"""
+    result = simulate(scene(text), measure=False)
+    (touch,) = result.intervals["pad"]
+    assert touch.lasts
+    assert touch.impulse == pytest.approx(1, rel=1e-6)
+    assert touch.energy_lost == pytest.approx(0, abs=1e-10)
+    assert standard_row(result)["pad.energy_lost_J"] == pytest.approx(0, abs=1e-10)
+
+
+def test_touches_are_strikes_of_their_own_where_the_rotor_has_turned_out_and_back():
+    """By up to 1.9 turns, which end where they began: at the stop."""
+    text = """
+bodies: {r: {type: rigid, mass: 1, inertia: 0.05, points: {o: [0, 0], e: [0.3, 0]}}}
+joints:
+  h: {type: revolute, points: [ground, r.o], at: [0, 0],
+      limits: {from: -0.5, law: {restitution: 0.9, stiffness: 2000}}}
+springs: {s: {type: torsional, joint: h, stiffness: 2, rest_angle: 0}}
+initial: {speeds: {r: -80}}
+run: {duration: 3}
+accuracy: {tolerance: 1.0e-7}
+"""
+    result = simulate(scene(text), measure=False)
+    touches = result.intervals["h.from"]
+    assert len(touches.begin) == 6
+    assert [strike.begin for strike in strikes(result, "h.from")] == touches.begin.tolist()

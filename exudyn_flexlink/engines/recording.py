@@ -131,12 +131,18 @@ class BlockRecorder(ABC):
         """
         q = self.motion(known)[0][0]
         for k in pressed_among(self.contacts, q):
-            law = self.contacts[k].law
-            if known.pressed[0, k] and not isinstance(law, Impulse):
-                depth = -approach(self.contacts[k], q, np.zeros_like(q)).gap
-                self._reached[2 + len(self.contacts) + k] += law.stored_energy(depth)
+            if known.pressed[0, k]:
+                self._reached[2 + len(self.contacts) + k] += self._stored(k, q)
         self._keep_now(known)
         self._ends.append(self._last)
+
+    def _stored(self, k: int, q: FloatArray) -> float:
+        """Energy (J) that contact k stores, at poses (parts, 3); none by an impulse law."""
+        contact = self.contacts[k]
+        if isinstance(contact.law, Impulse):
+            return 0.0
+        depth = -approach(contact, q, np.zeros_like(q)).gap
+        return float(contact.law.stored_energy(depth))
 
     def _keep_now(self, known: Kept) -> None:
         """Keep a state (1,) as it is now, after what happened there."""
@@ -266,8 +272,12 @@ class BlockRecorder(ABC):
 
     def intervals(self, first: int, places: FloatArray) -> Intervals:
         """Touches of the contacts from `first` on, which are at `places` (pairs,), m, now."""
-        numbered = enumerate(places.tolist(), start=first)
-        now = [(place, self.totals_of(k)) for k, place in numbered]
+        q, now = self.motion(self._last)[0][0], []
+        for k, place in enumerate(places.tolist(), start=first):
+            impulse, lost = self.totals_of(k)
+            if self.touches.pressed[k]:
+                lost -= self._stored(k, q)
+            now.append((place, (impulse, lost)))
         return self.touches.intervals(first, now, self.seeker)
 
     # --- blocks -------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ def strikes(result: Result, contact: str) -> list[Strike]:
     """Strikes of a contact, in order.
 
     Where the crank goes round, contacts belong to one strike unless the crank turns by a quarter
-    turn between them: micro-impacts and the pushing that follows are one strike, those of two laps
+    turn between them, to and fro: micro-impacts and the pushing that follows are one strike, those of two laps
     are not. Without such a crank there is no measure of what belongs together, and every contact or
     impact is a strike of its own.
     """
@@ -53,12 +53,13 @@ def strikes(result: Result, contact: str) -> list[Strike]:
         known = ", ".join(result.scene.all_contacts) or "none"
         raise ValueError(f"the scene has no contact '{contact}'; there are: {known}")
     angle = crank_angle(result) if crank_joint(result.scene) is not None else None
+    way = None if angle is None else np.append(0.0, np.cumsum(np.abs(np.diff(angle))))
     bursts: list[list[Interval]] = []
     goes_round, apart_since = turns(result), 0.0
     for interval in result.contacts[contact].touches:
         turned = np.inf
-        if angle is not None and goes_round and bursts:
-            turned = np.ptp(np.interp([apart_since, interval.begin], result.time, angle))
+        if way is not None and goes_round and bursts:
+            turned = np.ptp(np.interp([apart_since, interval.begin], result.time, way))
         if turned < SAME_STRIKE:
             bursts[-1].append(interval)
         else:
