@@ -36,17 +36,21 @@ class ForceDeviation:
     """How far a force in `unit`, N or N m, is from another run's, or from the truth.
 
     `free`: while nothing touches; `touching`: while something does, in both runs. None where there
-    is no such instant.
+    is no such instant. The force of a contact is a steep function of time: of it each touch is
+    compared as if it began at one instant in both runs, and `instants` (s) is how far begins and
+    ends of touches are off.
     """
 
     unit: str
     free: ForceSpread | None
     touching: ForceSpread | None
+    instants: float | None = None
 
     def times(self, factor: float, least: float = 0.0) -> ForceDeviation:
         """Return it `factor` times as large, and no less than a part `least` of the force."""
         parts = (own and own.times(factor, least) for own in (self.free, self.touching))
-        return ForceDeviation(self.unit, *parts)
+        instants = None if self.instants is None else factor * self.instants
+        return ForceDeviation(self.unit, *parts, instants)
 
 
 @dataclass(frozen=True)

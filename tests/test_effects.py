@@ -19,6 +19,7 @@ from exudyn_flexlink.scene import check_document, parse_scene
 from exudyn_flexlink.source import parse_document
 
 FILES = sorted(MODELS.glob("*.yaml"))
+ROUNDED = 1e-12  # N: the slide that carries nothing across has a force by rounding
 
 
 @pytest.fixture(scope="module")
@@ -265,7 +266,7 @@ def test_forces_of_slides_and_springs_have_errors_that_bound_the_true_ones(scene
         off, bound = true[name].free, told[name].free
         assert off is not None
         assert bound is not None
-        assert off.largest <= bound.largest <= 1e-3 * bound.size
+        assert off.largest <= bound.largest <= max(1e-3 * bound.size, ROUNDED)
 
 
 def test_check_names_ways_and_springs(scene):

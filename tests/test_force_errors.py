@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import results
 from cli_runs import MODELS
+from scipy.interpolate import CubicSpline
 from scipy.special import ellipj, ellipk
 
 from exudyn_flexlink.accuracy import errors
@@ -99,6 +100,59 @@ def test_the_told_error_bounds_that_of_a_flexible_link_whose_steps_something_els
     for name, own in told.items():
         assert true[name].free.largest <= own.free.largest <= 100 * true[name].free.largest
     assert found.checks.steps > simulate(scene).checks.steps
+
+
+STRIKE = """title: a limp link strikes a light lever
+materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
+curves:
+  track:
+    type: joined
+    pieces:
+      - {type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: -90 deg, to: 90 deg}
+      - {type: circle, centre: [0, 0], radius: 0.03, from: 90 deg, to: 270 deg}
+bodies:
+  guide: {type: rod, length: 90 mm, material: steel, section: {width: 20 mm, thickness: 12 mm}}
+  link:
+    {type: flexible, length: 70 mm, material: steel, rods: 24,
+     section: {width: 10 mm, thickness: 0.203 mm}, hinges: {stiffness: paper, damping: 3.8927e-06}}
+  lever: {type: rod, length: 0.01685, material: steel, section: {width: 10 mm, thickness: 0.535 mm}}
+joints:
+  crank: {type: revolute, points: [ground, guide.start], at: [0.018358, 0]}
+  sleeve: {type: sleeve, guide: guide, link: link, clearance: 0}
+  pin: {type: slot, point: link.start, curve: track}
+  pivot: {type: revolute, points: [ground, lever.start], at: [-0.110846, 0]}
+springs:
+  back: {type: torsional, joint: pivot, frequency: 14.649 Hz, damping_ratio: 0.5672}
+contacts:
+  strike: {type: point_on_line, point: link.end, line: [lever.start, lever.end],
+           law: {stiffness: 32731, restitution: 0.37252}}
+drives: {motor: {type: speed, joint: crank, value: 15.893 rad/s}}
+run: {duration: 0.23}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def inside(run):
+    """Times since the begin of the only touch of a run's strike, forces there, and its begin."""
+    touches = run.contacts["strike"].touches
+    begin, end = touches.begin[0], min(touches.end[0], run.time[-1])
+    part = (run.time >= begin) & (run.time < end)
+    return run.time[part] - begin, run.contacts["strike"].force[part], begin
+
+
+@pytest.mark.parametrize("tolerance", [3.9e-5, 1e-6])
+def test_a_force_in_a_touch_is_within_what_is_told_and_so_is_its_begin(tolerance):
+    """Held against a run of a thousandth of the tolerance, as if the touch began alike."""
+    run = simulate(scene_from(STRIKE, tolerance=tolerance), measure=True)
+    told = run.error.forces["contact force of strike"]
+    time, force, begin = inside(run)
+    exact_time, exact_force, exact_begin = inside(
+        simulate(scene_from(STRIKE, tolerance=1e-3 * tolerance))
+    )
+    off = np.abs(force - CubicSpline(exact_time, exact_force)(time))[time <= exact_time[-1]]
+    assert np.mean(off <= told.touching.largest) >= 0.99
+    assert told.touching.largest <= 100 * off.max()
+    assert abs(begin - exact_begin) <= told.instants <= 1e-2 * time[-1]
 
 
 # --- which instants count

@@ -1,7 +1,7 @@
 """Two runs tell how far the finer one is off: held against truth, and what is told of both."""
 
 from dataclasses import replace
-from math import nan
+from math import inf, nan
 from pathlib import Path
 
 import numpy as np
@@ -232,11 +232,11 @@ def made_up(outcome=None):
     )
 
 
-def off_by(off, begin=0.5):
-    """The run, but from an instant on so far off (m)."""
+def off_by(off, begin=0.5, end=inf):
+    """The run, but from an instant to another one (s) so far off (m)."""
     run = made_up()
     poses = run.poses.copy()
-    poses[run.time >= begin, :, 0] += off
+    poses[(run.time >= begin) & (run.time < end), :, 0] += off
     return replace(run, poses=poses)
 
 
@@ -276,6 +276,37 @@ def test_what_exceeds_the_tolerance_is_told_with_the_instant_and_the_horizon():
     assert told.endswith(f"; after t = {far.error.horizon:.4g} s trust statistics only")
     assert "the horizon: after it trust statistics only" in " ".join(run_text(far).split())
     assert "m, as asked, up to t =" in " ".join(run_text(near).split())
+
+
+def test_runs_that_meet_again_have_been_apart():
+    found = measured_by(made_up(), lambda _: off_by(1e-5, 0.2, 0.3)).error
+    assert found.largest == pytest.approx(3e-5)
+    assert found.exceeds_from == pytest.approx(0.2, abs=1e-3)
+    met = measured_by(made_up(), lambda _: off_by(1e-2, 0.2, 0.3)).error
+    assert met.horizon == pytest.approx(0.2, abs=1e-3)
+
+
+def test_up_to_the_horizon_the_largest_error_is_that_of_before():
+    first = off_by(-1e-6, 0.1)
+    found = measured_by(first, lambda _: off_by(1e-2)).error
+    assert found.horizon == pytest.approx(0.5, abs=1e-3)
+    assert found.largest == pytest.approx(3e-6)
+
+
+def test_an_error_exceeds_from_the_last_instant_at_which_it_is_known_not_to():
+    first, other = made_up(), off_by(1e-5, 0.2)
+    time = common_times(other, first)
+    before = time[separation(other, first, time) * FACTOR <= 1e-5]
+    assert measured_by(first, lambda _: other).error.exceeds_from == before[-1]
+
+
+def test_runs_that_are_within_the_tolerance_have_not_parted_however_little_moves():
+    """Points take 0.1 m or so, and 1 cm is asked for."""
+    first = made_up()
+    first = replace(first, scene=first.scene.changed(accuracy={"tolerance": 1e-2}))
+    found = measured_by(first, lambda _: replace(off_by(1e-3), scene=first.scene))
+    assert found.error.horizon is found.error.exceeds_from is None
+    assert found.error.largest == pytest.approx(3e-3)
 
 
 def test_a_distance_that_is_no_number_is_no_agreement():

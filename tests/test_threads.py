@@ -18,7 +18,12 @@ def threads():
 def test_a_run_has_one_thread_and_then_as_many_as_before(engine, monkeypatch):
     room, seen = import_module(engines.ENGINES[engine]), []
     run = room.run
-    monkeypatch.setattr(room, "run", lambda *given: seen.append(threads()) or run(*given))
+
+    def watched(*given, **named):
+        seen.append(threads())
+        return run(*given, **named)
+
+    monkeypatch.setattr(room, "run", watched)
     scene = load_scene("no_clearance", SHORT)
     before = threads()
     for _ in range(2):

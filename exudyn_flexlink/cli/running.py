@@ -91,7 +91,8 @@ def run(
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
                 told = progress if beside is None else beside.watch(progress)
-                result = engines.simulate(scene, engine, told, first=options.measure)
+                first = beside is not None
+                result = engines.simulate(scene, engine, told, first=first)
         except LateInterruptError as error:
             return error.result, True
         return result, result.outcome.reason == INTERRUPTED

@@ -45,9 +45,9 @@ def strikes(result: Result, contact: str) -> list[Strike]:
     """Strikes of a contact, in order.
 
     Where the crank goes round, contacts belong to one strike unless the crank turns by a quarter
-    turn between them, to and fro: micro-impacts and the pushing that follows are one strike, those of two laps
-    are not. Without such a crank there is no measure of what belongs together, and every contact or
-    impact is a strike of its own.
+    turn between them, to and fro: micro-impacts and the pushing that follows are one strike, those
+    of two laps are not. Without such a crank there is no measure of what belongs together, and
+    every contact or impact is a strike of its own.
     """
     if contact not in result.scene.all_contacts:
         known = ", ".join(result.scene.all_contacts) or "none"

@@ -253,4 +253,6 @@ def _rows(name: str, own: ForceDeviation) -> list[list[str]]:
             percent = 100 * part.relative
             relative = f"{percent:.2g}" if percent < 99 else f"{percent:.0f}"
             rows.append([told, largest, f"{relative} %", f"{part.at:.5f} s", rms])
+    if rows and own.instants is not None:
+        rows.append(["  instants of its touches", f"{own.instants:.2g} s", "", "", ""])
     return rows

@@ -9,7 +9,7 @@ from typing import Final
 from exudyn_flexlink.raising import Sendable
 
 PROGRAM: Final = "exudyn-flexlink"
-FORMAT = 14
+FORMAT = 15
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 STABILITY, SWEEP, FIT = "stability.json", "sweep.json", "fit.json"

@@ -89,6 +89,7 @@ def _force(own: ForceDeviation) -> dict[str, Any]:
     parts = {"free": own.free, "in_contact": own.touching}
     return {
         "unit": own.unit,
+        "instants_of_touches_s": own.instants,
         **{
             when: None if part is None else {**vars(part), "relative": part.relative}
             for when, part in parts.items()
