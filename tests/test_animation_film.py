@@ -11,16 +11,19 @@ from pages_of_docs import DOCS
 
 from exudyn_flexlink.animation import FilmError, Slow, film_of, zooms
 from exudyn_flexlink.animation.html import film_data
+from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.shots import GLOW_SECONDS, SLOW_SECONDS, Shots, frames_of
 from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import faces
 from exudyn_flexlink.plots.style import ENGINE_COLOURS
 
 TURN = 2 * pi / results.SPEED  # s
+LATE = MeasuredError(("link.end",), limit=1e-6, largest=1.3e-4, exceeds_from=1.2)
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +42,17 @@ def test_two_runs_have_the_colours_of_their_engines_and_end_together(run):
     alike = film_of(run, run)
     assert len({take.colour for take in alike.takes} - set(ENGINE_COLOURS.values())) == 2
     assert [take.name for take in alike.takes] == ["exudyn (first)", "exudyn (second)"]
+
+
+def test_a_film_of_a_doubtful_run_says_so(run):
+    doubtful, words = replace(run, error=LATE), "from t = 1.2 s on maybe off by more than 1e-06 m"
+    sure = replace(run, engine="lagrangian", warnings=())
+    for film, told in ((film_of(doubtful), words), (film_of(doubtful, sure), f"exudyn: {words}")):
+        assert film_data(film)["doubts"] == told
+        picture = Picture(film, frames_of(film, 1.0, 1.0), 400)
+        shown = [text.get_text().replace("\n", " ") for text in picture.axes.texts]
+        assert told in shown
+    assert not film_data(film_of(sure))["doubts"]
 
 
 def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):

@@ -5,17 +5,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 import results
-from matplotlib.colors import same_color
+from matplotlib import style
+from matplotlib.colors import same_color, to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from results import texts, words
 
 from exudyn_flexlink import storage
+from exudyn_flexlink.animation import film_of
+from exudyn_flexlink.animation.picture import Picture
+from exudyn_flexlink.animation.shots import frames_of
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import State, contact_states, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
+    PRINT,
+    SCREEN,
+    comparison,
     coordinates,
     energy,
     figures,
@@ -23,9 +36,10 @@ from exudyn_flexlink.plots import (
     guide_contact,
     lever,
     mechanism,
+    start,
 )
 from exudyn_flexlink.plots.outline import pitch_circles
-from exudyn_flexlink.plots.panels import along
+from exudyn_flexlink.plots.panels import DOUBT_LINE, along
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
 from exudyn_flexlink.shipped import model_file
 from exudyn_flexlink.source import parse_document
@@ -106,7 +120,7 @@ def test_title_engine_and_assumptions(rigid, drawn):
         said = words(figure)
         assert rigid.scene.title in said.replace("\n", " ")
         assert "hinges 'paper', n = 10" in said
-        assert "tolerance 1e-06 m" in said
+        assert "tolerance 1e-06 m; error not measured" in said
         (engine,) = (text for text in texts(figure) if text.get_text() == "engine: exudyn")
         assert same_color(engine.get_color(), ENGINE_COLOURS["exudyn"])
 
@@ -117,6 +131,132 @@ def test_a_failed_run_says_so_in_red(rigid):
         assert note.get_text() == "stopped at t = 0.5 s: no convergence at the smallest step"
         assert same_color(note.get_color(), "#C00000")
     assert "stopped" not in words(energy(rigid))
+
+
+LATE = MeasuredError(("link.end",), limit=1e-6, largest=1.3e-4, exceeds_from=1.2)
+PARTED = replace(LATE, horizon=2.0)
+DOUBTS = {
+    "off": (LATE, (), "from t = 1.2 s on maybe off by more than 1e-06 m"),
+    "parting": (PARTED, (), "from t = 1.2 s on maybe off by more than 1e-06 m"),
+    "warning": (NOT_ASKED, ("a", "b"), "2 warnings: see the run's summary"),
+    "fine": (MeasuredError(("link.end",), limit=1e-6, largest=1e-7), (), ""),
+}
+
+
+@pytest.mark.parametrize("style", [SCREEN, PRINT])
+@pytest.mark.parametrize("kind", DOUBTS)
+def test_a_doubtful_run_says_so_in_every_figure_in_red(kind, style, rigid):
+    error, warnings, doubt = DOUBTS[kind]
+    for name, figure in figures(replace(rigid, error=error, warnings=warnings), style).items():
+        red = [t.get_text() for t in figure.texts if same_color(t.get_color(), "#C00000")]
+        assert " ".join(red) == doubt, name
+
+
+def test_the_foot_has_the_error_that_is_told_not_the_one_that_was_asked_for(rigid):
+    told = {
+        "fine": "points off by at most 1e-7 m",
+        "off": "points off by at most 1e-06 m up to t = 1.2 s, then by 0.0002 m",
+        "parting": "points off by at most 1e-06 m up to t = 1.2 s, then by 0.0002 m up to t = 2 s",
+    }
+    for kind, foot in told.items():
+        for name, figure in figures(replace(rigid, error=DOUBTS[kind][0])).items():
+            said = " ".join(text.get_text() for text in reversed(figure.texts))
+            assert foot in said, name
+            assert "tolerance" not in said, name
+
+
+def test_a_line_on_axes_of_time_tells_from_when_on_a_run_is_doubtful(rigid):
+    """Over the crank's turns it stands where the crank is then."""
+    turns = LATE.exceeds_from * results.SPEED / (2 * np.pi)
+    drawn = figures(replace(rigid, error=LATE))
+    places = {
+        "energy": (LATE.exceeds_from, 2),
+        "lever": (LATE.exceeds_from, 1),
+        "forces": (turns, 4),
+    }
+    for name, (place, panels) in places.items():
+        marks = [
+            line.get_xdata()[0]
+            for axes in drawn[name].axes
+            for line in axes.lines
+            if same_color(line.get_color(), DOUBT_LINE["color"])
+        ]
+        assert marks == pytest.approx([place] * panels), name
+        assert "may be off by\nmore than asked" in words(drawn[name])
+
+
+# --- whatever the user's matplotlib looks like
+
+
+def drawn_with(look, rigid, tilting):
+    """Draw every figure, and a frame of a film, while a style of matplotlib's is in use."""
+    scene, film = rigid.scene, film_of(tilting)
+    with style.context(look):
+        drawn = {
+            **figures(rigid),
+            "guide_contact": guide_contact(tilting),
+            "start": start(scene, assemble_scene(scene)),
+            "comparison": comparison(compare(rigid, replace(rigid, engine="lagrangian"))),
+        }
+        for figure in drawn.values():
+            figure.draw_without_rendering()
+        return drawn, Picture(film, frames_of(film, 1.0, 1.0), 160).frame(0)
+
+
+def looks_of(figure):
+    """Words, lines and pages of a figure with their colours and sizes."""
+    return [
+        *(
+            (text.get_text(), to_hex(text.get_color()), text.get_fontsize())
+            for text in texts(figure)
+        ),
+        *((to_hex(x.get_color()), x.get_linewidth()) for x in figure.findobj(Line2D)),
+        *(to_hex(axes.get_facecolor()) for axes in figure.axes),
+    ]
+
+
+@pytest.fixture(scope="module")
+def plain(rigid, tilting):
+    return drawn_with("default", rigid, tilting)
+
+
+@pytest.mark.parametrize("look", ["dark_background", "ggplot", "grayscale", "a file"])
+def test_figures_look_the_same_whatever_style_is_in_use(look, plain, rigid, tilting):
+    if look == "a file":  # such as a matplotlibrc
+        Path("own.mplstyle").write_text("text.color: white\nfont.size: 4\nlines.linewidth: 9\n")
+        look = "./own.mplstyle"
+    drawn, frame = drawn_with(look, rigid, tilting)
+    for name, figure in plain[0].items():
+        assert looks_of(drawn[name]) == looks_of(figure), name
+    assert np.array_equal(frame, plain[1])
+
+
+def test_a_figure_that_its_user_writes_has_a_white_page_whatever_is_usual(rigid):
+    with style.context({"savefig.facecolor": "black"}):
+        lever(rigid).savefig(Path("lever.png"))
+    assert np.all(imread("lever.png")[0, 0] == 1)
+
+
+def test_in_dark_axes_of_the_users_nothing_is_drawn_in_black(rigid):
+    with style.context("dark_background"):
+        for draw in (lever, energy, forces, coordinates, mechanism):
+            figure = draw(rigid, ax=Figure().subplots())
+            figure.draw_without_rendering()
+            colours = [own.get_color() for kind in (Line2D, Text) for own in figure.findobj(kind)]
+            assert not [colour for colour in colours if max(to_rgb(colour)) < 0.3]
+
+
+# --- long names
+
+
+def test_a_name_of_300_letters_leaves_a_figure_its_room():
+    run = simulate(results.scene_from(CART.replace("cart", "c" * 300)))
+    drawn = {**figures(run), "start": start(run.scene, assemble_scene(run.scene))}
+    for name, figure in drawn.items():
+        figure.draw_without_rendering()
+        assert all(axes.get_position().width > 0.2 for axes in figure.axes), name
+        told = set(texts(figure)) - set(figure.texts)  # these are wrapped
+        assert not [word for one in told for word in one.get_text().split() if len(word) > 40], name
 
 
 # --- what stands in some

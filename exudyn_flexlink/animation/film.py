@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     pairs,
 )
 from exudyn_flexlink.observables import between_samples, crank_angle, crank_joint
+from exudyn_flexlink.plots.frame import doubts_of
 from exudyn_flexlink.plots.outline import (
     Drawn,
     Line,
@@ -128,6 +129,12 @@ class Film:
         """Instant (s) from which on one of the runs is not known well enough, and why."""
         found = [beyond for take in self.takes if (beyond := horizon(take.result)) is not None]
         return min(found, default=None)
+
+    @property
+    def doubts(self) -> str:
+        """What is doubtful of each run, in words; or nothing."""
+        told = [(f"{take.name}: ", doubts_of(take.result)) for take in self.takes]
+        return "; ".join(name * (len(told) > 1) + own for name, own in told if own)
 
     @cached_property
     def largest(self) -> tuple[float, float]:

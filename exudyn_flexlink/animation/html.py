@@ -88,6 +88,7 @@ def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
         "speed": speed or usual_speed(film),
         "unit": {"factor": factor, "name": unit},
         "horizon": None if beyond is None else {"from": beyond[0], "words": beyond[1]},
+        "doubts": film.doubts,
         "slow_seconds": SLOW_SECONDS,
         "slow": film.slow,
         "strikes": film.strikes,

@@ -25,8 +25,9 @@ from exudyn_flexlink.animation.film import Film
 from exudyn_flexlink.animation.shots import Frames, Shots
 from exudyn_flexlink.animation.zoom_panel import ZoomPanel, draw_instant, draw_timeline
 from exudyn_flexlink.observables import turns
+from exudyn_flexlink.plots.frame import wrapped
 from exudyn_flexlink.plots.panels import length_unit
-from exudyn_flexlink.plots.style import settings
+from exudyn_flexlink.plots.style import FAILED, settings
 
 Pixels = NDArray[np.uint8]
 
@@ -135,6 +136,11 @@ class Picture:
         self.axes.text(
             left + length / 2, bottom + 1.2 * tick, f"{factor * length:.3g} {unit}", ha="center",
             va="bottom", fontsize=11 * thin, color=PALE,
+        )  # fmt: skip
+        lines = wrapped(self._film.doubts, (1 - 2 * SCALE) * self.width / DOTS, 11 * thin)
+        self.axes.text(
+            2 * middle[0] - left, bottom, "\n".join(lines), ha="right", va="bottom",
+            fontsize=11 * thin, color=FAILED, parse_math=False,
         )  # fmt: skip
 
     def _words(self, head: float) -> None:

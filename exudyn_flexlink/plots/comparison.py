@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import Comparison
 from exudyn_flexlink.observables import Measure, name_of
-from exudyn_flexlink.plots.frame import framed_figure, links_of
+from exudyn_flexlink.plots.frame import doubts_of, error_of, framed_figure, links_of
 from exudyn_flexlink.plots.panels import (
     BEYOND,
     along,
@@ -23,6 +23,7 @@ from exudyn_flexlink.plots.panels import (
     letter,
     limits,
     logarithmic,
+    mark_doubt,
     shown_in,
 )
 from exudyn_flexlink.plots.style import BLACK, GREY, ORANGE, OTHERS, SCREEN, Style, styled
@@ -39,7 +40,7 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
         return None
     runs = compared.both
     subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
-    notes = [f"{s.name}: {s.result.outcome.told}" for s in runs if not s.result.outcome.completed]
+    notes = [f"{seen.name}: {told}" for seen in runs if (told := doubts_of(seen.result))]
     title = runs[1].result.scene.title
     count = 3 + len(_kinds(compared)) + len(compared.levers)
     height, caption = 0.3 + 1.6 * count, _caption(compared)
@@ -67,7 +68,8 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
     told = [(links[0], GREY)] if alike else []
     for seen, own, style in zip(runs, links, _styles(compared), strict=True):
         engine = seen.result.engine
-        words = ["" if engine in seen.name else engine, "" if alike else own, seen.accuracy]
+        words = ["" if engine in seen.name else engine, "" if alike else own, seen.accuracy,
+                 error_of(seen.result.error)]  # fmt: skip
         told.append((f"{seen.name}: {'; '.join(word for word in words if word)}", style["color"]))
     return told
 
@@ -134,6 +136,8 @@ def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> N
         places, height = np.interp(begins, compared.time, x), axes.get_xaxis_transform()
         look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0, "zorder": 1}
         axes.vlines(places, 0, 1, label="strike" * named, transform=height, **look)
+    for i, seen in enumerate(compared.both):
+        mark_doubt(axes, seen.result, compared.time, x, named=named and i == 0)
     if compared.horizon is None:
         return
     place = float(np.interp(compared.horizon, compared.time, x))

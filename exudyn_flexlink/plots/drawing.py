@@ -214,6 +214,7 @@ def _over_a_turn(result: Result) -> list[float]:
 
 
 def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
+    """Say what a panel shows, its instant, and that it lies beyond the horizon if it does."""
     words = title_at(result, index)
     if style.narrow and not what:  # there is room for one line beside the letter
         words = words.replace(", ", ",\n")

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.fitting import Against, Fit
-from exudyn_flexlink.plots.frame import caption_of, framed_figure
+from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     engine_colour,
     legend_outside,
@@ -36,9 +36,9 @@ def fit(found: Fit, *, style: Style = SCREEN) -> Figure:
 
 
 def _drawn(found: Against, subject: str, difference: str, style: Style) -> Figure:
+    """Two panels for each quantity: the run and the series; what the run is more, by its name."""
     result = found.result
-    height, caption = 0.4 + 2.9 * len(found.measured), [(caption_of(result), GREY)]
-    figure = framed_figure((result.scene.title, subject), height, style, caption=caption)
+    figure = new_figure(result, subject, 0.4 + 2.9 * len(found.measured), style)
     ratios = (1.7, 1) * len(found.measured)
     rows = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     shown = (result.time >= found.time[0]) & (result.time <= found.time[-1])

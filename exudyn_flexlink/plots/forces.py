@@ -17,7 +17,7 @@ from exudyn_flexlink.observables import (
     strikes,
     touching,
 )
-from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.frame import new_figure, told_error
 from exudyn_flexlink.plots.given import Given, placed
 from exudyn_flexlink.plots.panels import (
     along,
@@ -28,7 +28,6 @@ from exudyn_flexlink.plots.panels import (
     logarithmic,
     over_run,
     sized,
-    told_error,
 )
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, RED, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import Result
@@ -193,6 +192,7 @@ def energy(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
 
 
 def _residual(axes: Axes, result: Result, factor: float, unit: str) -> None:
+    """Draw what the energy balance misses; `factor` is that from J to the unit."""
     missed, colours = {"|error|": factor * result.energy.residual}, [engine_colour(result)]
     logarithmic(axes, result.time, missed, colours, "zero throughout")
     axes.set_ylabel(f"error ({unit})")

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
+from math import ceil, floor, isfinite, log10
+from typing import Any
 
+from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
 
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.plots.style import (
     BLACK,
     ENGINE_COLOURS,
@@ -26,26 +32,43 @@ from exudyn_flexlink.scene import FlexibleBody, Scene
 LINE = 0.022  # inches, of a line of text for each point of its font
 LETTERS = 145  # that fit into an inch of a line, over the points of their font
 MOST_LINES = 4  # of a title, note or caption: the rest is left out
+LONG = re.compile(r"\S{33,}")  # a name that leaves a figure no room
 EDGE = 0.1  # inches, left and right of text
 SHOWN = 100  # dots per inch in a notebook
 MOST_PASSES = 12  # of the layout; a tall mechanism beside a broad legend takes four
 
 
 class ShownFigure(Figure):
-    """A figure that a notebook shows as the value of a cell, with its inline backend or without."""
+    """A figure that a notebook shows as the value of a cell, with its inline backend or without.
+
+    It keeps its style wherever it is drawn: matplotlib makes ticks, and chooses the colour of the
+    page, as late as that.
+    """
+
+    style = SCREEN
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw it in its style, whatever the user's is now, and of long names the ends."""
+        with settings(self.style.rc):
+            for text in set(self.findobj(Text)) - set(self.texts):
+                text.set_text(shortened(text.get_text()))
+            super().draw(renderer)
+
+    def savefig(self, fname: Any, **more: Any) -> None:
+        """Write it on its page, which is white, unless a colour is asked for."""
+        super().savefig(fname, **{"facecolor": "auto", **more})
 
     def _repr_png_(self) -> bytes:
         return figure_bytes(self, "png", SHOWN)
 
 
 def new_figure(result: Result, subject: str, height: float, style: Style = SCREEN) -> Figure:
-    """Return an empty figure with title, subject, caption and, if the run failed, a note.
+    """Return an empty figure with title, subject, caption and, if the run is doubtful, a note.
 
     `height` (inches) is that of what is drawn on a screen, without title and caption.
     """
-    note = "" if result.outcome.completed else result.outcome.told
-    title, caption = result.scene.title, [(caption_of(result), GREY)]
-    figure = framed_figure((title, subject), height, style, notes=[note], caption=caption)
+    title, notes, caption = result.scene.title, [doubts_of(result)], [(caption_of(result), GREY)]
+    figure = framed_figure((title, subject), height, style, notes=notes, caption=caption)
     if style.titled:
         colour = ENGINE_COLOURS.get(result.engine, GREY)
         place = 1 - EDGE / style.width, 0.07 / figure.get_figheight()
@@ -73,7 +96,7 @@ def framed_figure(
     if style.titled:
         titles = wrapped(title, room, font + 1, "bold")
         named = [(line, font + 1, "black", "bold") for line in titles]
-        above = [*named, (subject, font, BLACK, "normal"), *above]
+        above = [*named, (shortened(subject), font, BLACK, "normal"), *above]
         # The name of the engine stands at the right of the last line.
         below = [(line, c) for text, c in caption for line in wrapped(text, room - 1.5, small)]
     line_height = LINE * font
@@ -82,6 +105,7 @@ def framed_figure(
     whole = style.scale * height + top + bottom
     layout = ConstrainedLayoutEngine(rect=(0.0, bottom / whole, 1.0, style.scale * height / whole))
     figure = ShownFigure((style.width, whole), style.dpi, layout=layout, facecolor="white")
+    figure.style = style
     figure.set_label(subject)  # which a page shows as its caption
     left = EDGE / style.width
     for i, (line, size, colour, weight) in enumerate(above):
@@ -108,6 +132,11 @@ def settle(figure: Figure) -> None:
             return
 
 
+def shortened(text: str) -> str:
+    """Return a text with the ends alone of names that would leave a figure no room."""
+    return LONG.sub(lambda own: f"{own[0][:16]}\N{HORIZONTAL ELLIPSIS}{own[0][-15:]}", text)
+
+
 def wrapped(text: str, width: float, size: float, weight: str = "normal") -> list[str]:
     """Break a text into lines no wider than `width` (inches) in a font of `size` points.
 
@@ -130,16 +159,47 @@ def _points(line: str, font: FontProperties) -> float:
 
 
 def caption_of(result: Result) -> str:
-    """Say what the numbers depend on: hinges and rods of flexible bodies, accuracy."""
-    accuracy = result.scene.accuracy
-    words = links_of(result.scene)
+    """Say what numbers depend on, hinges and rods of flexible bodies, and how far they are off."""
+    words, asked = links_of(result.scene), result.scene.accuracy
     if (elements := result.settings.elements) is not None:
         words.append(f"as beams of {elements} elements, shown by rods")
-    if accuracy.tolerance is not None:
-        words.append(f"tolerance {accuracy.tolerance:.3g} m")
-    else:
-        words.append(f"step {accuracy.step:.3g} s")
-    return "; ".join(words)
+    if result.error.missing:
+        words.append(
+            f"step {asked.step:.3g} s"
+            if asked.tolerance is None
+            else f"tolerance {asked.tolerance:.3g} m"
+        )
+    return "; ".join([*words, error_of(result.error)])
+
+
+def error_of(error: MeasuredError) -> str:
+    """Say how far points are off, at first and later, as far as that is known."""
+    exceeds, end = error.exceeds_from, error.known_until
+    if error.missing:
+        return "error not measured"
+    told, known = "points off by at most ", f" up to t = {end:.4g} s" if isfinite(end) else ""
+    if exceeds is not None and exceeds < end:
+        told += f"{error.limit:.3g} m up to t = {exceeds:.4g} s, then by "
+    return f"{told}{told_error(error.largest)} m{known}"
+
+
+def doubts_of(result: Result) -> str:
+    """Say that a run failed, from when on it may be off by more than asked, or that it warns."""
+    error, count = result.error, len(result.warnings)
+    if not result.outcome.completed:
+        return result.outcome.told
+    if error.exceeds_from is not None:
+        return f"from t = {error.exceeds_from:.4g} s on maybe off by more than {error.limit:.3g} m"
+    return f"{count} warning{'s' * (count > 1)}: see the run's summary" if count else ""
+
+
+def told_error(error: float) -> str:
+    """Return an error as text: one significant digit, rounded up."""
+    if not (error > 0 and isfinite(error)):
+        return f"{error:g}"
+    size = 10.0 ** floor(log10(error))
+    most = ceil(error / size * (1 - 1e-9)) * size
+    return f"{most:.0f}" if most >= 1 else f"{most:.1g}".replace("e-0", "e-")
 
 
 def links_of(scene: Scene) -> list[str]:
@@ -150,5 +210,5 @@ def links_of(scene: Scene) -> list[str]:
             rule = body.hinges.stiffness
             hinges = f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
             ends = ", half ends" if body.layout == "half_ends" else ""
-            told.append(f"{name}: hinges {hinges}, n = {body.rods}{ends}")
+            told.append(f"{shortened(name)}: hinges {hinges}, n = {body.rods}{ends}")
     return told

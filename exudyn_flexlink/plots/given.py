@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from exudyn_flexlink.arguments import told
-from exudyn_flexlink.plots.frame import ShownFigure
+from exudyn_flexlink.plots.frame import ShownFigure, doubts_of
 from exudyn_flexlink.plots.style import FAILED
 from exudyn_flexlink.result import Result
 
@@ -81,7 +81,7 @@ def is_given(axes: Axes) -> bool:
 def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iterator[None]:
     """Name what is drawn within by `label`; dash it where a run is in the axes already.
 
-    Then these show both runs whole; they tell if this run stopped.
+    Then these show both runs whole; they tell if this run stopped or is doubtful.
     """
     before = [(len(axes.lines), axes.get_xlim(), axes.get_ylim()) for axes in every]
     yield
@@ -100,8 +100,8 @@ def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iter
                 axes.set_ylim(min(*y, *axes.get_ylim()), max(*y, *axes.get_ylim()))
         if label is not None:
             _name(new, curves, label)
-        if not result.outcome.completed:
-            told = ": ".join(filter(None, (label, result.outcome.told)))
+        if doubts := doubts_of(result):
+            told = ": ".join(filter(None, (label, doubts)))
             at = axes.transAxes
             axes.text(0.01, 0.02, told, color=FAILED, fontsize="small", transform=at)
         handles = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
@@ -110,6 +110,7 @@ def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iter
 
 
 def _name(new: Sequence[Line2D], curves: Sequence[Line2D], label: str) -> None:
+    """Name new lines of a run in the legend by its label, at least the first of its curves."""
     named = [line for line in new if not str(line.get_label()).startswith("_")]
     for line in named:
         line.set_label(f"{label}: {line.get_label()}")

@@ -101,6 +101,7 @@ def coordinates(
 
 
 def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> None:
+    """Draw places (N, 2), in the unit that is shown, over the crank angle within each lap."""
     cycle, every = laps_of_cycle(result.scene), list(by_lap(result))
     shade_laps(axes, result, [lap.turned for lap in every], every, position)
     for i, (name, colours) in enumerate((("$x$, ", X_COLOURS), ("$y$, ", Y_COLOURS))):
@@ -116,6 +117,7 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
 
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
+    """Mark where the first touch of every strike is on the lines of places (N, 2)."""
     found = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
     begins = [strike.begin for strike in found]
     before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in found])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
-from math import ceil, floor, isfinite, log10
+from math import floor, isfinite, log10
 from typing import Any
 
 import matplotlib as mpl
@@ -28,6 +28,9 @@ BEYOND_LINE: dict[str, Any] = {
 }
 """and along a line."""
 
+# How the instant is marked from which on positions may be off by more than asked:
+DOUBT_LINE: dict[str, Any] = {"color": "#8A63B0", "linewidth": 0.8, "zorder": 1}
+
 LETTERS = 118  # that fit into an inch of legend, over the points of their font
 HANDLE = 6  # letters that the sample of a line takes in a legend
 COINCIDE = 0.01  # of the room of both: lines nearer than this hide each other
@@ -36,7 +39,7 @@ BROADER = 2.2  # points, of a line for each other that lies on it
 DEEPEST = 1e-6  # of the largest value on a logarithmic axis
 BACK = 1e-6  # rad: a crank that goes back by no more goes forward
 MOST = 4  # significant digits: more are never read off a figure
-FINEST = 1e-4  # s: no instant is told finer in a figure
+FINEST = 1e-4  # s, or of a run shorter than 1 s: no instant is told finer in a figure
 UNTOLD = 3  # significant digits where nothing tells the error
 
 
@@ -159,8 +162,21 @@ def is_beyond(result: Result, time: float) -> bool:
     return found is not None and time >= found[0]
 
 
+def mark_doubt(
+    axes: Axes, result: Result, time: FloatArray, x: FloatArray, *, named: bool = True
+) -> None:
+    """Draw a line where positions begin to be doubtful; `x` (N,) are the places of `time` (N,)."""
+    begin, label = result.error.exceeds_from, "may be off by\nmore than asked" if named else None
+    if begin is not None:
+        axes.axvline(float(np.interp(begin, time, x)), label=label, **DOUBT_LINE)
+
+
 def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = True) -> None:
-    """Shade what lies beyond the horizon; `x` (N,) are the places of the samples."""
+    """Shade what lies beyond the horizon, and mark where doubts begin.
+
+    `x` (N,) are the places of the samples.
+    """
+    mark_doubt(axes, result, result.time, x, named=named)
     found = horizon(result)
     if found is None or found[0] >= result.time[-1]:
         return
@@ -270,13 +286,4 @@ def told_time(result: Result, time: float) -> str:
     fastest = float(np.max(np.linalg.norm(velocity, axis=1)))
     if error is None or fastest == 0:
         return told(time, None)
-    return told(time, max(error / fastest, FINEST), most=9)
-
-
-def told_error(error: float) -> str:
-    """Return an error as text: one significant digit, rounded up."""
-    if not (error > 0 and isfinite(error)):
-        return f"{error:g}"
-    size = 10.0 ** floor(log10(error))
-    most = ceil(error / size * (1 - 1e-9)) * size
-    return f"{most:.0f}" if most >= 1 else f"{most:.1g}".replace("e-0", "e-")
+    return told(time, max(error / fastest, FINEST * min(1.0, float(result.time[-1]))), most=9)

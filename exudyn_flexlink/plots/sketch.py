@@ -150,7 +150,7 @@ class Sketch:
                 fontsize=mpl.rcParams["legend.fontsize"],
                 annotation_clip=True,
                 zorder=8,
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.3},
+                bbox={"fc": axes.get_facecolor(), "edgecolor": "none", "alpha": 0.6, "pad": 0.3},
             )
 
     def legend(self) -> list[Line2D]:

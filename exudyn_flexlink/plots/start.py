@@ -17,7 +17,7 @@ from matplotlib.transforms import Bbox
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
-from exudyn_flexlink.plots.frame import framed_figure, settle
+from exudyn_flexlink.plots.frame import framed_figure, settle, shortened
 from exudyn_flexlink.plots.outline import (
     acting_marks,
     body_colour,
@@ -49,11 +49,9 @@ OUTSIDE = 4.0  # for leaving the axes
 OF_DISTANCE = 0.06  # for standing farther off
 
 
-def _spiral() -> Path:
-    """A marker: two turns of a spiral, as torsional springs are drawn."""
-    turn = np.linspace(0.0, 4 * pi, 60)
-    return Path(np.stack([turn * np.cos(turn), turn * np.sin(turn)], axis=1) / (4 * pi))
-
+_TURN = np.linspace(0.0, 4 * pi, 60)
+# A marker: two turns of a spiral, as torsional springs are drawn.
+_SPIRAL = Path(np.stack([_TURN * np.cos(_TURN), _TURN * np.sin(_TURN)], axis=1) / (4 * pi))
 
 _SYMBOLS: dict[str, tuple[Any, str, str, float, int]] = {
     "revolute": ("o", BLACK, "white", 6, 6),
@@ -62,7 +60,7 @@ _SYMBOLS: dict[str, tuple[Any, str, str, float, int]] = {
     "weld, to the ground": ("s", BLACK, BLACK, 9, 6),
     "in a slot": ("D", BLACK, "white", 5, 6),
     "prismatic": ("s", BLACK, "white", 8, 5),
-    "torsional spring": (_spiral(), GREEN, "none", 13, 7),
+    "torsional spring": (_SPIRAL, GREEN, "none", 13, 7),
     "drive": (r"$\circlearrowleft$", ORANGE, ORANGE, 15, 7),
     "force": (r"$\rightarrow$", ORANGE, ORANGE, 15, 7),
     "point that may strike": ("*", RED, RED, 9, 7),
@@ -108,6 +106,7 @@ def _room(posed: Sketch) -> tuple[FloatArray, FloatArray]:
 
 
 def _caption(scene: Scene, posed: Sketch) -> str:
+    """Say which gravity acts, and how many points have no room for their names."""
     x, y = scene.gravity
     words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s^2"]
     many = len(_named_points(posed))
@@ -201,8 +200,8 @@ class Labels:
         """Write a name beside a place (data coordinates), rather in the direction `towards`."""
         x, y = (float(one) for one in place)
         shown = self._axes.annotate(
-            text, (x, y), (0, 0), textcoords="offset points", ha="center", va="center", zorder=8,
-            **look,
+            shortened(text), (x, y), (0, 0), textcoords="offset points", ha="center", va="center",
+            zorder=8, **look,
         )  # fmt: skip
         shown.set_in_layout(False)
         half = np.array(shown.get_window_extent().size) / 2

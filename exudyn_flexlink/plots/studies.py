@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from exudyn_flexlink.accuracy import Errors, Method, Point, Study
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import name_of
-from exudyn_flexlink.plots.frame import caption_of, framed_figure, links_of
+from exudyn_flexlink.plots.frame import framed_figure, links_of, new_figure
 from exudyn_flexlink.plots.panels import BEYOND, legend_outside, letter, sized
 from exudyn_flexlink.plots.style import (
     BLACK,
@@ -79,6 +79,7 @@ def _drawn(errors: Errors, floor: float = 0.0) -> float:
 
 
 def _caption(study: Study) -> list[tuple[str, str]]:
+    """Say against which runs errors and their floor are; lines with their colours."""
     told = [(f"errors against {study.reference.told}", GREY)]
     if study.check is not None:
         told.append((f"floor: its distance from {study.check.told}", GREY))
@@ -87,6 +88,7 @@ def _caption(study: Study) -> list[tuple[str, str]]:
 
 
 def _draw(axes: Axes, study: Study) -> None:
+    """Draw a curve for each method, and lines across for what no setting removes."""
     for method in dict.fromkeys(point.method for point in study.points):
         points = [point for point in study.points if point.method == method]
         _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
@@ -110,6 +112,7 @@ def _draw(axes: Axes, study: Study) -> None:
 
 
 def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) -> None:
+    """Draw the points of a method, hollow where their error lies below the floor (m)."""
     kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
     marker, line = LOOKS.get(kind, LOOKS[""])
     style: dict[str, Any] = {"linestyle": line, "marker": marker, "markersize": sized(5)}
@@ -155,9 +158,8 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
 def stability(found: Stability, *, style: Style = SCREEN) -> Figure:
     """Four panels: growth of neighbours, laps against earlier ones, section, spectrum."""
     told = f"How stable the motion of {found.point} is: {found.told}"
-    title, caption = found.run.scene.title, [(caption_of(found.run), GREY)]
     columns, height = (1, 13.0) if style.narrow else (2, 6.6)
-    figure = framed_figure((title, told), height, style, caption=caption)
+    figure = new_figure(found.run, told, height, style)
     panels = figure.subplots(4 // columns, columns, squeeze=False).ravel()
     for draw, axes in zip((_growth, _laps, _section, _spectrum), panels, strict=True):
         draw(axes, found)

@@ -13,6 +13,8 @@ from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.style import use
 
 Parameters = ParamSpec("Parameters")
 Drawn = TypeVar("Drawn")
@@ -30,6 +32,9 @@ ENGINE_COLOURS = {"exudyn": BLUE, "lagrangian": RED}
 """The colour of each engine in every figure."""
 
 _SHARED: dict[str, Any] = {
+    # Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "exudyn-flexlink",
     "font.family": "sans-serif",
     "text.usetex": False,
     "legend.frameon": False,
@@ -45,8 +50,6 @@ NARROW = 5.0  # inches: a figure less wide has no room for a legend beside its a
 FORMATS = ("png", "pdf", "svg")
 """Formats that figures are written in; the first is the usual one."""
 
-# Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
-_RC: dict[Any, Any] = {"pdf.fonttype": 42, "svg.hashsalt": "exudyn-flexlink"}
 _UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
 
@@ -96,22 +99,36 @@ STYLES = {style.name: style for style in (SCREEN, PRINT)}
 
 
 @contextmanager
-def settings(rc: Mapping[Any, Any]) -> Iterator[None]:
-    """Draw with settings of matplotlib; letters without a font are boxes, and no warnings."""
-    with mpl.rc_context(dict(rc)), warnings.catch_warnings():
+def settings(rc: Mapping[Any, Any], *, users: bool = False) -> Iterator[None]:
+    """Draw with settings of matplotlib; letters without a font are boxes, and no warnings.
+
+    What `rc` leaves out is as matplotlib has it by itself, not as a style or file of the user's
+    has it, but with `users`.
+    """
+    with mpl.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        use([*(["default"] if not users else []), dict(rc)])
         yield
 
 
 def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
-    """Let a function draw in the style it is given by keyword, `style`, or for the screen."""
+    """Let a function draw in the style it is given by keyword, `style`, or for the screen.
+
+    Into axes of the user's, `ax`, it draws with the user's settings for what that leaves out.
+    """
 
     @wraps(draw)
     def inside(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Drawn:
         style = kwargs.get("style", SCREEN)
         assert isinstance(style, Style)
-        with settings(style.rc):
-            return draw(*args, **kwargs)
+        users = kwargs.get("ax") is not None
+        with settings(style.rc, users=users):
+            drawn, ink = draw(*args, **kwargs), mpl.rcParams["text.color"]
+            another = users and ink != mpl.rcParamsDefault["text.color"]
+            for line in drawn.findobj(Line2D) if another and isinstance(drawn, Figure) else ():
+                if line.get_color() == BLACK:  # on a dark page of the user's nobody sees it
+                    line.set_color(ink)
+            return drawn
 
     return inside
 
@@ -134,7 +151,7 @@ def save_figure(
 def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes:
     """Return a figure as the content of a file of a format, with its own dots per inch or `dpi`."""
     written = BytesIO()
-    with settings(_RC):
+    with settings(SCREEN.rc):
         figure.savefig(written, format=suffix, dpi=dpi or figure.dpi, metadata=_UNDATED.get(suffix))
     return written.getvalue()
 

@@ -88,13 +88,13 @@ def _along(table: SweepTable, i: int) -> Scale:
 
 
 def _scale(values: Sequence[Scalar], name: str, unit: str) -> Scale:
-    """Values with their label; nan where there is none."""
+    """Values with their label; nan where there is none that can be drawn."""
     label = f"{name} ({unit})" if unit else name
     if any(isinstance(value, str) for value in values):
         words = tuple(dict.fromkeys(str(value) for value in values))
         return Scale(np.array([words.index(str(v)) for v in values], dtype=float), label, words)
     numbers = [nan if v is None or isinstance(v, str) else float(v) for v in values]
-    return Scale(np.array(numbers), label)
+    return Scale(np.where(np.isfinite(numbers), numbers, nan), label)
 
 
 def _of(table: SweepTable, status: str) -> BoolArray:
@@ -179,7 +179,8 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
     size, words = 0.4 + MAP * rows, (" (crosses)", " (white dots)")
     figure = _frame(table, f"over {x.label} and {y.label}", size, style, words)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    grid = _is_grid(x.places, y.places)
+    cells = len(np.unique(x.places)) * len(np.unique(y.places))
+    grid = len(x.places) > 1 and cells <= 2 * len(x.places)  # interrupted, it has holes
     marks = ((_of(table, FAILED), "x", RED), (_of(table, DOUBTFUL), "o", BLACK))
     for axes, own in zip(panels.flat, seen, strict=False):
         if grid:
@@ -200,15 +201,6 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
         _ticked(axes, y, "y")
     letter(panels.flat[: len(seen)])
     return figure
-
-
-def _is_grid(x: FloatArray, y: FloatArray) -> bool:
-    """Whether points are several, and most places of one value are there with those of the other.
-
-    A sweep that was interrupted has holes.
-    """
-    cells = len(np.unique(x)) * len(np.unique(y))
-    return len(x) > 1 and cells <= 2 * len(x)
 
 
 def _cells(

@@ -269,6 +269,7 @@ class Player {
     if (this.takes.length > 1) rows.push(`S apart by ${this.apart()}`);
     const beyond = this.data.horizon;
     if (beyond !== null && this.t >= beyond.from) rows.push(beyond.words.replace("\n", " "));
+    if (this.data.doubts) rows.push(this.data.doubts);
     rows.forEach((row, i) => {
       const span = this.told.children[i] || make(this.told, "span", "row");
       if (span.textContent !== row) span.textContent = row;
