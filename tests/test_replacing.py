@@ -10,6 +10,7 @@ from cli_runs import NO_CLEARANCE, SPLINE
 from folders import mine, posix, simulate, tree
 from results import rigid_link
 
+import exudyn_flexlink as fl
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.scene import json_schema
@@ -234,6 +235,17 @@ def test_a_link_where_a_file_is_written_first_is_not_followed(name):
     assert load(Path("o")).scene.title == "pendulum"
     assert tree()["elsewhere"] == b"mine"
     assert not list(Path("o").glob(".flexlink-*"))
+
+
+@pytest.mark.parametrize("what", ["simulate", "sweep"])
+def test_a_place_below_2000_folders_is_refused_in_a_sentence(what, capsys):
+    Path("model.yaml").write_text(results.PENDULUM.replace("duration: 1", "duration: 0.01"))
+    over = ["--over=bodies.rod.length=1,2", "--workers=1"] * (what == "sweep")
+    assert main([what, "model.yaml", *over, "--no-plots", "--out", "d/" * 2000]) == 2
+    assert "too many folders in each other; choose another place\n" in capsys.readouterr().err
+    with pytest.raises(StorageError, match="too many folders"):
+        fl.simulate(fl.load_scene("model.yaml")).save("./" + "d/" * 2000)
+    assert not Path("d").exists()
 
 
 @posix

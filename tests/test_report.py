@@ -8,7 +8,15 @@ from math import inf, pi, sqrt
 import numpy as np
 import pytest
 from cli_runs import NO_CLEARANCE, RIGID, row
-from results import LENGTH, LEVER_DAMPING, LEVER_FREQUENCY, LEVER_PEAK, rigid_link, tilting_link
+from results import (
+    LENGTH,
+    LEVER_DAMPING,
+    LEVER_FREQUENCY,
+    LEVER_PEAK,
+    rigid_link,
+    scene_from,
+    tilting_link,
+)
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
@@ -16,12 +24,24 @@ from exudyn_flexlink.engines.ending import RADAU
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text
-from exudyn_flexlink.report.text import WIDTH
+from exudyn_flexlink.report.text import WIDTH, instant
 from exudyn_flexlink.result import EngineSettings
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import save
 
 WAYS = ("minimal", "redundant")
+BULLET = """
+title: A bullet that hits a wall
+curves: {wall: {type: line, from: [-1 mm, -1], to: [-1 mm, 1]}}
+bodies: {bullet: {type: rigid, mass: 1 g, inertia: 1}}
+joints: {way: {type: prismatic, points: [ground, bullet.centre], at: [0, 0], axis: [1, 0]}}
+contacts:
+  hit: {type: point_on_curve, point: bullet.centre, curve: wall, side: right,
+        law: {type: impulse, restitution: 0.5}}
+initial: {speeds_along: {way: -1 km/s}}
+run: {duration: 2 us}
+accuracy: {tolerance: 1 um}
+"""
 
 
 # --- check ----------------------------------------------------------------------------------
@@ -39,6 +59,15 @@ def test_check_tells_parts_effects_and_freedom(capsys):
     assert "Degrees of freedom: 11" in shown.out  # 9 hinges, the lever, the driven crank
     assert "2.513 s (4 turns of crank)" in shown.out
     assert shown.err == ""
+
+
+def test_strikes_of_a_run_of_microseconds_have_instants_of_their_own():
+    """A bullet at 1 km/s, 1 mm before a wall."""
+    run = simulate(scene_from(BULLET), measure=True)
+    assert row(run_text(run), "0.0000010000")[1] == "s"
+    assert instant(0.31415926, 0.7) == "0.31416"  # of other runs they are as before
+    assert instant(1234.5, 2e3) == "1234.50000"
+    assert instant(0.0, 0.0) == "0.00000"
 
 
 def test_settings_without_a_use_are_named():

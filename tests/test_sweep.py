@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import pi
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -143,13 +144,28 @@ def test_what_raises_is_a_failed_row_and_the_others_go_on():
         length = own_length(scene, simulate)["length_m"]
         if length == 2:
             raise ValueError("not two")
-        return {"length_m": np.float64(length), "bound_m": np.inf}  # no table holds inf
+        return {"length_m": np.float64(length), "bound_m": -np.inf, "missing_m": np.nan}
 
     found = table(plan_of({LENGTH: "1:3:3"}), refuses)
     assert [row.status for row in found.rows] == ["done", "failed", "done"]
     assert found.rows[1].reason == "ValueError: not two"
     assert found.columns()["length_m"] == [1.0, None, 3.0]
-    assert found.columns()["bound_m"] == [None] * 3
+    assert found.columns()["bound_m"] == [-np.inf, None, -np.inf]
+    assert found.columns()["missing_m"] == [None] * 3
+
+
+def test_inf_of_a_row_function_outlives_the_journal_and_is_left_out_of_figures():
+    scene = fl.load_scene("pendulum", tolerance=1e-4).with_({"run.duration": 0.02})
+    varied = {"gravity": "9.81, 1.62, 3.7"}
+    for _ in range(2):  # which is read from the journal, once more
+        table = fl.sweep(
+            scene, varied, row=lambda r: {"slow_s": np.inf if r.scene.gravity[1] > -2 else 1.0},
+            folder="swept", resume=True, workers=1,
+        )  # fmt: skip
+        assert list(table["slow_s"]) == [1.0, np.inf, 1.0]
+    for line in table.plot("slow_s").axes[0].lines:
+        assert not np.isinf(line.get_ydata()).any()
+    assert Path("swept/table.csv").read_text().splitlines()[2].split(",")[-1] == "inf"
 
 
 def lengths_within_a_pool():

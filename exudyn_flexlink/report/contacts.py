@@ -24,7 +24,15 @@ from exudyn_flexlink.observables import (
     struck_bodies,
 )
 from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
-from exudyn_flexlink.report.text import Column, Table, left_out, lines_of, table, table_of_items
+from exudyn_flexlink.report.text import (
+    Column,
+    Table,
+    instant,
+    left_out,
+    lines_of,
+    table,
+    table_of_items,
+)
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
@@ -110,7 +118,7 @@ def touch_table(result: Result, joint: str, most: int) -> Table:
     last = float(result.time[-1])
     pairs = result.sleeves[joint].pairs if joint in result.sleeves else ("journal",)
     columns: dict[str, Column[Interval]] = {
-        "begins": ("s", lambda touch: f"{touch.begin:.5f}"),
+        "begins": ("s", lambda touch: instant(touch.begin, last)),
         "lasts": ("s", lambda touch: f"{min(touch.end, last) - touch.begin:.3g}"),
         "": ("", lambda touch: pairs[touch.pair].removeprefix(f"{joint}: ")),
         "approach": ("m/s", lambda touch: f"{touch.approach_speed:.4f}"),
@@ -151,7 +159,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
 
     Empty cells: what a strike that still lasts passes on in all, and the force of an impulse.
     """
-    found = strikes(result, contact)
+    found, last = strikes(result, contact), float(result.time[-1])
     struck = result.scene.all_contacts[contact].struck
     columns: dict[str, Column[Strike]] = {}
     turning = bool(found) and found[0].lap is not None
@@ -164,7 +172,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
             lambda strike: f"{whole(degrees(strike.crank_angle or 0.0)):.2f}",
         )
     columns |= {
-        "time": ("s", lambda strike: f"{strike.begin:.5f}"),
+        "time": ("s", lambda strike: instant(strike.begin, last)),
         "approach": ("m/s", lambda strike: f"{round(strike.approach_speed, 4) + 0.0:.4f}"),
         "place": ("m", lambda strike: f"{strike.place:.5f}"),
     }
@@ -181,7 +189,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
             ),
         )
     columns |= {
-        "lasts": ("s", lambda strike: f"{strike.end - strike.begin:.5f}"),
+        "lasts": ("s", lambda strike: instant(strike.end - strike.begin, last)),
         "touches": ("", lambda strike: str(strike.contacts)),
         "impulse": ("N s", lambda strike: _known(strike.impulse)),
         "energy lost": ("J", lambda strike: _known(strike.energy_lost)),
@@ -219,7 +227,7 @@ def peak_table(result: Result) -> Table:
         [
             name,
             f"{peak.value:.4g} {peak.unit}",
-            f"{peak.at:.5f}" if peak.value else "",
+            instant(peak.at, float(result.time[-1])) if peak.value else "",
             _off_by(known.get(name)),
         ]
         for name, peak in force_peaks(result).items()

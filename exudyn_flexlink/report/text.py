@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
+from math import floor, log10
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -67,6 +68,11 @@ def number(value: float) -> str:
     """Return a number with 4 digits; whole ones in full, since 20000 reads better than 2e+04."""
     whole = abs(value) < 1e7 and value == round(value)
     return f"{value:.0f}" if whole else f"{value:.4g}"
+
+
+def instant(time: float, run: float) -> str:
+    """Return an instant (s) of a run that is so long (s), with five decimals, or more digits."""
+    return f"{time:.{max(5, 4 - floor(log10(run or 1.0)))}f}"
 
 
 def listed(words: Sequence[str]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +37,14 @@ def write_document(
         write_csv(folder / table, columns)
 
 
-def in_json(value: Any, indent: int | None = None) -> bytes:
-    """Write dataclasses, mappings and values of NumPy as JSON in lines; null for inf and nan."""
-    return to_json(value, indent=indent, inf_nan_mode="null", fallback=plain_data) + b"\n"
+def in_json(
+    value: Any, indent: int | None = None, infinite: Literal["null", "constants"] = "null"
+) -> bytes:
+    """Write dataclasses, mappings and values of NumPy as JSON in lines.
+
+    For inf and nan stands null, or what JavaScript calls them, `constants`, which JSON has not.
+    """
+    return to_json(value, indent=indent, inf_nan_mode=infinite, fallback=plain_data) + b"\n"
 
 
 def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
@@ -53,11 +58,8 @@ def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
     with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows(map(_cell, row) for row in zip(*lists, strict=True))
-
-
-def _cell(value: Any) -> Any:
-    return f"{value:.12g}" if isinstance(value, float) else value
+        for row in zip(*lists, strict=True):
+            writer.writerow(f"{own:.12g}" if isinstance(own, float) else own for own in row)
 
 
 def other_version(document: Mapping[str, Any]) -> str:

@@ -27,8 +27,10 @@ class StorageError(Sendable, Exception):
         self.forcible = forcible
 
 
-def cannot_write(place: Path, error: OSError) -> str:
+def cannot_write(place: Path, error: OSError | RecursionError) -> str:
     """Say plainly why a place can't be written, and what to do."""
+    if isinstance(error, RecursionError):  # of `Path.mkdir`, which calls itself for each folder
+        return f"can't write {place}: too many folders in each other; choose another place"
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f"can't write {place}: the disk is full; make room, or choose another place"
     if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):

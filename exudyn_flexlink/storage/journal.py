@@ -41,7 +41,7 @@ class Journal:
             StorageError: the file can't be written.
 
         """
-        line = in_json(row)
+        line = in_json(row, infinite="constants")
         try:
             if self._stream.write(line) < len(line):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -114,7 +114,7 @@ def locked(folder: Path) -> Iterator[None]:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
+    except (OSError, RecursionError) as error:
         raise StorageError(cannot_write(folder, error)) from error
     if sys.platform == "win32":
         yield

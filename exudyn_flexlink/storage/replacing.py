@@ -288,7 +288,7 @@ def _try_to_write(target: Path) -> None:
     missing = [folder for folder in (trial, *trial.parents) if not folder.exists()]
     try:
         trial.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
+    except (OSError, RecursionError) as error:
         raise StorageError(cannot_write(target, error)) from error
     finally:
         for folder in missing:

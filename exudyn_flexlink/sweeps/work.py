@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import count
-from math import isfinite
+from math import isnan
 from time import perf_counter
 from typing import Any
 
@@ -106,10 +106,10 @@ def _checked(observed: Mapping[str, Any]) -> Mapping[str, Scalar]:
 
 
 def _plain(value: Any) -> Scalar:
-    """Return a number, text, bool or None, or raise TypeError; what is not finite is None."""
+    """Return a number, text, bool or None, or raise TypeError; None stands for nan."""
     if hasattr(value, "item"):  # of numpy
         value = value.item()
-    if isinstance(value, float) and not isfinite(value):
+    if isinstance(value, float) and isnan(value):
         return None
     if value is None or isinstance(value, float | int | bool | str):
         return value
