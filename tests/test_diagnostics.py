@@ -1,6 +1,8 @@
 """What a run's own numbers say against it: told, or refused."""
 
+import signal
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.diagnostics.consistency import doubts
 from exudyn_flexlink.engines.diagnostics.contacts import thin_overlaps
 from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
+from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.report import check_text
@@ -219,6 +222,63 @@ def test_steps_too_few_for_a_strike_at_this_tolerance_are_told():
     (told,) = few.warnings
     assert "points may be off by more than 1e-05 m, and lever.end by up to" in told
     assert enough.warnings == ()
+
+
+class Strides:
+    """In place of a stepper: it goes on by what `strides` (s) has for each step."""
+
+    time, steps = 0.0, 0
+
+    def __init__(self, strides):
+        self.strides = strides
+
+    def begin(self):
+        """There is nothing to begin."""
+
+    def advance(self, stop):
+        self.time = min(self.time + self.strides[self.steps], stop)
+        self.steps += 1
+
+
+@pytest.mark.parametrize(
+    ("slow", "ratio", "creeps"), [(1200, 2e-4, True), (1200, 4e-3, False), (400, 2e-4, False)]
+)
+def test_a_run_creeps_where_500_steps_make_less_than_a_thousandth_of_the_mean(
+    slow, ratio, creeps, caplog
+):
+    """1000 steps of 1 ms, slow ones, and long ones to the end."""
+    stepper = Strides([1e-3] * 1000 + [1e-3 * ratio] * slow + [0.5] * 10)
+    solution = Solution(stepper, SimpleNamespace(over=False), [3.0], reason=lambda: "at a wall")
+    solution.run()
+    assert solution.time == 3.0
+    told = "from t = 1 s on the run creeps: 500 steps took it on by 0.0001 s, less than a "
+    whole = (f"{told}thousandth of the mean: at a wall",)
+    assert solution.creeps == whole * creeps
+    assert [record.message for record in caplog.records] == [
+        f"warning: {own}" for own in whole * creeps
+    ]
+
+
+def test_a_run_that_creeps_at_a_dead_centre_says_so_at_once_and_in_its_warnings(
+    monkeypatch, caplog
+):
+    """There all rods are in line: a hundred steps lead to 0.714 of 10 s, thousands no further."""
+    monkeypatch.setattr("exudyn_flexlink.integrate.solve.WATCHED", 50)
+
+    def interrupt(_):
+        if caplog.records:
+            signal.raise_signal(signal.SIGINT)
+
+    scene = load_scene(MODELS.parent / "benchmarks/n_four_bar.yaml", ["accuracy.tolerance=1e-10"])
+    crept = simulate(scene, progress=interrupt)
+    assert crept.outcome.reason == INTERRUPTED
+    assert crept.outcome.time == pytest.approx(0.714, abs=1e-3)
+    (warning,) = (text for text in crept.warnings if "creeps" in text)
+    assert warning.startswith("from t = 0.71")
+    assert warning.endswith(
+        "a loop of joints is at a dead centre, where it can move in more than one way"
+    )
+    assert [record.message for record in caplog.records] == [f"warning: {warning}"]
 
 
 def test_an_interrupted_crawl_names_the_contact(run):

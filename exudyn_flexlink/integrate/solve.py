@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from logging import getLogger
 from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 SECONDS_BETWEEN_REPORTS = 0.1
 MOST_AT_ONCE = 200  # events at one instant before the loop gives up
+WATCHED = 500  # steps: so many in a row tell whether a run goes on
+CREEPING = 1e-3  # of the mean progress of a step: no run comes to its end so slowly
 
 
 class Events(Protocol):
@@ -55,7 +58,9 @@ class ProgressMeter:
 class Solution:
     """One run over `stops` (s), where the equations bend, to the last of them.
 
-    `go_on` is told two stops between which it goes on, where something may leap there.
+    `go_on` is told two stops between which it goes on, where something may leap there. `creeps`
+    tells from when on a run goes on much more slowly than before, and what `reason` has to say of
+    where it is then.
     """
 
     stepper: ImplicitStepper | ExplicitStepper
@@ -63,8 +68,11 @@ class Solution:
     stops: Sequence[float]
     progress: Callable[[float], None] | None = None
     go_on: Callable[[float, float], None] | None = None
+    reason: Callable[[], str] = str
     interrupted: bool = False
+    creeps: tuple[str, ...] = ()
     _at_once: int = 0
+    _watched: tuple[int, float] = (0, 0.0)  # steps, and s: where the run was looked at
 
     def __post_init__(self) -> None:
         self._meter = ProgressMeter(self.progress, self.end)
@@ -101,9 +109,24 @@ class Solution:
                 began = self.time
                 event = self.stepper.advance(stop)
                 self._count(began, event)
+                self._watch()
                 if event is not None:
                     self._cross(event)
                 self._meter.tell(self.time)
+
+    def _watch(self) -> None:
+        """Say at once, and one time, that a run creeps: it might take days."""
+        steps, (before, since) = self.stepper.steps, self._watched
+        if steps >= before + WATCHED:
+            self._watched = steps, self.time
+            made, usual = self.time - since, (steps - before) * self.time / steps
+            if made < CREEPING * usual and not self.creeps:
+                told = (
+                    f"from t = {since:.4g} s on the run creeps: {steps - before} steps took it on "
+                    f"by {made:.2g} s, less than a thousandth of the mean"
+                )
+                self.creeps = (": ".join(filter(None, [told, self.reason()])),)
+                getLogger(__name__).warning("warning: %s", *self.creeps)
 
     def _over(self) -> bool:
         return self.events.over or self.interrupted

@@ -160,7 +160,10 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         drive_torques=forces.drive_torques(),
         drive_forces={},
         slot_forces={model.mechanism.slots[0].name: forces.slot},
-        warnings=tuple(passed_on(prepared.problem.impacts.together, "each in turn")),
+        warnings=(
+            *passed_on(prepared.problem.impacts.together, "each in turn"),
+            *prepared.solution.creeps,
+        ),
         outcome=_outcome(prepared, complaint),
     )
 

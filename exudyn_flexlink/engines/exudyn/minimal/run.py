@@ -74,7 +74,10 @@ def prepare(
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap = mechanism.knots(end), model.window.go_on
     leap(0.0, min(knots, default=inf))
-    solution = Solution(stepper, problem, [*knots, end], progress, leap)
+    solution = Solution(
+        stepper, problem, [*knots, end], progress, leap,
+        lambda: model.coordinates.locked(stepper.at.kept.state),
+    )  # fmt: skip
     return MinimalRun(scene, model, problem, stepper, solution, recorder, events)
 
 
@@ -117,7 +120,7 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     at_once = passed_on(run.problem.impacts.together, "all of them at once")
     halves = [run.problem.half_periods[k] for k in run.model.touches.ever]
     short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
-    told = (*short, *_slipped(run), *_on_dead_centres(run), *at_once)
+    told = (*short, *_slipped(run), *_on_dead_centres(run), *at_once, *run.solution.creeps)
     return RunReader(run).result(told, _outcome(run, *complaint))
 
 
