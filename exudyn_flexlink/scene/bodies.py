@@ -158,9 +158,13 @@ class FlexibleBody(_Straight):
     """A straight flexible link: rigid rods joined by hinges with torsional springs."""
 
     type: Literal["flexible"] = "flexible"
-    rods: Annotated[int, Strict()] = Field(ge=1, le=1000, description="number of rods")
+    rods: Annotated[int, Strict()] = Field(
+        ge=1,
+        le=1000,
+        description="number of rods; with layout half_ends of hinges, and one rod more",
+    )
     layout: Literal["equal", "half_ends"] = Field(
-        "equal", description="half_ends: the first and the last rod have half the length"
+        "equal", description="half_ends: the first and the last rod are half as long as the others"
     )
     hinges: Hinges = Field(description="springs between the rods")
     stretch: Flag = Field(
