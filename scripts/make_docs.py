@@ -28,6 +28,7 @@ from written import DOCS, ROOT, parts_of, with_parts
 
 OUT = "{out}"  # in a command: the scratch folder
 PROGRAM = ("-m", "exudyn_flexlink")
+TYPED = "exudyn-flexlink"
 NOISE = 3.0  # factor by which errors and counts of steps may differ between machines and versions
 ROUNDING = 1e-12  # what is smaller is rounding, and equal
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
@@ -57,9 +58,12 @@ class Item:
 
     @property
     def shown(self) -> list[str]:
-        """Its commands as one would type them after the interpreter."""
-        told = [re.sub(r" --out \S+", "", " ".join(command)) for command in self.commands]
-        return [command.replace(f"{OUT}/", "runs/") for command in told]
+        """Its commands as one would type them in an activated environment."""
+        told = [
+            re.sub(r" --out \S+", "", f"python {' '.join(command)}") for command in self.commands
+        ]
+        program = f"python {' '.join(PROGRAM)}"
+        return [one.replace(f"{OUT}/", "runs/").replace(program, TYPED) for one in told]
 
 
 def script(name: str, *arguments: str) -> tuple[str, ...]:
@@ -176,7 +180,7 @@ ITEMS = (
         "stability.md",
     ),
     measured("published_exponents", "stability", "15 min"),
-    measured("clearance_statements", "paper", "1 min"),
+    measured("clearance_statements", "paper", "10 min"),
     Item(
         "closing_clearance",
         "5 min",
@@ -262,7 +266,8 @@ def told(text: str, name: str) -> str:
     if name == "accuracy":  # from its first table to its advice
         first = next(i for i, line in enumerate(lines) if line.startswith("Errors"))
         last = max(i for i, line in enumerate(lines) if line.startswith(("Recomm", "That is:")))
-        report = [line.replace(sys.executable, ".venv/bin/python") for line in lines]
+        called = " ".join([sys.executable, *PROGRAM])
+        report = [line.replace(called, f".venv/bin/{TYPED}") for line in lines]
         return "\n".join(["```text", *report[first : last + 1], "```"]) + "\n"
     kept: list[str] = []
     for line in lines:

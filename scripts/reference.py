@@ -363,7 +363,7 @@ def items() -> Iterator[str]:
     yield "| name | files in `docs/` | made by | takes about |\n|---|---|---|---|"
     for item in ITEMS:
         files = ", ".join(f"`{file}`" for file in item.files)
-        made = "<br>".join(f"`python {command}`" for command in item.shown)
+        made = "<br>".join(f"`{command}`" for command in item.shown)
         yield f"| {item.name} | {files} | {escaped(made)} | {item.takes} |"
 
 

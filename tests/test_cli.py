@@ -3,10 +3,11 @@
 import json
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from cli_runs import COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
+from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_of, python
 
 import exudyn_flexlink as fl
 from exudyn_flexlink import cli
@@ -240,6 +241,19 @@ MEANT = {
 def test_what_was_meant_is_told(typed, told, capsys):
     assert code_of(*typed.split()) == 2
     assert told in capsys.readouterr().err
+
+
+def test_files_beside_the_model_stand_for_no_module_of_python():
+    for name in ("random", "yaml", "numpy"):
+        Path(f"{name}.py").write_text("raise SystemExit('a foreign module')\n")
+    shutil.copyfile(RIGID, "model.yaml")
+    over = ["--over", "drives.motor.value=5,6 rad/s", "--workers", "2", "--set=run.turns=0.02"]
+    for words in (["check", "model.yaml"], ["sweep", "model.yaml", *over, "--no-plots"]):
+        ended = subprocess.run(
+            [sys.executable, "-m", "exudyn_flexlink", *words],
+            env=BARE, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert (ended.returncode, ended.stderr) == (0, "")
 
 
 def test_a_folder_named_like_a_model_is_no_model(capsys):

@@ -9,7 +9,7 @@ from pathlib import Path
 import make_docs
 import pytest
 import reference
-from pages_of_docs import DOCS, PAGES, ROOT, blocks, commands, text_of
+from pages_of_docs import DOCS, PAGES, PROGRAM, ROOT, blocks, commands, text_of
 from written import parts_of, without_parts
 
 import exudyn_flexlink as fl
@@ -17,6 +17,8 @@ from exudyn_flexlink.cli import program_parser
 from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import parse_document
 
@@ -33,10 +35,9 @@ any_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 
 def of_program():
     """Arguments of the program in README, documentation and the help of its commands."""
-    start = [".venv/bin/python", "-m", "exudyn_flexlink"]
     examples = "\n".join(reference.help_of(command) for command in reference.COMMANDS)
     told = re.findall(r"^  exudyn-flexlink (\w+ .*)$", examples, re.MULTILINE)
-    return [words[3:] for _, words in commands() if words[:3] == start] + list(
+    return [words[1:] for _, words in commands() if words[0] == PROGRAM] + list(
         map(shlex.split, told)
     )
 
@@ -141,6 +142,43 @@ def test_a_page_that_differs_is_stale_and_another_part_is_left_alone(tmp_path, m
 def test_tables_of_numbers_are_written_by_scripts(page):
     for line in without_parts(page).splitlines():
         assert not (line.startswith("|") and MEASURED.search(line)), line
+
+
+@any_page
+def test_pages_teach_the_command_beside_which_no_file_stands_for_a_module(page):
+    assert not any("-m exudyn_flexlink" in text for text in blocks(page, ""))
+
+
+LEVERS = {
+    "7 | penalty": ("no_clearance", "bodies.link.rods=7"),
+    "3.2e+05 N/m": (
+        "no_clearance",
+        "contacts.strike.law.stiffness=3.2e5 N/m",
+        "bodies.link.rods=5",
+    ),
+    "5 mm, 'beam' hinges": ("clearance",),
+}
+
+
+@pytest.mark.parametrize("row", LEVERS)
+def test_the_levers_least_angle_is_known_to_the_digits_that_a_table_prints(row):
+    """By a run of the model at a closer tolerance, with nothing changed but what the row says."""
+    lines = "\n".join(text for page in PAGES for text in parts_of(page).values()).splitlines()
+    (line,) = (line for line in lines if line.startswith(f"| {row} |"))
+    printed = re.search(r"(-0\.(\d+)) rad", line)
+    model, *settings = LEVERS[row]
+    settings += ["bodies.link.hinges.stiffness=beam", "run.turns=0.54", "accuracy.tolerance=1e-9"]
+    least, _ = lever_response(simulate(load_scene(model_path(model), settings)), "strike").least
+    assert least == pytest.approx(float(printed[1]), abs=0.51 * 10.0 ** -len(printed[2]))
+
+
+def test_the_reference_says_how_many_rods_and_hinges_half_ends_make():
+    settings = ["bodies.link.rods=4", "bodies.link.layout=half_ends"]
+    model = build_mechanism(load_scene(model_path("no_clearance"), settings))
+    hinges = [hinge for hinge in model.hinges if hinge.name.startswith("link")]
+    assert (len(model.bodies["link"]), len(hinges)) == (5, 4)
+    told = "number of rods; with layout half_ends of hinges, and one rod more"
+    assert f"| `rods` | {told} |" in text_of(DOCS / "reference" / "model_file.md")
 
 
 @any_page

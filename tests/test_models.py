@@ -21,7 +21,7 @@ SCHEMA = FOLDER / "flexlink.schema.json"
 
 def test_the_schema_file_is_current():
     assert json.loads(SCHEMA.read_text(encoding="utf-8")) == json_schema(), (
-        "run: python -m exudyn_flexlink schema --out models/flexlink.schema.json"
+        "run: exudyn-flexlink schema --out models/flexlink.schema.json"
     )
 
 

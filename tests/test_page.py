@@ -225,4 +225,4 @@ def test_the_model_of_a_page_is_that_of_the_run(told):
     scene = run.scene.changed(title=f'{EVIL} "a: b" # \u00fc', source="it's\n  'assumed'")
     page = told(replace(run, scene=scene))
     assert scene_of(parse_document(model_of(page), "model.yaml")) == scene
-    assert "python -m exudyn_flexlink simulate model.yaml" in page.words
+    assert "exudyn-flexlink simulate model.yaml" in page.words

@@ -12,9 +12,8 @@ import sys
 
 import pytest
 from cli_runs import BARE
-from pages_of_docs import ROOT, commands
+from pages_of_docs import PROGRAM, ROOT, commands
 
-PROGRAM = [".venv/bin/python", "-m", "exudyn_flexlink"]
 PAGES = (("README.md", "running.md"), ("tutorial.md",), ("engines.md",))  # which share a folder
 NO_NETWORK = """
 import os, socket
@@ -43,7 +42,7 @@ for words in json.loads(sys.argv[1]):
 
 def printed(page):
     """Arguments of the program, of all its commands that a page prints."""
-    return [words[3:] for name, words in commands() if (name, words[:3]) == (page, PROGRAM)]
+    return [words[1:] for name, words in commands() if (name, words[0]) == (page, PROGRAM)]
 
 
 @pytest.fixture

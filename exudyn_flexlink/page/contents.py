@@ -200,7 +200,7 @@ def model_text(scene: Scene) -> str | None:
 
 def command_of(result: Result) -> str:
     """Return the command that makes the run again from its model file."""
-    words = ["python -m exudyn_flexlink simulate", MODEL]
+    words = ["exudyn-flexlink simulate", MODEL]
     if result.engine != "exudyn":
         words.append(f"--engine {result.engine}")
     if result.error == NOT_ASKED:
