@@ -1,8 +1,11 @@
 """Pulses of formulas that are shorter than a step, in time or along the way: closed forms."""
 
-from math import asin, cos, pi, sin, sqrt
+from itertools import pairwise
+from math import asin, cos, exp, log, pi, sin, sqrt
 
+import numpy as np
 import pytest
+from scipy.integrate import quad, solve_ivp
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.expressions import parse_expression
@@ -151,3 +154,138 @@ def test_the_energy_of_a_drive_in_a_pulse_is_summed_up():
     assert found.poses[-1, 0, 0] == pytest.approx(1 + 1e-3 * sqrt(pi), abs=TOLERANCE)
     largest = MASS / 2 * 11**2
     assert found.energy.supplied[-1] == pytest.approx(0, abs=1e-5 * largest)
+
+
+# --- springs by a formula -----------------------------------------------------------------------
+
+SLIDER = """title: a slider passes a click
+bodies: {m: {type: rigid, mass: 2, inertia: 1, points: {c: [0, 0]}}}
+joints: {way: {type: prismatic, points: [ground, m.c], at: [0, 0], axis: [1, 0]}}
+springs: {click: {type: linear, joint: way, force: FORCE}}
+initial: {along: {way: 0}, speeds_along: {way: SPEED}}
+run: {duration: LASTS}
+accuracy: {tolerance: 1.0e-6}
+"""
+WHEEL = """title: a wheel passes a click
+bodies: {m: {type: rigid, mass: 1, inertia: 2, points: {c: [0, 0], rim: [1, 0]}}}
+joints: {way: {type: revolute, points: [ground, m.c], at: [0, 0]}}
+springs: {click: {type: torsional, joint: way, torque: FORCE}}
+initial: {speeds: {m: SPEED}}
+run: {duration: LASTS}
+accuracy: {tolerance: 1.0e-6}
+"""
+PUSHED = SLIDER.replace(
+    "springs: {click: {type: linear, joint: way, force: FORCE}}",
+    'drives: {push: {type: force, point: m.c, value: ["-(FORCE)", 0]}}',
+)
+SCENES = {"length": (SLIDER, 0), "angle": (WHEEL, 2), "place(way)": (PUSHED, 0)}
+AT = 0.5  # m or rad, of the click
+ASIDE = 8.0  # widths: no force is left so far from it
+
+
+def click(energy, width, place):
+    """Force that stores an energy (J) at a click of a width (m or rad), without it around."""
+    off = f"(({place} - {AT})/{width})"
+    return f"{-2 * energy / width}*{off}*exp(-{off}**2)"
+
+
+def passed(force, speed, lasts, place="length"):
+    """A run, and the place at its end."""
+    text, coordinate = SCENES[place]
+    formula = force if place == "place(way)" else f'"{force}"'
+    text = text.replace("FORCE", formula).replace("SPEED", f"{speed}")
+    found = run(text.replace("LASTS", f"{lasts}"), "solver.formulation=minimal")
+    return found, found.poses[-1, 0, coordinate]
+
+
+def beyond(energy, width, speed, lasts):
+    """Place after a time of what passes a click, or is turned back by it: energy is kept."""
+    near, kinetic = ASIDE * width, MASS * speed**2 / 2
+    top = width * sqrt(log(energy / kinetic)) if energy > kinetic else 0.0
+
+    def slowness(root):
+        """Time by the root of the distance from where it turns: that keeps it finite."""
+        off = (top + root**2) / width
+        left = kinetic - energy * exp(-(off**2))
+        return 2 * root / sqrt(2 * left / MASS)
+
+    edges = np.linspace(0, sqrt(near - top), 9)
+    half = sum(quad(slowness, a, b, epsabs=1e-13)[0] for a, b in pairwise(edges))
+    left = lasts - (AT - near) / speed - 2 * half
+    return AT - near - speed * left if top else AT + near + speed * left
+
+
+@pytest.mark.parametrize("place", ["length", "angle"])
+@pytest.mark.parametrize(
+    ("energy", "width", "speed"),  # of 1 J at 1 m/s or rad/s
+    [
+        (0.8, 0.02, 1),
+        (0.8, 0.01, 1),
+        (0.8, 0.005, 1),
+        (0.8, 0.001, 1),
+        (-0.8, 0.01, 1),  # a catch
+        (0.02, 1e-4, 1),
+        (5.0, 0.003, 3),
+        (1.5, 0.01, 1),  # turns it back
+        (1.1, 0.001, 1),
+    ],
+)
+def test_no_click_is_passed_unseen(energy, width, speed, place):
+    """Nor is energy missed: what it stores is the integral of its force, however narrow."""
+    lasts = 1.0 / speed
+    found, end = passed(click(energy, width, place), speed, lasts, place)
+    assert end == pytest.approx(beyond(energy, width, speed, lasts), abs=TOLERANCE, rel=0)
+    assert found.checks.energy_residual < 1e-6
+    assert not found.warnings
+
+
+@pytest.mark.parametrize("energy", [0.8, 1.5, -2.0])
+def test_a_drive_of_the_place_moves_as_a_spring(energy):
+    ends = [passed(click(energy, 0.01, own), 1, 1.2, own)[1] for own in ("length", "place(way)")]
+    assert ends[0] == pytest.approx(ends[1], abs=TOLERANCE, rel=0)
+
+
+def test_a_weak_click_in_a_strong_spring_counts_by_the_tolerance():
+    """It swings with 10 rad/s; 0.5 of 100 J slow it while it is within the click, and no more."""
+    found, end = passed(f"200*length + {click(0.5, 0.001, 'length')}", 10, 0.1)
+    within = quad(
+        lambda x: 1 / sqrt(100 - 100 * x**2 - 0.5 * exp(-(((x - AT) / 0.001) ** 2)))
+        - 1 / sqrt(100 - 100 * x**2),
+        AT - 0.008, AT + 0.008, epsabs=1e-15,
+    )[0]  # fmt: skip
+    assert end == pytest.approx(sin(10 * (0.1 - within)), abs=TOLERANCE, rel=0)
+    assert found.checks.energy_residual < 1e-6
+
+
+@pytest.mark.parametrize("wide", [0.02, 100])
+def test_a_hundred_magnets_a_turn(wide):
+    """All around, or in a part of a turn (rad) that a free wheel comes to."""
+    formula = f"20*sin(100*angle)*exp(-((angle - 0.6)/{wide})**4)"
+    found, end = passed(formula, 10, 0.1, "angle")
+    right = solve_ivp(
+        lambda _, y: [y[1], -10 * np.sin(100 * y[0]) * np.exp(-(((y[0] - 0.6) / wide) ** 4))],
+        (0, 0.1), [0, 10], "DOP853", rtol=1e-12, atol=1e-13, max_step=1e-4,
+    )  # fmt: skip
+    assert end == pytest.approx(right.y[0, -1], abs=TOLERANCE, rel=0)
+    assert found.checks.energy_residual < 1e-5
+
+
+@pytest.mark.parametrize("half", [5e-3, 5e-4, 5e-6])
+def test_a_spike_of_a_table_is_met(half):
+    """It is at rows, where steps end. The slider has 1 J, of which the spike takes a tenth."""
+    rows = [[-1, 0], [AT - half, 0], [AT, 0.1 / half], [AT + half, 0], [2, 0]]
+    text = SLIDER.replace("FORCE", f"{{points: {rows}}}").replace("SPEED", "1")
+    found = run(text.replace("LASTS", "1.2"), "solver.formulation=minimal")
+    after = sqrt(0.9)
+    # As fast as at the end, but for less than the way through it at the speed that it loses.
+    right = AT + (1.2 - AT) * after
+    assert found.poses[-1, 0, 0] == pytest.approx(right, abs=TOLERANCE + half * (1 / after - 1))
+    assert found.checks.energy_residual < 1e-9
+
+
+def test_a_spring_stores_energy_where_it_goes_alone():
+    """It swings by 0.06 m; the formula has no value beyond 0.07 m."""
+    found, end = passed("50*length + 1e-9*sqrt(0.07 - length)", 0.3, 2)
+    assert found.outcome.completed
+    assert end == pytest.approx(0.06 * sin(10), abs=TOLERANCE)
+    assert found.checks.energy_residual < 1e-9

@@ -47,6 +47,7 @@ class Expression:
     `powers` is its dimension as far as its units tell, angles counting as numbers; None if they
     don't. `sensed` is what the state has to supply, in this order. Sides of the `kinks` (so many)
     may follow, 1 where the switch is below zero: the formula is held on them, also beyond a kink.
+    A formula `of_a_place` is of one thing that it senses, and not of time.
     """
 
     def __init__(
@@ -54,6 +55,7 @@ class Expression:
     ) -> None:
         self.text = text
         self.sensed = tuple(sensed)
+        self.of_a_place = plan.tape.variables(plan.result) == {0}
         self.powers = powers
         self._tape, self._result = plan.tape, plan.result
         self._switches = tuple(dict.fromkeys(plan.switches))
@@ -167,6 +169,20 @@ class Expression:
             elif self._tape.variables(one):
                 found.append(Addend(self._tape, one, self._held))
         return found
+
+    def along(self, start: float, way: float) -> Expression:
+        """Return a formula of a place with ``start + way t`` for the place."""
+        tape = Tape()
+        moved = tape.add("mul", tape.number(way), tape.variable(TIME))
+        of = {self._tape.variable(0): tape.add("add", tape.number(start), moved)}
+        for i in self._tape.needed([self._result, *self._switches]):
+            name, takes, value = self._tape.operations[i]
+            if name == "number":
+                of[i] = tape.number(value)
+            elif name != "variable":
+                of[i] = tape.add(name, *(of[k] for k in takes))
+        plan = Plan(tape, of[self._result], [of[i] for i in self._switches])
+        return Expression(self.text, plan, (), self.powers)
 
     # --- bends --------------------------------------------------------------------------------
 

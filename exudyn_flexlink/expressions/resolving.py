@@ -1,13 +1,13 @@
 """What bounds tell of a function of time: where it is zero or has a pole, and what parts show it.
 
 Values at instants may miss a short pulse. So times are halved until interval arithmetic leaves
-nothing open. In parts short enough a term is a polynomial, but for the remainder of interpolation
-at Chebyshev points, ``2 (w/4)^n max|f^(n)| / n!`` in a part of width w.
+nothing open. In parts short enough a term f is a polynomial of degree n, but for the remainder of
+interpolation at Chebyshev points, ``(w/4)^n (max f^(n) - min f^(n)) / n!`` in a part of width w.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from math import factorial
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions.ranges import NOTHING, Addend, Bounds
 
-ORDERS = 2, 4, 8  # n above: higher ones cost more, the last is near the order of the steps' method
+ORDERS = 0, 2, 4, 8  # n above: higher ones cost more, the last is what steps integrate exactly
 PARTS = 64  # of the time that are looked at first
 MOST_PARTS = 100_000  # looked at together: where more are needed, it is told
 HALVINGS = 40  # of the time: then rounding is near
@@ -88,15 +88,9 @@ def resolved(
         near = CLOCK * np.spacing(np.abs(high))
         low, high = low[wide := high - low > 4 * near], high[wide]
         within, width = Bounds(low + near[wide], high - near[wide]), high - low
-        sensed = state(within)
-        least, most = term.ranges(within, sensed)
-        rest = np.broadcast_to(most - least, low.shape)
-        for order in ORDERS:
+        for rest in remainders(term, within, state(within)):
             with np.errstate(all="ignore"):
-                bends = np.broadcast_arrays(*term.derivative(order).ranges(within, sensed), low)[:2]
-                tail = 2 * (width / 4) ** order / factorial(order)
-                rest = np.fmin(rest, tail * np.abs(bends).max(0))
-                hidden = np.broadcast_to(cost(low) * width * rest, low.shape)
+                hidden = cost(low) * width * rest
             if hidden.sum() <= allowed / 2:
                 break
         by_size = np.argsort(hidden)
@@ -112,6 +106,22 @@ def resolved(
     else:
         low, high = low[:0], high[:0]
     return np.unique(np.concatenate(found)), np.stack([low, high], -1)
+
+
+def remainders(
+    term: Addend, within: Bounds, state: Mapping[int, Bounds] = NOTHING
+) -> Iterator[FloatArray]:
+    """What polynomials of ever higher degree do not show of a term in parts (n,), at most.
+
+    `state` gives bounds of what is sensed, and of its derivatives, over the parts.
+    """
+    width = within.high - within.low
+    rest = np.full(width.shape, np.inf)
+    for order in ORDERS:
+        with np.errstate(all="ignore"):
+            low, high = term.derivative(order).ranges(within, state)
+            rest = np.fmin(rest, (width / 4) ** order / factorial(order) * (high - low))
+        yield rest
 
 
 def pulses(edges: FloatArray) -> FloatArray:

@@ -9,10 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions import NoValueError
+from exudyn_flexlink.expressions import Expression, NoValueError, resolved
 from exudyn_flexlink.mechanism.prescribed import Antiderivative, Applied, Formula, interpolant
 
 ROUNDED = 1e-12  # of a table's range: so little beyond its end is its end
+LITTLE = 1e-12  # J: less than this is rounding of an energy
 
 
 class TableEndError(NoValueError):
@@ -100,9 +101,37 @@ class SpringLaw:
         return np.asarray(found).reshape(np.shape(place))
 
     @cached_property
-    def _integrals(self) -> tuple[Antiderivative, Antiderivative]:
+    def _integrals(self) -> tuple[_Work, _Work]:
         """Integrals from the start on, and from there back."""
-        return (
-            Antiderivative(lambda off: self.at(self.start + off)),
-            Antiderivative(lambda off: self.at(self.start - off)),
-        )
+        assert isinstance(self.applied, Formula)
+        expression = self.applied.expression
+        return _Work(expression.along(self.start, 1.0)), _Work(expression.along(self.start, -1.0))
+
+
+class _Work(Antiderivative):
+    """Integral (J) of a `formula` of t, which is a way (m or rad), just as far as it is asked for.
+
+    Bounds show all of it but `LITTLE`. Beyond, the formula may have no value.
+    """
+
+    def __init__(self, formula: Expression) -> None:
+        super().__init__(self._force)
+        self._formula = formula
+
+    def _force(self, way: FloatArray) -> FloatArray:
+        """Force (n,) on ways (n,); none where it has no value, over which a long step went."""
+        try:
+            return self._formula.values(way, ())
+        except NoValueError:
+            return np.zeros(way.shape)
+
+    def __call__(self, time: FloatArray) -> FloatArray:
+        """Integrals (n,) from 0 to ways (n,), none of them negative."""
+        begin, end = self._ends[-1], float(time.max(initial=0.0))
+        if end <= begin * (1 + ROUNDED):
+            return super().__call__(np.minimum(time, begin))
+        edges = np.array([begin, *self._formula.bends(begin, end), end])
+        parts = [resolved(one, edges, lambda _: 1.0, LITTLE)[0] for one in self._formula.addends]
+        inner = np.unique(np.concatenate([edges, *parts]))
+        self._knots = [*inner[inner < end * (1 - ROUNDED)].tolist(), end]
+        return super().__call__(time)

@@ -199,10 +199,11 @@ class Loads:
             size = LoadSize(layout, kinematics, Size(law.applied, senses))
             self._springs.append(_Along(size, _sensor(layout, kinematics, sense), way=-1.0))
         self._all = [*self._drives, *self._springs]
-        sizes = [size for load in self._drives for size in load.sizes]
+        sizes = [size for load in self._all for size in load.sizes]
         self.any = bool(self._all)
-        self.by_formula = [size for size in sizes if size.formula]
-        self.bent = [size for load in self._all for size in load.sizes if size.kinks]
+        self.drives_by_formula = any(size.formula for load in self._drives for size in load.sizes)
+        self.of_state = [size.formula for size in sizes if size.formula and size.senses]
+        self.bent = [size for size in sizes if size.kinks]
         self.stiff = bool(mechanism.forces or self._springs) or any(one.senses for one in sizes)
 
     def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:

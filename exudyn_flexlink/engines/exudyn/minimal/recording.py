@@ -113,9 +113,9 @@ class Recorder(BlockRecorder):
         self._waiting.append(_Waiting(step, t, len(samples), self._edges(step, samples), found))
         self._pass(step.end)
         instants = sum(len(one.t) for one in self._waiting)
-        # A formula without a value ends the run where it has none.
+        # A drive by a formula without a value ends the run where it has none.
         long = len(self._waiting) >= AT_ONCE or instants > MOST_INSTANTS
-        if self.model.loads.by_formula or long:
+        if self.model.loads.drives_by_formula or long:
             self.work_off()
 
     def work_off(self) -> None:

@@ -7,14 +7,15 @@ is held on the other side.
 
 A step knows them at its stages alone, and so does the estimate of its error: a pulse between two
 of them is in neither. So each term of a formula that senses the state is looked at over the whole
-step, by bounds: see `expressions.resolved`. Kinks and pulses of time alone are found before the
-run: see `mechanism.pulses`.
+step, by bounds: see `expressions.resolved`. Of a formula of one place, such as those of springs,
+bounds are known by place, and are kept. Kinks and pulses of time alone are found before the run:
+see `mechanism.pulses`.
 """
 
 from __future__ import annotations
 
-from functools import partial
-from math import factorial
+from functools import lru_cache, partial
+from math import ceil, factorial, floor, log2
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.loads import LoadSize, Now
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, resolved
+from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, Expression, remainders, resolved
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event, first_fall
 from exudyn_flexlink.integrate.problem import Evaluation
@@ -138,13 +139,54 @@ def _taylor(ahead: FloatArray) -> FloatArray:
     return np.triu(ahead[:, None, None] ** BETWEEN / FACTORIALS[BETWEEN])
 
 
+CELLS = 64  # half of those looked at together, which takes as long as one
+SMALLEST = 1e-12  # m or rad, the way of a step: less is rounding
+
+
+class _Cells:
+    """Cells (m or rad) of the place that a formula is of: how much of it a step hides within one.
+
+    Cells of a size begin at its multiples. Bounds of a cell cost more time than a step, so they are
+    kept. They are asked of cells as large as may be: these are few.
+    """
+
+    def __init__(self, formula: Expression) -> None:
+        self._terms = formula.along(0.0, 1.0).addends
+        self._size = 1.0  # m or rad, tried first
+        self._hidden = lru_cache(self._hidden_in)
+
+    def show(self, places: FloatArray, little: float) -> bool:
+        """Tell whether a step with these places at its stages hides at most `little` (N or N m)."""
+        low, high = min(places), max(places)
+        # A step is cut at parts that are SHORTER than it; at its fastest it goes twice its mean.
+        least = 2 * max(high - low, SMALLEST) / SHORTER
+        self._size = max(self._size, 2.0 ** ceil(log2(least)))
+        while self._size >= least:
+            begin = CELLS * (round(low / (CELLS * self._size)) - 1)
+            first, last = (floor(place / self._size) - begin for place in (low, high))
+            # The step turns between stages, too: by less than a cell beyond them.
+            if self._hidden(self._size, begin)[first - 1 : last + 2].max() <= little:
+                return True
+            self._size /= 2
+        return False
+
+    def _hidden_in(self, size: float, begin: int) -> FloatArray:
+        """How much (N or N m) cells of this size hide, (2 CELLS,), from the number `begin` on."""
+        low = size * (begin + np.arange(2 * CELLS))
+        rests = [[*remainders(term, Bounds(low, low + size))][-1] for term in self._terms]
+        return np.asarray(np.sum(rests, axis=0))
+
+
 class Overlooked:
     """Looks at the steps of a model."""
 
     def __init__(self, model: MinimalModel, end: float) -> None:
         """`end` (s) is that of the run."""
         self._model, self._end = model, end
-        self._senses = any(size.senses for size in model.loads.by_formula)
+        self._cells = {
+            one: _Cells(one.expression) if one.expression.of_a_place else None
+            for one in model.loads.of_state
+        }
 
     def part(self, step: Step, allowed: float) -> float:
         """Part of a step after which a formula is not what its stages tell; 1 if nowhere.
@@ -152,25 +194,27 @@ class Overlooked:
         `allowed` is how far (m) that may have moved anything by the end of the run.
         """
         earliest = 1.0
-        if not self._senses or not len(step.start.q):
+        if not self._cells or not len(step.start.q):
             return earliest
-        try:
-            within = self._model.loads.formulas(_along(self._model, step))
-        except (ValueError, ArithmeticError):  # no place within: the step itself was good
-            return earliest
-        for on_way in within:
-            moved = self._moved(step.begin, on_way.unit[0])
-            if moved == 0 or not on_way.sensed:
+        loads, stages = self._model.loads, step.stages.kept
+        now = loads.now(stages.t, stages.state.x, stages.state.v)
+        for number, given in enumerate(loads.formulas(now)):
+            moved = self._moved(step.begin, given.unit[0])
+            if moved == 0 or not given.sensed:
                 continue
-            clock = on_way.formula.clock
-            rates = (FACTORIALS / step.h**POWERS)[:, None] * (
-                COEFFICIENTS @ np.array(on_way.sensed).T
-            )
+            by_area = allowed / (moved * (self._end - step.t))
+            cells = self._cells.get(given.formula)
+            if cells and cells.show(given.sensed[0], by_area / 2 / step.h):
+                continue
+            try:
+                sensed = np.array(loads.formulas(_along(self._model, step))[number].sensed)
+            except (ValueError, ArithmeticError):  # no place within: the step itself was good
+                return earliest
+            clock = given.formula.clock
+            rates = (FACTORIALS / step.h**POWERS)[:, None] * (COEFFICIENTS @ sensed.T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
             along = _Along(clock + step.t, rates)
-            by_area = allowed / (moved * (self._end - step.t))
-            terms = on_way.formula.expression.addends
-            for addend in (term for term in terms if not term.of_time):
+            for addend in (one for one in given.formula.expression.addends if not one.of_time):
                 edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, along.bounds)
                 short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
                 inner = np.union1d(edges[short], edges[short + 1]) - ends[0]
