@@ -1,11 +1,12 @@
-"""Statements and files of each room of the package, and how densely they are written.
+"""Statements, files and constants of each room of the package, and how densely it is written.
 
 Usage:
   .venv/bin/python scripts/rooms.py   exit code 1 where something is above its ceiling
 
 Statements are those of Python's grammar, without docstrings: text that is squeezed into fewer lines
-has as many. The mean of nodes of a simple statement rises where lines are packed. Who needs more
-than a ceiling raises it here, and says why in the commit.
+has as many. The mean of nodes of a simple statement rises where lines are packed. Constants are
+numbers that get a name at the head of a module. Who needs more than a ceiling raises it here, and
+says why in the commit.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class Size(NamedTuple):
     statements: int = 0
     simple: int = 0
     nodes: int = 0
+    constants: int = 0
 
     def with_file(self, path: Path) -> Size:
         """Return the size with one more file."""
@@ -43,12 +45,25 @@ class Size(NamedTuple):
         simple = [one for one in found if not isinstance(one, COMPOUND)]
         nodes = sum(1 for one in simple for _ in ast.walk(one))
         statements = len(found) - sum(map(_has_docstring, ast.walk(tree)))
-        more = (1, statements, len(simple), nodes)
+        constants = sum(map(_is_constant, tree.body))
+        more = (1, statements, len(simple), nodes, constants)
         return Size(*(a + b for a, b in zip(self, more, strict=True)))
 
 
 def _has_docstring(node: ast.AST) -> bool:
     return isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None
+
+
+def _is_constant(node: ast.stmt) -> bool:
+    """Tell whether a statement gives a name to a number, or to a sum of numbers alone."""
+    if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+        return False
+    leaves = [one for one in ast.walk(node.value) if isinstance(one, ast.expr)]
+    return all(
+        isinstance(one, ast.UnaryOp | ast.BinOp)
+        or (isinstance(one, ast.Constant) and type(one.value) in {int, float})
+        for one in leaves
+    )
 
 
 def room_of(path: Path) -> str:
@@ -88,12 +103,12 @@ def _complaints(whole: Size) -> Iterator[str]:
 def main() -> int:
     """Print all rooms; the exit code is 1 if the package is above a ceiling."""
     argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0]).parse_args()
-    print(f"{'':28} statements  files  nodes a simple statement")
+    print(f"{'':28} statements  files  constants  nodes a simple statement")
     whole = size_of(PACKAGE)
     rows = {**rooms(), PACKAGE: whole, "tests": size_of("tests"), "scripts": size_of("scripts")}
     for name, size in rows.items():
-        dense = size.nodes / size.simple
-        print(f"{name:28} {size.statements:10,}  {size.files:5,}  {dense:6.2f}")
+        counts = f"{size.statements:10,}  {size.files:5,}  {size.constants:9,}"
+        print(f"{name:28} {counts}  {size.nodes / size.simple:6.2f}")
     complaints = list(_complaints(whole))
     print("\n".join(complaints), end="\n" if complaints else "")
     return 1 if complaints else 0
