@@ -98,8 +98,9 @@ def test_a_link_coasts_along_a_spline_within_its_tolerance(digits, count):
     for engine, tolerance in product(("exudyn", "lagrangian"), (1e-3, 1e-6)):
         result = simulate(scene(text, f"accuracy.tolerance={tolerance}"), engine)
         assert result.outcome.completed, result.outcome
-        exact = np.array([truth.place(float(t)) for t in result.time])
-        error = np.hypot(*(where(result, "link.end") - exact).T).max()
+        some = slice(None, None, 7)  # the truth of a sample takes as long as the run's step
+        exact = np.array([truth.place(float(t)) for t in result.time[some]])
+        error = np.hypot(*(where(result, "link.end")[some] - exact).T).max()
         assert error < tolerance, (engine, tolerance, result.checks.steps)
 
 

@@ -149,8 +149,8 @@ def test_a_bouncing_ball_settles_at_its_rate():
     start = 0.4 * period  # between two bounces
     flown = start - first
     height = table(first) + up * flown - G * flown**2 / 2
-    found = studied(ball_scene(start, height, up - G * flown), period, 18)
-    assert len(found.run.intervals["bounce"]) == 18
+    found = studied(ball_scene(start, height, up - G * flown), period, 10)
+    assert len(found.run.intervals["bounce"]) == 10
     rate = log(E) / period
     assert abs(found.exponent.value - rate) < found.exponent.uncertainty
     assert found.exponent.value == pytest.approx(rate, rel=0.05)
