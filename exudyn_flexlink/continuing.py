@@ -57,7 +57,7 @@ def continued(result: Result, at: float | None = None) -> Scene:
         laps=FrozenMapping(laps),
         clock=result.scene.initial.clock + time,
     )
-    return result.scene.changed(initial=initial, springs=_as_they_were(result.scene))
+    return result.scene.changed(initial=initial, springs=springs_as_assembled(result.scene))
 
 
 def moved(scene: Scene, state: FloatArray) -> Scene:
@@ -208,8 +208,11 @@ class _PointOnLaps:
         return float(ahead[1] - ahead[0]) / (2 * DT)
 
 
-def _as_they_were(scene: Scene) -> dict[str, Spring]:
-    """Springs with what was left to the assembly: the angle or length at which they rest."""
+def springs_as_assembled(scene: Scene) -> dict[str, Spring]:
+    """Return a scene's springs, all with the angle or length at which they rest.
+
+    What the scene leaves out is as the mechanism is assembled.
+    """
     mechanism = assemble_scene(scene).mechanism
     # Ropes, tables and formulas say it themselves.
     told = {own.name: ("rest_angle", own.rest_angle) for own in mechanism.springs if not own.law}

@@ -198,3 +198,10 @@ def test_the_start_tells_places_along_slides_and_no_rounding(tmp_path):
     assembly = replace(assembly, state=replace(assembly.state, q=turned))
     start = check_text(scene, assembly).partition("\nStart\n")[2].splitlines()
     assert [line.strip() for line in start[:2]] == ["cart 0 deg", "along way 0.1 m"]
+
+
+def test_it_says_where_springs_rest():
+    """Those that rest as assembled say so."""
+    rest = "springs.lever_return.rest_angle=-10 deg"
+    assert "\nSprings rest at\n  lever_return  -10 deg\n" in said_of(model("rigid", rest))
+    assert "\nSprings rest at\n  lever_return  0 deg, as assembled\n" in said_of(model("rigid"))

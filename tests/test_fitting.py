@@ -193,3 +193,13 @@ def test_no_fit():
     ended = replace(stop, reason=INTERRUPTED)
     with pytest.raises(KeyboardInterrupt):
         fit(scene, measured(scene), K, lambda own: replace(lever(own), outcome=ended))
+
+
+def test_a_start_that_moves_the_rest_of_a_spring_is_told():
+    """A spring without 'rest_angle' rests as assembled: elsewhere for each start that is tried."""
+    scene, told = scene_of("fit_A", "springs.s.rest_angle=null"), "where spring 's' rests"
+    series = replace(measured(scene), source="made up")
+    found = fit(scene, series, [K, START], lever)
+    assert [told in text for text in found.warnings].count(True) == 1
+    assert not any(told in text for text in fit(scene, series, [K, C], lever).warnings)
+    assert not any(told in text for text in fit(scene_of("fit_A"), series, [START], lever).warnings)

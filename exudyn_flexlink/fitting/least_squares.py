@@ -16,13 +16,14 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.continuing import springs_as_assembled
 from exudyn_flexlink.fitting.against import Against, against
 from exudyn_flexlink.fitting.parameters import Parameter, Vary, parameters_of
 from exudyn_flexlink.fitting.series import Series
 from exudyn_flexlink.loading import assemble_scene, document_of, run_mistakes, scene_of
 from exudyn_flexlink.mechanism import extent, kept_interval, least_tolerance
 from exudyn_flexlink.result import INTERRUPTED, Result
-from exudyn_flexlink.scene import Accuracy, Run, Scene
+from exudyn_flexlink.scene import Accuracy, Run, Scene, TorsionalSpring
 from exudyn_flexlink.source import SceneError
 
 PART = 0.1  # of a standard error: what the integrator may add
@@ -104,7 +105,7 @@ def fit(
     return Fit(
         scene_of(document_of(scene), list(values.items()), True),
         tuple(parameters), values, errors, found.correlations, by_integrator, last, search.runs,
-        tuple(_warnings(parameters, found, moved, active)),
+        (*_warnings(parameters, found, moved, active), *_resting_elsewhere(scene, parameters)),
     )  # fmt: skip
 
 
@@ -128,6 +129,24 @@ def _warnings(
                 f"the integrator's error moves {p.path} by {own:.2g}, more than a tenth of its "
                 f"standard error, {error:.2g}: no smaller tolerance helped"
             )
+
+
+def _resting_elsewhere(scene: Scene, parameters: list[Parameter]) -> Iterator[str]:
+    """Which springs rest as assembled, and so elsewhere with another start of the mechanism."""
+    rests = springs_as_assembled(scene)
+    for p in parameters:
+        change = DIFFERENCE * (abs(p.start) or 1.0)
+        value = p.start + change if p.start + change <= p.high else p.start - change
+        changed = springs_as_assembled(scene_of(document_of(scene), [(p.path, value)], True))
+        for name, spring in scene.springs.items():
+            turns = isinstance(spring, TorsionalSpring)
+            key, unit = ("rest_angle", "rad") if turns else ("length", "m")
+            before, after = (getattr(springs[name], key) for springs in (rests, changed))
+            if getattr(spring, key) is None and before != after:
+                yield (
+                    f"{p.path} also moves where spring '{name}' rests, as the mechanism is "
+                    f"assembled: give its '{key}', {before:.4g} {unit} as the fit began"
+                )
 
 
 def _of(parameters: list[Parameter], field: str) -> FloatArray:

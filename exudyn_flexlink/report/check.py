@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import degrees, inf
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
@@ -70,6 +70,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _joints(scene, assembly.mechanism),
         curve_lines(scene),
         _springs(scene, assembly.mechanism),
+        _rests(scene, assembly.mechanism),
         section("Drives", [[n, d.type, *_drive(scene, d)] for n, d in scene.drives.items()]),
         _contacts(scene, assembly.mechanism),
         lines_of(effects_table(scene, assembly.mechanism)),
@@ -189,6 +190,22 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
                 inner = _spring_numbers(own[len(own) // 2])
                 rows.append([f"{name}, {len(own)} {what}", "each", *inner])
     return section("Springs", rows)
+
+
+def _rests(scene: Scene, mechanism: Mechanism) -> list[str]:
+    """Where springs of one stiffness have no force."""
+    rows = []
+    for spring in mechanism.all_springs:
+        spec = scene.springs.get(spring.name)
+        if spec is None or spring.law is not None or not spring.stiffness:
+            continue
+        if isinstance(spring, RotarySpring):
+            rest, given = f"{number(degrees(spring.rest_angle or 0.0))} deg", "rest_angle"
+        else:
+            rest, given = f"{number(spring.length or 0.0)} m", "length"
+        assembled = ", as assembled" if getattr(spec, given) is None else ""
+        rows.append([spring.name, f"{rest}{assembled}"])
+    return section("Springs rest at", rows)
 
 
 def _where(spring: Spring) -> str:
