@@ -154,6 +154,20 @@ def test_drives_that_jump_are_told_and_others_are_not(joint, kind, values, jump)
         assert re.search(jump, "\n".join(told))
 
 
+def test_a_run_that_goes_on_with_other_geometry_says_what_that_moves():
+    """The rod turns about another place: its centre, where it was, is 12 mm too far left."""
+    document = parse_document(RAIL + "initial: {speeds: {rod: 2}}", "rail.yaml")
+    run = fl.simulate(own_scene(scene_of(document)), measure=False)
+    begun = run.continued(0.5)
+    begun = begun.with_({"run": {"duration": 0.01}})
+    assert not fl.simulate(begun, measure=False).warnings
+    other = begun.with_({"joints.pivot.at": ["12 mm", 0]})
+    (note,) = fl.simulate(other, measure=False).warnings
+    assert note.startswith("initial.states: joints are not where the run that this one goes on")
+    moved = float(re.search(r"rod is moved by (\S+) m as it begins", note)[1])
+    assert 0.005 < moved <= 0.0121
+
+
 @pytest.mark.parametrize("text", ["no # 3", "~", "1e3", " 2 ", "[1, 2]", "'a'", "a\tb", "a\x85b"])
 def test_a_text_from_python_is_that_text(text, tmp_path):
     """Whatever YAML would make of it: of a dict of sections, in a sweep, and once it was saved."""

@@ -129,7 +129,8 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
         for gap in _repeats(curve):
             told = "closes the curve, and is left out"
             yield f"curves.{name}: the last point, {gap:.3g} m from the first, {told}"
-    yield from _set_otherwise(scene, mechanism)
+    if scene.initial.states:
+        yield from list(_set_otherwise(scene, mechanism)) or _closed_otherwise(scene, assembly)
     held = {} if scene.initial.at_rest else scene.initial.positions  # or it is where a search began
     for body, given in held.items():
         found = assembly.state.q[mechanism.bodies[body][0], :2]
@@ -143,10 +144,7 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
 
 def _set_otherwise(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
     """Say which drives set another place or speed than the run had that a scene goes on from."""
-    if not scene.initial.states:
-        return
-    rows = [row for name in mechanism.bodies for row in scene.initial.states[name]]
-    q, v = np.split(np.array(rows, dtype=float), 2, axis=1)
+    q, v = _states(scene, mechanism)
     for motor in mechanism.speed_motors:
         unit, axes = ("m", slice(0, 2)) if motor.slide else ("rad", slice(2, 3))
         largest = np.abs(v[:, axes]).max(), np.abs(q[:, :2]).max() if motor.slide else 1.0
@@ -158,6 +156,26 @@ def _set_otherwise(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
                     f"drives.{motor.name}: sets {now:.6g} {of} where the run that this one goes on "
                     f"from had {was:.6g} {of}: it jumps as it begins"
                 )
+
+
+def _closed_otherwise(scene: Scene, assembly: Assembly) -> Iterator[str]:
+    """Say how far joints move bodies from where the run had them that a scene goes on from."""
+    mechanism = assembly.mechanism
+    moves = np.hypot(*(assembly.state.q - _states(scene, mechanism)[0])[:, :2].T)
+    of_bodies = {body: moves[list(parts)].max() for body, parts in mechanism.bodies.items()}
+    farthest, away = max(of_bodies.items(), key=lambda item: item[1])
+    if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+        yield (
+            f"initial.states: joints are not where the run that this one goes on from had them: "
+            f"{farthest} is moved by {away:.2g} m as it begins"
+        )
+
+
+def _states(scene: Scene, mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and velocities (parts, 3) of all parts that a scene goes on from."""
+    rows = [row for name in mechanism.bodies for row in scene.initial.states[name]]
+    q, v = np.split(np.array(rows, dtype=float), 2, axis=1)
+    return q, v
 
 
 def _repeats(curve: Any) -> Iterator[float]:
