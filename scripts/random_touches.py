@@ -19,12 +19,13 @@ from benchmarks.side_by_side import add_numbers, judged, numbers_of
 from benchmarks.verdicts import CRASHED, LATE, REFUSED, RIGHT, SILENT, STOPPED, TOLD, Verdict, of_file, table
 from touching.balls import billiard, hops, throw
 from touching.drawn import Drawn, Rng, until_clear
+from touching.parts import hill
 
 from exudyn_flexlink import load_scene, simulate
 
 DOUBTED, NEEDLESS = "right, and warned", "told far too early"
 VERDICTS = (RIGHT, DOUBTED, TOLD, STOPPED, LATE, REFUSED, NEEDLESS, SILENT, CRASHED)
-KINDS: dict[str, Callable[[Rng], Drawn]] = {own.__name__: own for own in (throw, hops, billiard)}
+KINDS: dict[str, Callable[[Rng], Drawn]] = {own.__name__: own for own in (throw, hops, hill, billiard)}
 PATIENCE = 120.0  # s of processor time
 NUMBER = 10_000
 

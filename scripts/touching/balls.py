@@ -14,7 +14,7 @@ import numpy as np
 from drawing.parts import spread, within
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from touching.drawn import Drawn, GrazeError, Rng, drawn
+from touching.drawn import Drawn, GrazeError, Rng, drawn, just_off, pair, returned, turned
 
 getcontext().prec = 60
 HALVINGS = 220  # of an interval of time: to the last of sixty digits
@@ -237,20 +237,10 @@ class Setup:
         return drawn(f"{BALL}{lines}contacts:\n{contacts}", "ball.c", run, run.quiet, **names)
 
 
-def pair(place: complex) -> list[float]:
-    """Return coordinates, as a model file has them."""
-    return [float(place.real), float(place.imag)]
-
-
-def turned(angle: float) -> complex:
-    """Return the unit vector at an angle (rad)."""
-    return complex(np.exp(1j * angle))
-
-
 def passed(rng: Rng, speed: complex, far: float) -> complex:
     """Draw where a pin is from a ball that all but strikes it, or only just, at this speed."""
     across = speed * rng.choice([-1j, 1j]) / abs(speed)
-    return complex(across * far * (1 + rng.choice([-1, 1]) * spread(rng, 1e-4, 0.9)))
+    return complex(across * far * just_off(rng))
 
 
 def throw(rng: Rng) -> Drawn:
@@ -261,7 +251,7 @@ def throw(rng: Rng) -> Drawn:
     end = spread(rng, 0.05, 10)
     since = end * within(rng, 0.05, 0.95)
     place = passed(rng, speed, radius + pin) - since * (speed + 0.5j * gravity * since)
-    restitution = float(rng.choice([1, within(rng, 0, 1)]))
+    restitution = returned(rng)
     setup = Setup(place, speed + 1j * gravity * since, radius, pin)
     setup = replace(setup, restitution=restitution, gravity=gravity)
     return setup.drawn(rng, "throw", end, spread(rng, 1e-8, 1e-5))
@@ -272,7 +262,7 @@ def hops(rng: Rng) -> Drawn:
     radius, pin, end = spread(rng, 0.003, 0.2), spread(rng, 0.003, 0.2), spread(rng, 1, 10)
     place = complex(within(rng, -2, 2), radius - 0.5 + spread(rng, 0.05, 2))
     speed = complex(*rng.uniform(-3, 3, 2))
-    restitution = float(rng.choice([1, within(rng, 0.6, 1)]))
+    restitution = returned(rng, 0.6)
     setup = Setup(place, speed, radius, pin, lines=FLOOR, restitution=restitution)
     free = setup.flown(end, near=0.0, pinned=False)
     when = end * within(rng, 0.05, 0.95)

@@ -8,6 +8,7 @@ from string import Template
 from typing import Any
 
 import numpy as np
+from drawing.parts import spread, within
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 
@@ -46,3 +47,23 @@ def until_clear(draw: Callable[[Rng], Drawn], rng: Rng) -> Drawn:
             return draw(rng)
         except GrazeError:
             continue
+
+
+def pair(place: complex) -> list[float]:
+    """Return coordinates, as a model file has them."""
+    return [float(place.real), float(place.imag)]
+
+
+def turned(angle: float) -> complex:
+    """Return the unit vector at an angle (rad)."""
+    return complex(np.exp(1j * angle))
+
+
+def just_off(rng: Rng) -> float:
+    """Draw a part, of what two have from each other as they touch: they all but do, or just."""
+    return float(1 + rng.choice([-1, 1]) * spread(rng, 1e-4, 0.9))
+
+
+def returned(rng: Rng, least: float = 0.0) -> float:
+    """Draw how much of its speed a strike gives back: all of it, or a part."""
+    return float(rng.choice([1, within(rng, least, 1)]))
