@@ -15,7 +15,7 @@ Judged = TypeVar("Judged")
 
 def add_numbers(parser: argparse.ArgumentParser, count: int) -> None:
     """Add the options that say which scenes are drawn, `count` where nothing is said."""
-    parser.add_argument("--count", type=int, default=count)
+    parser.add_argument("--count", "--number", type=int, default=count)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, help="number of one scene, told in full")
     parser.add_argument("--jobs", type=int, default=cpu_count() or 1, help="runs at once")
