@@ -1,7 +1,6 @@
 """Random touches that are short, or many, against closed forms: none may be missed silently.
 
 Usage:
-  .venv/bin/python scripts/random_touches.py             300 of each kind, on all cores
   .venv/bin/python scripts/random_touches.py --number 40 --seed 7 --jobs 2 throw hops
   .venv/bin/python scripts/random_touches.py --only 12 throw   its model file, told in full
 
@@ -20,10 +19,9 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from benchmarks import verdicts
 from benchmarks.side_by_side import add_numbers, judged, numbers_of
-from benchmarks.verdicts import (
-    CRASHED, LATE, OF_ACCURACY, REFUSED, RIGHT, SILENT, STOPPED, TOLD, Verdict, of_file, table
-)  # fmt: skip
+from benchmarks.verdicts import RIGHT, SILENT, STOPPED, TOLD, Verdict
 from drawing.parts import spread, within
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
@@ -31,8 +29,8 @@ from scipy.interpolate import CubicSpline
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 
-EARLY, AFTER = "told early", "told late"
-VERDICTS = (RIGHT, TOLD, STOPPED, REFUSED, LATE, EARLY, AFTER, SILENT, CRASHED)
+EARLY, AFTER, CRASHED = "told early", "told late", verdicts.CRASHED
+ENDS = RIGHT, TOLD, STOPPED, verdicts.REFUSED, verdicts.LATE, EARLY, AFTER, SILENT, CRASHED
 PATIENCE = 120.0  # s of processor time
 MOST = {"billiard": 12}  # scenes, of which each takes long
 MOST_STRIKES = 12  # that take energy: what strikes more often is about to come to rest
@@ -40,14 +38,16 @@ LONGEST, SHALLOW = Decimal("0.1"), Decimal("1e-3")  # s: a step; part of the spe
 
 Rng = np.random.Generator
 Hit = tuple[Callable[[Any], Any], str, str]  # by x, y and a cam's angle: gap, slopes; curve; side
-Place = Callable[[FloatArray], ComplexArray]  # places (n,), m, of a point by instants (n,), s
-Drawn = tuple[str, str, Place, float]  # model file, point, its place, up to when (s) all is well
+# Model file, point, its places (n,), m, by instants (n,), s, and up to when (s) all is well.
+Drawn = tuple[str, str, Callable[[FloatArray], ComplexArray], float]
 
 getcontext().prec = 60  # digits: in a billiard errors grow tenfold from strike to strike
 exact = np.vectorize(lambda value: Decimal(float(value)), otypes=[object])
-SLIDE = "way: {{type: prismatic, points: [ground, part.c], at: [0, {}], axis: [1, 0]}},"
-TURN = "turn: {{type: revolute, points: [ground, {}.c], at: [0, 0]}}"
+HEAD = "title: a\nrun: {{duration: {}}}\naccuracy: {{tolerance: {}}}\noutputs: {{watch: {}}}\n"
+HEAD += "bodies: {{{}}}\njoints: {{{}}}\ninitial: {{{}}}\n"
 RIGID = "{}: {{type: rigid, mass: {}, inertia: {}, points: {{c: [0, 0], tip: [0.3, 0]}}}}, "
+SLIDE = "way: {{type: prismatic, points: [ground, part.c], at: [0, {}], axis: [1, 0]}}, "
+TURN = "turn: {{type: revolute, points: [ground, {}.c], at: [0, 0]}}"
 
 
 class GrazeError(Exception):
@@ -109,17 +109,16 @@ class Ball(NamedTuple):
     end: float
     radius: float
     back: float = 1.0
-    near: float = 1e-6
     gravity: float = 0.0
     slides: bool = False
     cam: tuple[float, ...] = (0.0, 0.0, 0.0, np.inf)
 
-    def flown(self) -> tuple[Place, list[float]]:
-        """Return its place, and the instants (s) of strikes of what it first may hit.
+    def flown(self, near: float = 1e-9) -> tuple[Any, list[float]]:
+        """Return its places by instants, and the instants (s) at which the first of `hits` is.
 
         What nears no faster than a rate can't touch before gap / rate: such steps find all touches.
         """
-        (reach, angle, spin, inertia), tight, t = self.cam, Decimal(self.near), Decimal(0)
+        (reach, angle, spin, inertia), tight, t = self.cam, Decimal(near), Decimal(0)
         state = [*_pair(self.place), angle], [*_pair(self.speed), spin], [0, -self.gravity / 2, 0]
         flights, begins, struck, ways = [exact(state)], [Decimal(0)], [], exact([1, 1, reach])
         gaps, yields = [gap for gap, *_ in self.hits], exact([1, not self.slides, 1 / inertia])
@@ -157,47 +156,32 @@ class Ball(NamedTuple):
 
     def drawn(self, rng: Rng) -> Drawn:
         """Fly it, and write it as a model file."""
-        places, pins = self.flown()
-        (x, y), (vx, vy) = map(_pair, (self.place, self.speed))
-        curves = contacts = joints = ""
+        near = spread(rng, 1e-8, 1e-5)
+        places, pins = self.flown(near)
+        (x, y), (vx, vy), (reach, angle, spin, inertia) = *map(_pair, self[:2]), self.cam
+        curves = contacts = ""
         for k, (_, curve, side) in enumerate(self.hits):
-            on, fixed = f"point: part.c, radius: {self.radius}", curve.partition("centre: ")[2]
-            on = f"type: point_on_curve, {on}, curve: c{k}, side: {side}"
+            size, fixed = f"radius: {self.radius}", curve.partition("centre: ")[2]
+            on = f"point_on_curve, point: part.c, {size}, curve: c{k}, side: {side}"
             if fixed and rng.random() < 0.5:
-                both = f"{{at: part.c, radius: {self.radius}}}, {{at: ground, place: {fixed}}}"
-                on = f"type: circle_on_circle, circles: [{both}]"
+                other = f"{{at: ground, place: {fixed}}}"
+                on = f"circle_on_circle, circles: [{{at: part.c, {size}}}, {other}]"
             curves += f"c{k}: {{type: {curve}}}, "
-            contacts += f"hit{k}: {{{on}, law: {{type: impulse, restitution: {self.back}}}}}, "
-        bodies = RIGID.format("part", 1, 1)
-        initial = f"positions: {{part: [{x}, {y}]}}, velocities: {{part: [{vx}, {vy}]}}, "
+            contacts += f"h{k}: {{type: {on}, law: {{type: impulse, restitution: {self.back}}}}}, "
+        bodies = RIGID.format("part", 1, 1) + RIGID.format("cam", 1, inertia) * (reach > 0)
+        joints = SLIDE.format(y) * self.slides + TURN.format("cam") * (reach > 0)
+        initial = f"positions: {{part: [{x}, {y}]}}, velocities: {{part: [{vx}, {vy}]}}"
         if self.slides:
-            joints = SLIDE.format(y)
-            initial = f"along: {{way: {x}}}, speeds_along: {{way: {vx}}}, "
-        if self.cam[0]:
-            bodies += RIGID.format("cam", 1, self.cam[3])
-            joints += TURN.format("cam")
-            initial += f"angles: {{cam: {self.cam[1]}}}, speeds: {{cam: {self.cam[2]}}}"
-        rest = f"curves: {{{curves}}}\ncontacts: {{{contacts}}}\ngravity: [0, -{self.gravity}]"
-        model = _model(self.end, self.near, bodies, joints, initial, rest, "part.c")
+            initial = f"along: {{way: {x}}}, speeds_along: {{way: {vx}}}"
+        initial += f", angles: {{cam: {angle}}}, speeds: {{cam: {spin}}}" * (reach > 0)
+        model = HEAD.format(self.end, near, "part.c", bodies, joints, initial)
+        model += f"curves: {{{curves}}}\ncontacts: {{{contacts}}}\ngravity: [0, -{self.gravity}]"
         return model, "part.c", places, max(pins[2:3], default=0.0)
-
-
-def _model(end: float, near: float, *texts: str) -> str:
-    names = ("bodies: {{{}}}", "joints: {{{}}}", "initial: {{{}}}", "{}", "outputs: {{watch: {}}}")
-    lines = [name.format(text) for name, text in zip(names, texts, strict=True)]
-    return "\n".join(
-        [f"title: a\nrun: {{duration: {end}}}\naccuracy: {{tolerance: {near}}}", *lines]
-    )
 
 
 def _beside(rng: Rng, ahead: complex) -> complex:  # 1 is a touch: all but, or just
     off = 1 + rng.choice([1, -1]) * spread(rng, 1e-4, 0.9)
     return complex(1j * ahead / abs(ahead) * rng.choice([1, -1]) * off)
-
-
-def _law(rng: Rng, least: float = 0.2) -> dict[str, float]:
-    back = float(rng.choice([1, within(rng, least, 1)]))
-    return {"back": back, "near": spread(rng, 1e-8, 1e-5)}
 
 
 def _throw(rng: Rng, slides: bool = False) -> Drawn:
@@ -206,16 +190,16 @@ def _throw(rng: Rng, slides: bool = False) -> Drawn:
     since, angle = within(rng, 0.05, 0.95) * end, 0.0 if slides else within(rng, -3, 3)
     speed = spread(rng, 0.3, 30) * np.exp(1j * angle)
     place = (radius + other) * _beside(rng, speed) - since * (speed + 0.5j * gravity * since)
-    names = {"gravity": gravity, "slides": slides} | _law(rng)
-    hits, speed = [_circle(0j, other, radius)], speed + 1j * gravity * since
-    return Ball(place, speed, hits, end, radius, **names).drawn(rng)
+    speed, back = speed + 1j * gravity * since, float(rng.choice([1, within(rng, 0.2, 1)]))
+    hits = [_circle(0j, other, radius)]
+    return Ball(place, speed, hits, end, radius, back, gravity, slides).drawn(rng)
 
 
 def _hops(rng: Rng) -> Drawn:
     radius, other, end = spread(rng, 0.003, 0.2), spread(rng, 0.003, 0.2), spread(rng, 1, 10)
     place, speed = 1j * (radius + spread(rng, 0.05, 2)), complex(*rng.uniform(-3, 3, 2))
-    names, floor = {"gravity": 9.81} | _law(rng, 0.6), _line(-100, 100, radius)
-    ball = Ball(place, speed, [floor], end, radius, **names)
+    back, floor = float(rng.choice([1, within(rng, 0.6, 1)])), _line(-100, 100, radius)
+    ball = Ball(place, speed, [floor], end, radius, back, 9.81)
     at, ahead = ball.flown()[0](within(rng, 0.05, 0.95) * end + np.array([0, 1e-6]))
     middle = at + (radius + other) * _beside(rng, ahead - at)
     return ball._replace(hits=[_circle(middle, other, radius), floor]).drawn(rng)
@@ -230,38 +214,31 @@ def _billiard(rng: Rng) -> Drawn:
     return Ball(place, np.exp(1j * way), hits, 20.0, radius).drawn(rng)
 
 
-def _bump(rng: Rng, width: float, far: float, growth: float) -> ComplexArray:
-    out = 3 * width * growth ** np.arange(np.log(far / 3 / width) / np.log(growth))[1:]
+def _bumped(rng: Rng, cam: bool = False, slides: bool = False) -> Drawn:
+    width, size = spread(rng, 0.005, 0.3), spread(rng, 0.02, 0.2) if cam else 1.0
+    radius = float(rng.choice([0, width * size * spread(rng, 0.01, 0.5)]))
+    out = 3 * width * 1.5 ** np.arange(np.log(0.8 / width) / np.log(1.5))[1:]  # to 2.4
     along = np.concatenate([-out[::-1], width * np.linspace(-3, 3, 13), out])
-    return along + 1j * width * spread(rng, 0.3, 2) * np.exp(-((along / width) ** 2))
+    bump = width * spread(rng, 0.3, 2) * np.exp(-((along / width) ** 2))
+    high = bump.max() * abs(_beside(rng, 1))
+    speed, before = float(rng.choice([1, -1])) * spread(rng, 0.5, 20), within(rng, 0.1, 1)
+    end, back = (
+        (before + within(rng, 0.2, 1)) / abs(speed),
+        float(rng.choice([1, within(rng, 0.2, 1)])),
+    )
+    if cam:
+        points, place = size * (1 + bump) * np.exp(1j * along), size * (1 + high) + radius + 0j
+        angle, inertia = -6 * before * np.sign(speed), size**2 * spread(rng, 0.1, 100)
+        beside = float(abs(points).max()), angle, speed, inertia
+        hits = [_spline(points, radius, cam)]
+        return Ball(place, 0j, hits, 6 * end, radius, back, 0.0, slides, beside).drawn(rng)
+    turn = 0.0 if slides else rng.choice([-1, 0, 0, 1]) * spread(rng, 1e-3, 0.2)
+    ahead, points = speed * np.exp(1j * turn), np.array([-3, *along + 1j * bump, 3])
+    place, hits = 1j * (high + radius) - before / abs(speed) * ahead, [_spline(points, radius, cam)]
+    return Ball(place, ahead, hits, end, radius, back, 0.0, slides).drawn(rng)
 
 
-def _hill(rng: Rng, slides: bool = False) -> Drawn:
-    width, ahead = spread(rng, 0.005, 0.3), float(rng.choice([1, -1]))
-    radius = float(rng.choice([0, width * spread(rng, 0.01, 0.5)]))
-    points = np.concatenate([[-3], _bump(rng, width, 2.7, 2.0), [3]])
-    high = radius + points.imag.max() * abs(_beside(rng, 1))
-    slope = 0.0 if slides else rng.choice([-1, 0, 0, 1]) * spread(rng, 1e-3, 0.2)
-    speed = spread(rng, 0.5, 20) * complex(ahead * np.cos(slope), np.sin(slope))
-    since, hits = spread(rng, 0.1, 1) / abs(speed), [_spline(points, radius, cam=False)]
-    end, names = since * within(rng, 1.2, 2), {"slides": slides} | _law(rng)
-    return Ball(1j * high - since * speed, speed, hits, end, radius, **names).drawn(rng)
-
-
-def _free_cam(rng: Rng) -> Drawn:
-    base, width = spread(rng, 0.02, 0.2), spread(rng, 0.01, 0.3)
-    radius = float(rng.choice([0, spread(rng, 0.01, 0.5) * base * width]))
-    lobe = _bump(rng, width, 2.4, 1.5)
-    place = base * (1 + lobe.imag.max() * abs(_beside(rng, 1))) + radius
-    spin, before = float(rng.choice([-1, 1])) * spread(rng, 0.5, 50), within(rng, 0.1, 6)
-    rim, end = base * (1 + lobe.imag) * np.exp(1j * lobe.real), before + within(rng, 1, 8)
-    cam = abs(rim).max(), -np.sign(spin) * before, spin, base**2 * spread(rng, 0.1, 100)
-    names = {"slides": bool(rng.random() < 0.5), "cam": cam} | _law(rng)
-    hits = [_spline(rim, radius, cam=True)]
-    return Ball(complex(place), 0j, hits, end / abs(spin), radius, **names).drawn(rng)
-
-
-def _click(rng: Rng, turns: bool) -> Drawn:
+def _click(rng: Rng, joint: str, spring: str, place: str, initial: str) -> Drawn:
     middle, speed, mass = spread(rng, 0.1, 3), spread(rng, 0.1, 10), spread(rng, 0.1, 10)
     width, part = middle * spread(rng, 1e-3, 0.1), spread(rng, 0.02, 3)
     if 0.98 < part < 1.02:
@@ -274,28 +251,28 @@ def _click(rng: Rng, turns: bool) -> Drawn:
     rates = lambda _, y: [y[1], -eval(code, names, {"u": (y[0] - middle) / width}) / mass]  # noqa: E731
     steps = {"rtol": 1e-13, "atol": 1e-15, "max_step": width / speed / (1 + part) ** 0.5}
     run = solve_ivp(rates, (0, end), [0, speed], "DOP853", dense_output=True, **steps).sol
+    turns = place == "angle"
     right = lambda t: 0.3 * np.exp(1j * run(t)[0]) if turns else 0.3 + 0j + run(t)[0]  # noqa: E731
-    joint, initial = SLIDE.format(0), f"speeds_along: {{way: {speed}}}"
-    spring, u = "type: linear, joint: way, force", "length"
-    if turns:
-        joint, initial = TURN.format("part"), f"speeds: {{part: {speed}}}"
-        spring, u = "type: torsional, joint: turn, torque", "angle"
-    spring = f'springs: {{click: {{{spring}: "{force}"}}}}'.format(u=f"(({u}-{middle})/{width!r})")
-    texts = RIGID.format("part", mass, mass), joint, initial, spring, "part.tip"
-    return _model(end, spread(rng, 1e-8, 1e-5), *texts), "part.tip", right, 0.0
+    near, body = spread(rng, 1e-8, 1e-5), RIGID.format("part", mass, mass)
+    model = HEAD.format(end, near, "part.tip", body, joint, f"{initial}: {speed}}}")
+    force = force.format(u=f"(({place}-{middle})/{width!r})")
+    return f'{model}springs: {{click: {{type: {spring}: "{force}"}}}}', "part.tip", right, 0.0
 
 
+ALONG = SLIDE.format(0), "linear, joint: way, force", "length", "speeds_along: {way"
+ABOUT = TURN.format("part"), "torsional, joint: turn, torque", "angle", "speeds: {part"
 KINDS: dict[str, Callable[[Rng], Drawn]] = {
-    "throw": _throw, "hops": _hops, "hill": _hill, "free_cam": _free_cam, "billiard": _billiard,
-    "cart": lambda rng: (_throw, _hill)[rng.integers(2)](rng, slides=True),
-    "click_slide": partial(_click, turns=False), "click_hinge": partial(_click, turns=True),
+    "throw": _throw, "hops": _hops, "hill": _bumped, "billiard": _billiard,
+    "cart": lambda rng: (_throw, _bumped)[rng.integers(2)](rng, slides=True),
+    "free_cam": lambda rng: _bumped(rng, cam=True, slides=bool(rng.integers(2))),
+    "click_slide": lambda rng: _click(rng, *ALONG), "click_hinge": lambda rng: _click(rng, *ABOUT),
 }  # fmt: skip
 
 
 def judge(pair: tuple[str, int], seed: int, measure: bool = True, shown: bool = False) -> Verdict:
     """Draw a scene by its kind and number, again if it is a graze; hold it against its place."""
     kind, number = pair
-    rng, drawn = np.random.default_rng([seed, sorted(KINDS).index(kind), number]), None
+    rng, drawn = np.random.default_rng([seed, number, *kind.encode()]), None
     while drawn is None:
         with suppress(GrazeError):
             drawn = KINDS[kind](rng)
@@ -307,16 +284,15 @@ def judge(pair: tuple[str, int], seed: int, measure: bool = True, shown: bool = 
         result = simulate(load_scene(path), measure=measure)
         away = np.abs(result.path(at).position @ (1, 1j) - right(result.time))
         off, said = away / result.scene.accuracy.tolerance, result.warnings
-        doubted = any(word in line for line in said for word in OF_ACCURACY)
-        told = result.error.exceeds_from
-        told = told if told is not None else 0.0 if doubted else np.inf
-        over = off[result.time < told].max(initial=0) > 1
-        became = EARLY if told < quiet else TOLD if doubted else RIGHT
-        became = (AFTER if doubted else SILENT) if over else became
-        became = became if result.outcome.completed else STOPPED
-        return Verdict(kind, became, off.max(), "; ".join([result.outcome.told, *said]))
+        doubted = any(word in line for line in said for word in verdicts.OF_ACCURACY)
+        told = result.error.exceeds_from or (0.0 if doubted else np.inf)
+        end = EARLY if told < quiet else TOLD if doubted else RIGHT
+        if off[result.time < told].max(initial=0) > 1:
+            end = AFTER if doubted else SILENT
+        end = end if result.outcome.completed else STOPPED
+        return Verdict(kind, end, off.max(), "; ".join([result.outcome.told, *said]))
 
-    return of_file(model, kind, PATIENCE, verdict)
+    return verdicts.of_file(model, kind, PATIENCE, verdict)
 
 
 def main() -> int:
@@ -324,17 +300,17 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     add_numbers(parser, 300)
     parser.add_argument("kinds", nargs="*", default=list(KINDS), help=", ".join(KINDS))
-    options, verdicts = parser.parse_args(), []
+    options, ended = parser.parse_args(), []
     shown, numbers = options.only is not None, numbers_of(options)
     pairs = [(kind, k) for kind in options.kinds for k in numbers[: MOST.get(kind)]]
     work = partial(judge, seed=options.seed, measure=options.measure, shown=shown)
     for (kind, number), own in judged(work, pairs, options.jobs):
-        verdicts.append(own)
+        ended.append(own)
         if own.kind not in (RIGHT, TOLD) or shown:
             said = f"{own.kind}: {own.off:.2g}; {own.told}"
             print(f"{kind} {number} of seed {options.seed}, {said}", flush=True)
-    print(*table(verdicts, options.kinds, VERDICTS, (RIGHT, AFTER, SILENT), "largest"), sep="\n")
-    return int(any(own.kind in (EARLY, AFTER, SILENT, CRASHED) for own in verdicts))
+    print(*verdicts.table(ended, options.kinds, ENDS, (RIGHT, AFTER, SILENT), "largest"), sep="\n")
+    return int(any(own.kind in (EARLY, AFTER, SILENT, CRASHED) for own in ended))
 
 
 if __name__ == "__main__":
