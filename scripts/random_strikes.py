@@ -36,17 +36,22 @@ from benchmarks.verdicts import (
     Verdict,
     table,
 )  # fmt: skip
+from drawing.added import DEPTH, LAWS
+from drawing.parts import spread
+from scipy.interpolate import PchipInterpolator
 
 from exudyn_flexlink import load_scene
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
 
 ENGINES = ("exudyn", "lagrangian")
 MODEL = "no_clearance"
-TOLERANCE, TIGHTER = 1e-6, 100.0  # m, times
+TOLERANCE, TIGHTER, FAR = 1e-6, 100.0, 1000.0  # m, times; of forces
 CONFIRMED = 0.5  # of the tolerance: what the two runs to judge by may differ by
 REACH = -0.11  # m: where S is farthest to the left in odd laps
 PLASTIC, ELASTIC = 0.15, 0.1  # shares of strikes that return nothing, and all
@@ -130,6 +135,46 @@ def _off(exact: Result, found: Result) -> tuple[float, ...]:
         return ()
     seen = compare(exact, found)
     return seen.deviation.largest / TOLERANCE, tip_apart(seen) / TOLERANCE
+
+
+def forces(rng: np.random.Generator, family: str) -> Verdict:
+    """Draw a strike with any law, and hold its force within touches against a far tighter run.
+
+    Each touch is aligned at its begin. Right: 99 % of the samples in touches are off by no more
+    than is told (N), begins and ends of touches too (s); `off` is the worse of both, as parts.
+    """
+    law = str(rng.choice(("penalty", *LAWS)))
+    stiffness = spread(rng, 1e3, 1e6) / (1 if law == "penalty" else DEPTH**0.5)
+    law = f"{{type: {law}, stiffness: {stiffness}, restitution: {rng.uniform(0.1, 1)}}}"
+    settings = [own for own in draw(rng) if ".law." not in own] + [f"contacts.strike.law={law}"]
+    parts = TOLERANCE, TOLERANCE / FAR
+    scenes = [load_scene(MODEL, [*settings, f"accuracy.tolerance={part}"]) for part in parts]
+    run, exact = _run(scenes[0], "exudyn", measure=True), _run(scenes[1], "exudyn", measure=False)
+    if not (run.outcome.completed and exact.outcome.completed):
+        return Verdict(family, STOPPED, told=f"{run.outcome.told}; {exact.outcome.told}")
+    apart, shifts, until = [np.zeros(1)], [0.0], run.error.known_until
+    for touch in run.contacts["strike"].touches:
+        same = min(exact.contacts["strike"].touches, key=lambda own: abs(own.begin - touch.begin))
+        (time, force), (since, right) = _inside(run, touch, until), _inside(exact, same, until)
+        if len(time) and len(since) > 1:
+            time, force = time[time < since[-1]], force[time < since[-1]]
+            apart.append(abs(PchipInterpolator(since, right)(time) - force))
+            shifts.append(abs(touch.begin - same.begin))
+            shifts.append(abs(touch.end - same.end) if max(touch.end, same.end) < until else 0.0)
+    told = run.error.forces["contact force of strike"]
+    if told.touching is None or told.instants is None:
+        return forces(rng, family)  # nothing is struck
+    off = float(np.quantile(np.concatenate(apart), 0.99)) / told.touching.largest
+    late = max(shifts) / told.instants
+    said = f"force off by {off:.2g} of what is told, instants by {late:.2g}"
+    return Verdict(family, RIGHT if max(off, late) <= 1 else SILENT, max(off, late), said)
+
+
+def _inside(run: Result, touch: Interval, until: float) -> tuple[FloatArray, FloatArray]:
+    """Samples inside a touch: times (n,) since it begins, and forces (n,)."""
+    inside = (run.time > touch.begin) & (run.time < min(touch.end, until))
+    inside &= np.append(np.diff(run.time) > 0, True)  # of two at one event the last
+    return run.time[inside] - touch.begin, run.contacts["strike"].force[inside]
 
 
 def verdicts_of(number: int, seed: int, undamped: bool, measure: bool) -> list[Verdict]:

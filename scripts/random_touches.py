@@ -5,8 +5,8 @@ Usage:
   .venv/bin/python scripts/random_touches.py --only 12 throw   its model file, told in full
 
 A ball is thrown past a pin, hops past it, rattles about it in a box, flies over a hill, does so on
-a slide (cart), meets a lobe of a free cam; a part passes a spring's click, or is turned back.
-Exit code 1: over the tolerance before that is told, or told in the first three strikes (`early`).
+a slide (cart), meets a lobe of a free cam; a part passes a spring's click, or is turned back; the
+force of a strike is told. Exit code 1: over before that is told, or told in three strikes of a pin.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from benchmarks import verdicts
 from benchmarks.side_by_side import add_numbers, judged, numbers_of
 from benchmarks.verdicts import RIGHT, SILENT, STOPPED, TOLD, Verdict
 from drawing.parts import spread, within
+from random_strikes import forces
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -32,19 +33,16 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray
 EARLY, AFTER, CRASHED = "told early", "told late", verdicts.CRASHED
 ENDS = RIGHT, TOLD, STOPPED, verdicts.REFUSED, verdicts.LATE, EARLY, AFTER, SILENT, CRASHED
 PATIENCE = 120.0  # s of processor time
-MOST = {"billiard": 12}  # scenes, of which each takes long
+MOST = {"billiard": 12, "strike": 40}  # scenes, of which each takes long
 MOST_STRIKES = 12  # that take energy: what strikes more often is about to come to rest
 LONGEST, SHALLOW = Decimal("0.1"), Decimal("1e-3")  # s: a step; part of the speed: a graze
-
 Rng = np.random.Generator
 Hit = tuple[Callable[[Any], Any], str, str]  # by x, y and a cam's angle: gap, slopes; curve; side
-# Model file, point, its places (n,), m, by instants (n,), s, and up to when (s) all is well.
-Drawn = tuple[str, str, Callable[[FloatArray], ComplexArray], float]
-
+Drawn = tuple[str, Any, float]  # model file, ways of the part's tip by instants, quiet until (s)
 getcontext().prec = 60  # digits: in a billiard errors grow tenfold from strike to strike
 exact = np.vectorize(lambda value: Decimal(float(value)), otypes=[object])
-HEAD = "title: a\nrun: {{duration: {}}}\naccuracy: {{tolerance: {}}}\noutputs: {{watch: {}}}\n"
-HEAD += "bodies: {{{}}}\njoints: {{{}}}\ninitial: {{{}}}\n"
+HEAD = "title: a\nrun: {{duration: {}}}\naccuracy: {{tolerance: {}}}\nbodies: {{{}}}\n"
+HEAD += "joints: {{{}}}\ninitial: {{{}}}\noutputs: {{watch: part.tip}}\n"
 RIGID = "{}: {{type: rigid, mass: {}, inertia: {}, points: {{c: [0, 0], tip: [0.3, 0]}}}}, "
 SLIDE = "way: {{type: prismatic, points: [ground, part.c], at: [0, {}], axis: [1, 0]}}, "
 TURN = "turn: {{type: revolute, points: [ground, {}.c], at: [0, 0]}}"
@@ -82,9 +80,7 @@ def _spline(points: ComplexArray, radius: float, cam: bool) -> Hit:
     seen, across = curve(along), -1j if cam else 1j
 
     def gap(q: Any) -> Any:
-        x, y, angle = map(float, q)
-        turned = np.exp(1j * angle)
-        place = complex(x, y) / turned
+        place = complex(*map(float, q[:2])) / (turned := np.exp(1j * float(q[2])))
         u = along[np.argmin(abs(place - seen))]
         for _ in range(5):  # the foot, by Newton's method
             away, ahead, bend = place - curve(u), curve(u, 1), curve(u, 2)
@@ -98,10 +94,7 @@ def _spline(points: ComplexArray, radius: float, cam: bool) -> Hit:
 
 
 class Ball(NamedTuple):
-    """A ball, of 1 kg, that flies from a place (m) at a speed (m/s) up to an end (s).
-
-    A strike gives `back` a part of the speed; `cam`: reach, angle, speed, inertia of one beside.
-    """
+    """A ball of 1 kg; strikes give `back` speed; `cam`: reach, angle, speed, inertia of one."""
 
     place: complex
     speed: complex
@@ -114,10 +107,8 @@ class Ball(NamedTuple):
     cam: tuple[float, ...] = (0.0, 0.0, 0.0, np.inf)
 
     def flown(self, near: float = 1e-9) -> tuple[Any, list[float]]:
-        """Return its places by instants, and the instants (s) at which the first of `hits` is.
-
-        What nears no faster than a rate can't touch before gap / rate: such steps find all touches.
-        """
+        """Return its places by instants, and the instants (s) at which the first of `hits` is."""
+        # What nears no faster than a rate can't touch before gap / rate: no touch is missed.
         (reach, angle, spin, inertia), tight, t = self.cam, Decimal(near), Decimal(0)
         state = [*_pair(self.place), angle], [*_pair(self.speed), spin], [0, -self.gravity / 2, 0]
         flights, begins, struck, ways = [exact(state)], [Decimal(0)], [], exact([1, 1, reach])
@@ -137,14 +128,13 @@ class Ball(NamedTuple):
                 t -= away / (slope @ (speed + 2 * half * t))
                 away, slope = gap(place + (speed + half * t) * t)
             place, speed = place + (speed + half * t) * t, speed + 2 * half * t
-            if abs(away) > 1e-14 or slope @ speed > -SHALLOW * (ways @ abs(speed)):
+            often = self.back < 1 and len(struck) == MOST_STRIKES
+            if often or abs(away) > 1e-14 or slope @ speed > -SHALLOW * (ways @ abs(speed)):
                 raise GrazeError
             pushed = slope * yields / (slope @ (slope * yields))
             speed = speed - (1 + Decimal(self.back)) * (slope @ speed) * pushed
             flights.append(np.array([place, speed, half]))
             begins, struck, t = [*begins, begins[-1] + t], [*struck, gap], Decimal(0)
-            if self.back < 1 and len(struck) > MOST_STRIKES:
-                raise GrazeError
         since, motions = np.array(begins, dtype=float), np.array(flights, dtype=float) @ (1, 1j, 0)
 
         def places(time: FloatArray) -> ComplexArray:
@@ -156,8 +146,7 @@ class Ball(NamedTuple):
 
     def drawn(self, rng: Rng) -> Drawn:
         """Fly it, and write it as a model file."""
-        near = spread(rng, 1e-8, 1e-5)
-        places, pins = self.flown(near)
+        places, pins = self.flown(near := spread(rng, 1e-8, 1e-5))
         (x, y), (vx, vy), (reach, angle, spin, inertia) = *map(_pair, self[:2]), self.cam
         curves = contacts = ""
         for k, (_, curve, side) in enumerate(self.hits):
@@ -174,9 +163,9 @@ class Ball(NamedTuple):
         if self.slides:
             initial = f"along: {{way: {x}}}, speeds_along: {{way: {vx}}}"
         initial += f", angles: {{cam: {angle}}}, speeds: {{cam: {spin}}}" * (reach > 0)
-        model = HEAD.format(self.end, near, "part.c", bodies, joints, initial)
+        model = HEAD.format(self.end, near, bodies, joints, initial)
         model += f"curves: {{{curves}}}\ncontacts: {{{contacts}}}\ngravity: [0, -{self.gravity}]"
-        return model, "part.c", places, max(pins[2:3], default=0.0)
+        return model, places, max(pins[2:3], default=0.0)
 
 
 def _beside(rng: Rng, ahead: complex) -> complex:  # 1 is a touch: all but, or just
@@ -191,8 +180,8 @@ def _throw(rng: Rng, slides: bool = False) -> Drawn:
     speed = spread(rng, 0.3, 30) * np.exp(1j * angle)
     place = (radius + other) * _beside(rng, speed) - since * (speed + 0.5j * gravity * since)
     speed, back = speed + 1j * gravity * since, float(rng.choice([1, within(rng, 0.2, 1)]))
-    hits = [_circle(0j, other, radius)]
-    return Ball(place, speed, hits, end, radius, back, gravity, slides).drawn(rng)
+    rest = end, radius, back, gravity, slides
+    return Ball(place, speed, [_circle(0j, other, radius)], *rest).drawn(rng)
 
 
 def _hops(rng: Rng) -> Drawn:
@@ -220,25 +209,21 @@ def _bumped(rng: Rng, cam: bool = False, slides: bool = False) -> Drawn:
     out = 3 * width * 1.5 ** np.arange(np.log(0.8 / width) / np.log(1.5))[1:]  # to 2.4
     along = np.concatenate([-out[::-1], width * np.linspace(-3, 3, 13), out])
     bump = width * spread(rng, 0.3, 2) * np.exp(-((along / width) ** 2))
-    high = bump.max() * abs(_beside(rng, 1))
+    high, back = bump.max() * abs(_beside(rng, 1)), float(rng.choice([1, within(rng, 0.2, 1)]))
     speed, before = float(rng.choice([1, -1])) * spread(rng, 0.5, 20), within(rng, 0.1, 1)
-    end, back = (
-        (before + within(rng, 0.2, 1)) / abs(speed),
-        float(rng.choice([1, within(rng, 0.2, 1)])),
-    )
+    turn, end = rng.choice([-1, 0, 0, 1]) * spread(rng, 1e-3, 0.2), before + within(rng, 0.2, 1)
+    ahead, beside = speed * np.exp(0j if slides else 1j * turn), (0.0, 0.0, 0.0, np.inf)
+    place, points = 1j * (high + radius) - before * ahead / abs(speed), [-3, *along + 1j * bump, 3]
     if cam:
-        points, place = size * (1 + bump) * np.exp(1j * along), size * (1 + high) + radius + 0j
-        angle, inertia = -6 * before * np.sign(speed), size**2 * spread(rng, 0.1, 100)
-        beside = float(abs(points).max()), angle, speed, inertia
-        hits = [_spline(points, radius, cam)]
-        return Ball(place, 0j, hits, 6 * end, radius, back, 0.0, slides, beside).drawn(rng)
-    turn = 0.0 if slides else rng.choice([-1, 0, 0, 1]) * spread(rng, 1e-3, 0.2)
-    ahead, points = speed * np.exp(1j * turn), np.array([-3, *along + 1j * bump, 3])
-    place, hits = 1j * (high + radius) - before / abs(speed) * ahead, [_spline(points, radius, cam)]
-    return Ball(place, ahead, hits, end, radius, back, 0.0, slides).drawn(rng)
+        place, points = size * (1 + high) + radius + 0j, size * (1 + bump) * np.exp(1j * along)
+        inertia, ahead, end = size**2 * spread(rng, 0.1, 100), 0j, 6 * end
+        beside = float(abs(points).max()), -6 * before * np.sign(speed), speed, inertia
+    rest = end / abs(speed), radius, back, 0.0, slides, beside
+    return Ball(place, ahead, [_spline(np.array(points), radius, cam)], *rest).drawn(rng)
 
 
-def _click(rng: Rng, joint: str, spring: str, place: str, initial: str) -> Drawn:
+def _click(rng: Rng, on: tuple[str, ...]) -> Drawn:
+    joint, spring, u, initial = on
     middle, speed, mass = spread(rng, 0.1, 3), spread(rng, 0.1, 10), spread(rng, 0.1, 10)
     width, part = middle * spread(rng, 1e-3, 0.1), spread(rng, 0.02, 3)
     if 0.98 < part < 1.02:
@@ -246,17 +231,15 @@ def _click(rng: Rng, joint: str, spring: str, place: str, initial: str) -> Drawn
     high = float(mass * speed**2 / 2 * part * rng.choice([1, -1], p=[0.75, 0.25]))  # J
     forces = "-2*{u}*exp(-{u}**2)", "exp(-{u}**2)/sqrt(pi)", "sin({u})/2"  # times high / width
     force = f"{high / width!r}*{rng.choice(forces, p=[0.5, 0.4, 0.1])}"
-    names = {"exp": np.exp, "sin": np.sin, "sqrt": np.sqrt, "pi": np.pi}
     code, end = compile(force.format(u="u"), "", "eval"), middle / speed * within(rng, 1.2, 3)
-    rates = lambda _, y: [y[1], -eval(code, names, {"u": (y[0] - middle) / width}) / mass]  # noqa: E731
+    rates = lambda _, y: [y[1], -eval(code, vars(np), {"u": (y[0] - middle) / width}) / mass]  # noqa: E731
     steps = {"rtol": 1e-13, "atol": 1e-15, "max_step": width / speed / (1 + part) ** 0.5}
     run = solve_ivp(rates, (0, end), [0, speed], "DOP853", dense_output=True, **steps).sol
-    turns = place == "angle"
-    right = lambda t: 0.3 * np.exp(1j * run(t)[0]) if turns else 0.3 + 0j + run(t)[0]  # noqa: E731
+    ways = lambda t: 0.3 * np.exp(1j * run(t)[0]) - 0.3 if on is ABOUT else run(t)[0]  # noqa: E731
     near, body = spread(rng, 1e-8, 1e-5), RIGID.format("part", mass, mass)
-    model = HEAD.format(end, near, "part.tip", body, joint, f"{initial}: {speed}}}")
-    force = force.format(u=f"(({place}-{middle})/{width!r})")
-    return f'{model}springs: {{click: {{type: {spring}: "{force}"}}}}', "part.tip", right, 0.0
+    model = HEAD.format(end, near, body, joint, f"{initial}: {speed}}}")
+    force = force.format(u=f"(({u}-{middle})/{width!r})")
+    return f'{model}springs: {{click: {{type: {spring}: "{force}"}}}}', ways, 0.0
 
 
 ALONG = SLIDE.format(0), "linear, joint: way, force", "length", "speeds_along: {way"
@@ -265,7 +248,7 @@ KINDS: dict[str, Callable[[Rng], Drawn]] = {
     "throw": _throw, "hops": _hops, "hill": _bumped, "billiard": _billiard,
     "cart": lambda rng: (_throw, _bumped)[rng.integers(2)](rng, slides=True),
     "free_cam": lambda rng: _bumped(rng, cam=True, slides=bool(rng.integers(2))),
-    "click_slide": lambda rng: _click(rng, *ALONG), "click_hinge": lambda rng: _click(rng, *ABOUT),
+    "click_slide": partial(_click, on=ALONG), "click_hinge": partial(_click, on=ABOUT),
 }  # fmt: skip
 
 
@@ -273,16 +256,17 @@ def judge(pair: tuple[str, int], seed: int, measure: bool = True, shown: bool = 
     """Draw a scene by its kind and number, again if it is a graze; hold it against its place."""
     kind, number = pair
     rng, drawn = np.random.default_rng([seed, number, *kind.encode()]), None
+    if kind == "strike":
+        return verdicts.of_file("", kind, PATIENCE, lambda _: forces(rng, kind))
     while drawn is None:
         with suppress(GrazeError):
             drawn = KINDS[kind](rng)
-    model, at, right, quiet = drawn
-    if shown:
-        print(model)
+    model, ways, quiet = drawn
+    print(model * shown, end="")
 
     def verdict(path: Any) -> Verdict:
         result = simulate(load_scene(path), measure=measure)
-        away = np.abs(result.path(at).position @ (1, 1j) - right(result.time))
+        away = np.abs(result.path("part.tip").position @ (1, 1j) - 0.3 - ways(result.time))
         off, said = away / result.scene.accuracy.tolerance, result.warnings
         doubted = any(word in line for line in said for word in verdicts.OF_ACCURACY)
         told = result.error.exceeds_from or (0.0 if doubted else np.inf)
@@ -299,7 +283,7 @@ def main() -> int:
     """Print the scenes that are wrong, and a table of all verdicts."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     add_numbers(parser, 300)
-    parser.add_argument("kinds", nargs="*", default=list(KINDS), help=", ".join(KINDS))
+    parser.add_argument("kinds", nargs="*", default=[*KINDS, "strike"])
     options, ended = parser.parse_args(), []
     shown, numbers = options.only is not None, numbers_of(options)
     pairs = [(kind, k) for kind in options.kinds for k in numbers[: MOST.get(kind)]]
@@ -307,8 +291,7 @@ def main() -> int:
     for (kind, number), own in judged(work, pairs, options.jobs):
         ended.append(own)
         if own.kind not in (RIGHT, TOLD) or shown:
-            said = f"{own.kind}: {own.off:.2g}; {own.told}"
-            print(f"{kind} {number} of seed {options.seed}, {said}", flush=True)
+            print(f"{kind} {number} of seed {options.seed}, {own.kind}: {own.off:.2g}; {own.told}")
     print(*verdicts.table(ended, options.kinds, ENDS, (RIGHT, AFTER, SILENT), "largest"), sep="\n")
     return int(any(own.kind in (EARLY, AFTER, SILENT, CRASHED) for own in ended))
 
