@@ -231,6 +231,7 @@ ITEMS = (
     measured("sweep_speed", "sweeps", "10 min"),
     measured("benchmark", "cost", "10 min"),
     measured("told_errors", "accuracy", "15 min", "--count", "20"),
+    measured("random_touches", "accuracy", "30 min"),
     measured(
         "hard_cases",
         "hard_cases",

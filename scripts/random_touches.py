@@ -271,10 +271,10 @@ def judge(pair: tuple[str, int], seed: int, measure: bool = True, shown: bool = 
         doubted = any(word in line for line in said for word in verdicts.OF_ACCURACY)
         told = result.error.exceeds_from or (0.0 if doubted else np.inf)
         end = EARLY if told < quiet else TOLD if doubted else RIGHT
-        if off[result.time < told].max(initial=0) > 1:
-            end = AFTER if doubted else SILENT
+        if (before := off[result.time < told].max(initial=0)) > 1:
+            end, off = (AFTER if doubted else SILENT), before
         end = end if result.outcome.completed else STOPPED
-        return Verdict(kind, end, off.max(), "; ".join([result.outcome.told, *said]))
+        return Verdict(kind, end, np.max(off), "; ".join([result.outcome.told, *said]))
 
     return verdicts.of_file(model, kind, PATIENCE, verdict)
 
