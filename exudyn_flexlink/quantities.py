@@ -19,8 +19,8 @@ LONGEST_TEXT = 60
 LARGEST, SMALLEST = 1e20, 1e-30
 """Limits of what is read, in SI: products of some such numbers (E b h^3 / l) are still numbers."""
 WEIGHTLESS = "what shall hardly weigh anything has a thousandth of what it moves"
-NUMBER = rf"[-+{MINUS}]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+{MINUS}]?[0-9]+)?"
-UNIT = rf"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*{DOTS}{RAISED}/^.+\-{MINUS} ()]*"
+NUMBER = rf"[-+{MINUS}]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+{MINUS}]?[0-9]+)?(?![0-9])"
+UNIT = rf"(?:/ ?(?=[A-Za-z])|[A-Za-zµμΩ°1])[A-Za-z0-9µμΩ°*{DOTS}{RAISED}/^.+\-{MINUS} ()]*"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
 _IS_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 

@@ -94,41 +94,45 @@ class Unit(NamedTuple):
 
 
 class Symbol(NamedTuple):
-    """A unit that has a name of its own: `factor` times 10^`tens` in SI; may have a prefix."""
+    """A unit that has a name of its own: `factor` times 10^`tens` in SI.
+
+    `prefixes` are those with which engineers write it: others are slips, such as 'Mm' for 'mm'.
+    """
 
     powers: Powers
     factor: float = 1.0
     tens: float = 0
-    prefixed: bool = False
+    prefixes: str = ""
 
 
-PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
+PREFIXES = {"p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
 
 _LENGTH, _MASS, _TIME, _ANGLE = (Dimension[n].powers for n in ("LENGTH", "MASS", "TIME", "ANGLE"))
 _FORCE, _PRESSURE = Dimension.FORCE.powers, Dimension.PRESSURE.powers
 _POUND = 0.45359237  # kg, and below 9.80665 m/s^2 and 0.0254 m: by definition
 SYMBOLS: dict[str, Symbol] = {
-    "m": Symbol(_LENGTH, prefixed=True),
+    "m": Symbol(_LENGTH, prefixes="pnumcdk"),
     "in": Symbol(_LENGTH, 0.0254),
     "inch": Symbol(_LENGTH, 0.0254),
     "ft": Symbol(_LENGTH, 0.3048),
-    "g": Symbol(_MASS, tens=-3, prefixed=True),
+    "g": Symbol(_MASS, tens=-3, prefixes="numkM"),
     "t": Symbol(_MASS, tens=3),
     "lb": Symbol(_MASS, _POUND),
-    "s": Symbol(_TIME, prefixed=True),
+    "s": Symbol(_TIME, prefixes="pnum"),
     "min": Symbol(_TIME, 60),
     "h": Symbol(_TIME, 3600),
-    "rad": Symbol(_ANGLE, prefixed=True),
+    "rad": Symbol(_ANGLE, prefixes="um"),
     "deg": Symbol(_ANGLE, math.pi / 180),
     "turn": Symbol(_ANGLE, 2 * math.pi),
     "rpm": Symbol(Dimension.ANGULAR_SPEED.powers, 2 * math.pi / 60),
-    "Hz": Symbol(Dimension.FREQUENCY.powers, prefixed=True),
-    "N": Symbol(_FORCE, prefixed=True),
+    "Hz": Symbol(Dimension.FREQUENCY.powers, prefixes="mkMG"),
+    "N": Symbol(_FORCE, prefixes="numckMG"),
+    "daN": Symbol(_FORCE, tens=1),
     "kgf": Symbol(_FORCE, 9.80665),
     "lbf": Symbol(_FORCE, _POUND * 9.80665),
-    "J": Symbol(Dimension.TORQUE.powers, prefixed=True),
-    "Pa": Symbol(_PRESSURE, prefixed=True),
-    "bar": Symbol(_PRESSURE, tens=5, prefixed=True),
+    "J": Symbol(Dimension.TORQUE.powers, prefixes="numkM"),
+    "Pa": Symbol(_PRESSURE, prefixes="kMG"),
+    "bar": Symbol(_PRESSURE, tens=5, prefixes="mk"),
     "psi": Symbol(_PRESSURE, _POUND * 9.80665 / 0.0254**2),
 }
 """Units are products of powers of these. A test compares each with pint."""
@@ -148,27 +152,34 @@ USUAL = (
 """Units as the documentation lists them, and hints suggest them."""
 
 SPELLINGS = {
-    r"RPM": "rpm",
+    r"RPM|[Uu]pm|UPM": "rpm",
+    r"U(?=\s*/\s*s\b)|(?:[Uur]|tr)(?=\s*/\s*min\b)": "turn",  # German, IEC 60034, French
+    r"min[-\N{MINUS SIGN}]1(?![0-9])": "min^-1",
     r"revs?|turns|revolutions?": "turn",
-    r"degrees?": "deg",
+    r"Grad|degrees?": "deg",  # 'Grad' is German and Swedish
     r"radians?": "rad",
-    r"met(re|er)s?": "m",
+    r"met(?:re|er)s?": "m",
     r"microns?": "um",
+    r"msec": "ms",
     r"seconds?|secs?": "s",
     r"lbs": "lb",
 }
-"""Units as people write them, where that means one thing."""
+"""Units as people write them, where that means one thing; files of numbers have the same."""
 DOTS = "·\N{DOT OPERATOR}\N{MULTIPLICATION SIGN}"  # between factors of a product
 RAISED = "⁻⁰¹²³⁴"  # in exponents
 _SIGNS = str.maketrans(f"{DOTS}µμ\N{MINUS SIGN}{RAISED}", "***uu--01234")
 # Written in one word by every engineer.
-_NEWTON_METRES = re.compile(r"(?<![A-Za-z])([kMmu]?N)(m|cm|mm)(s?)(?![A-Za-z])")
+_NEWTON_METRES = re.compile(r"(?<![A-Za-z])((?:da|[kMmuc])?N)(m|cm|mm)(s?)(?![A-Za-z])")
 _TOKEN = re.compile(r"[A-Za-z]+|\^[-+]?[0-9](?:\.[0-9]{1,3})?(?![0-9.])|[/()]|1(?![0-9])")
 MOST_TENS = 300  # a float holds no power of ten beyond
 
 
 class UnknownUnitError(ValueError):
     """There is no such unit; the message says so, and names one that resembles it."""
+
+
+class AmbiguousUnitError(UnknownUnitError):
+    """A unit may mean one thing or another; the message names both, and what to write."""
 
 
 def usual_units(dimension: Measure) -> list[str]:
@@ -180,22 +191,31 @@ def find_unit(text: str, wanted: Measure) -> Unit:
     """Look a unit up: products may be written 'N m', 'N*m', 'N·m', and 'Nm' is one of them.
 
     Read from left to right, so that 'N/m s' is 'N s/m'. It may be of another dimension than what
-    is `wanted`.
+    is `wanted`. '1/min' is 'rpm' where an angular speed is.
 
     Raises:
+        AmbiguousUnitError: it is 'grad', or '1/min' where any number is wanted.
         UnknownUnitError: there is no such unit; the message names one wanted that resembles it.
 
     """
-    name = re.sub(f"([{RAISED}]+)", r"^\1", text).translate(_SIGNS)
-    name = name.replace("**", "^").replace("°", "deg")
+    name = text
     for spelling, symbol in SPELLINGS.items():
         name = re.sub(rf"(?<![A-Za-z])({spelling})(?![A-Za-z])", symbol, name)
+    name = re.sub(f"([{RAISED}]+)", r"^\1", name).translate(_SIGNS)
+    name = re.sub(r"^\s*/", "1/", name.replace("**", "^").replace("°", "deg"))  # '3000/min'
     name = re.sub(r"[\s*]+", " ", re.sub(r"\s*([/^])\s*", r"\1", name)).strip()
     name = _NEWTON_METRES.sub(r"\1 \2 \3", name).replace(" /", "/").strip()
+    per_minute = name in {"1/min", "min^-1"}  # turns, as DIN 1301 has it, or a frequency
+    if per_minute and wanted is Dimension.NUMBER:
+        raise AmbiguousUnitError(f"'{name}' may be a speed or a frequency: write rpm or 1/s")
+    if re.search(r"\bgrad\b", name.lower()):
+        raise AmbiguousUnitError(f"'{name}' may be of degrees or of 400ths of a turn: write deg")
     try:
-        return _unit(name)
+        return _unit("rpm" if per_minute and wanted is Dimension.ANGULAR_SPEED else name)
     except UnknownUnitError:
-        near = difflib.get_close_matches(name, usual_units(wanted), n=1, cutoff=0.5)
+        usual = usual_units(wanted)
+        near = [unit for unit in usual if unit.lower() == name.lower()]
+        near += difflib.get_close_matches(name, usual, n=1, cutoff=0.5)
         suggestion = f"; did you mean '{near[0]}'?" if near else ""
         raise UnknownUnitError(f"unknown unit '{name}'{suggestion}") from None
 
@@ -253,6 +273,6 @@ def _symbol(name: str) -> Symbol:
     if name in SYMBOLS:
         return SYMBOLS[name]
     base = SYMBOLS.get(name[1:])
-    if base is None or not base.prefixed or name[0] not in PREFIXES:
+    if base is None or name[0] not in base.prefixes:
         raise UnknownUnitError
     return base._replace(tens=base.tens + PREFIXES[name[0]])

@@ -33,7 +33,7 @@ from written.python_text import lines as python
 from exudyn_flexlink.cli import main as program
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import Document, KeyPath, load_document
-from exudyn_flexlink.units import PREFIXES, SYMBOLS, Dimension, usual_units
+from exudyn_flexlink.units import SYMBOLS, Dimension, usual_units
 
 Schema = dict[str, Any]
 INTRODUCTION = """A model file is YAML. Sections in which things are named hold any number of them.
@@ -134,9 +134,13 @@ def model_file() -> Iterator[str]:
             yield from table(parts[name], parts, name)
             yield from snippet(name)
     yield "\n## Units\n\nA number without a unit is in SI units. A text may carry one of these, or"
-    yield f"any product of powers, such as `N/(m s)`, of {', '.join(SYMBOLS)}. Of these"
-    yield f"{', '.join(name for name, own in SYMBOLS.items() if own.prefixed)} may have a prefix:"
-    yield f"{', '.join(PREFIXES)}. Radians count: a speed in Hz is refused where rad/s is meant.\n"
+    yield f"any product of powers, such as `N/(m s)`, of {', '.join(SYMBOLS)}."
+    prefixed = [
+        f"{name} ({', '.join(own.prefixes)})" for name, own in SYMBOLS.items() if own.prefixes
+    ]
+    yield f"Prefixes are those that are usual: of {', '.join(prefixed)}."
+    yield "Radians count: a speed in Hz is refused where rad/s is meant; `95 U/min`, `95 min-1` and"
+    yield "`95 1/min` are 95 rpm there. `Grad` is a degree; `grad` may be a gon, and is refused.\n"
     yield "| quantity | SI unit | such as |\n|---|---|---|"
     for dimension in Dimension:
         if dimension.si:

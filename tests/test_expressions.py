@@ -152,6 +152,8 @@ def test_dimensions_as_far_as_units_tell(text, powers):
     ("place(rod.end, z)", "expected a point and its coordinate"),
     ("sign(speed(o))", "sign may depend on t alone"),
     ("where(angle(o) < 1, 1, 2)", "where may depend on t alone"),
+    ("5 1/min * t", "'1/min' may be a speed or a frequency: write rpm or 1/s"),
+    ("5 grad * t", "'grad' may be of degrees or of 400ths of a turn"),
     ("(" * 50 + "t" + ")" * 50, "40 deep"),
     ("1+" * 300 + "1", "601 letters"),
     ("t * 1 " + "km^9 " * 12, "unknown unit"),  # larger than any float
@@ -240,6 +242,8 @@ def test_a_formula_is_held_on_a_side_of_its_kinks():
     [
         ("30 RPM * sin(t)", "30 rpm * sin(t)"),
         ("30 rev/min * t/1 s", "30 rpm * t/1 s"),
+        ("30 U/min * t/1 s", "30 rpm * t/1 s"),
+        ("30 Grad * t", "30 deg * t"),
         ("30 degrees/s * cos(t)", "30 deg/s * cos(t)"),
         ("\N{MINUS SIGN}3 \N{MINUS SIGN} 2*t", "-3 - 2*t"),
         ("2 rad·s⁻¹ * t", "2 rad/s * t"),

@@ -165,6 +165,7 @@ def test_the_same_table_in_other_words(tmp_path, content):
         ("torque", "t,M_kNm", (1, 1e3)),
         ("motion", "(msec),phi [degrees]", (1e-3, math.pi / 180)),
         ("motion", "t,phi [°]", (1, math.pi / 180)),
+        ("motion", "t [MS],phi [Grad]", (1e-3, math.pi / 180)),
         ("speed", "t,n", (1, 1)),
     ],
 )
@@ -185,6 +186,8 @@ def test_units_of_tables(tmp_path, kind, header, factors):
         ("speed", "t [s],w [Hz]", "'w [Hz]': 'Hz' is no unit of an angular speed"),
         ("speed", "t [s],w [1/s]", "'w [1/s]': '1/s' is no unit of an angular speed"),
         ("speed", "t [s],v [m/s]", "'v [m/s]': 'm/s' is no unit of an angular speed (rad/s)"),
+        ("motion", "t [s],phi [grad]", "'phi [grad]': 'grad' may be of degrees or of 400ths of a"),
+        ("motion", "t,phi_grad", "'phi_grad': 'grad' may be of degrees or of 400ths of a turn"),
         ("speed", "# t [s], n [rmp]", "'n [rmp]': unknown unit 'rmp'; did you mean 'rpm'?"),
     ],
 )

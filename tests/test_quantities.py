@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from exudyn_flexlink.quantities import Number, PositiveLength, to_si
-from exudyn_flexlink.units import PREFIXES, SYMBOLS, USUAL, Dimension, Measure, find_unit
+from exudyn_flexlink.units import SYMBOLS, USUAL, Dimension, Measure, find_unit
 
 REGISTRY = pint.UnitRegistry()
 
@@ -29,7 +29,7 @@ def powers_of(unit):
     return {name: power for name, power in zip(names, unit.powers, strict=True) if power}
 
 
-PREFIXED = [prefix + name for name, own in SYMBOLS.items() if own.prefixed for prefix in PREFIXES]
+PREFIXED = [prefix + name for name, own in SYMBOLS.items() for prefix in own.prefixes]
 
 
 @pytest.mark.parametrize("name", [*SYMBOLS, *USUAL, *PREFIXED])
@@ -89,6 +89,16 @@ def test_every_example_and_every_si_unit_is_of_its_dimension(dimension):
         ("5 Nms/rad", Dimension.TORSIONAL_DAMPING, 5),
         ("5 Nm·s/rad", Dimension.TORSIONAL_DAMPING, 5),
         ("5 nm", Dimension.LENGTH, 5e-9),
+        ("5 pm", Dimension.LENGTH, 5e-12),
+        ("45 Grad", Dimension.ANGLE, math.pi / 4),
+        ("45 Grad/s", Dimension.ANGULAR_SPEED, math.pi / 4),
+        *(
+            (f"60{unit}", Dimension.ANGULAR_SPEED, 2 * math.pi)
+            for unit in (" U/min", " min-1", " min⁻¹", " 1/min", "/min", " r/min", " tr/min")
+        ),
+        ("601/min", Dimension.ANGULAR_SPEED, 601 * 2 * math.pi / 60),
+        ("60 1/min", Dimension.FREQUENCY, 1),
+        ("401/s", Dimension.FREQUENCY, 401),
         ("5 N m", Dimension.TORSIONAL_STIFFNESS, 5),
         ("5 N s m/rad", Dimension.TORSIONAL_DAMPING, 5),
         ("10 kN/mm^1.5", Measure.stiffness(1.5), 1e4 * 1e3**1.5),
@@ -109,7 +119,15 @@ def test_quantities_in_si(text, dimension, value):
         ("5 m^1.5.2", Dimension.LENGTH, "unknown unit"),
         ("5 m^0.5", Dimension.NUMBER, "expected a number, got '5 m^0.5'"),
         ("5 mmm", Dimension.LENGTH, "unknown unit 'mmm'; did you mean 'mm'?"),
+        ("5 Gm", Dimension.LENGTH, "unknown unit 'Gm'"),
+        ("5 Mm", Dimension.LENGTH, "unknown unit 'Mm'; did you mean 'mm'?"),
+        ("5 Ms", Dimension.TIME, "unknown unit 'Ms'; did you mean 'ms'?"),
+        ("45 krad", Dimension.ANGLE, "unknown unit 'krad'; did you mean 'rad'?"),
+        ("210 mPa", Dimension.PRESSURE, "unknown unit 'mPa'; did you mean 'MPa'?"),
+        ("45 grad", Dimension.ANGLE, "'grad' may be of degrees or of 400ths of a turn: write deg"),
+        ("60 1/min", Dimension.SPEED, "expected a speed, got '60 1/min'"),
         ("5 Gm^9 Gm^9 Gm^9 Gm^9", Dimension.LENGTH, "unknown unit"),
+        ("5 km^30 km^30 km^30 km^30", Dimension.LENGTH, "unknown unit"),
         ("5 h^9 h^9 h^9 h^9 h^9 h^9 h^9 h^9 h^9 h^9", Dimension.TIME, "unknown unit"),
         ("5 N/(m", Dimension.STIFFNESS, "unknown unit"),
         ("5 gm^2", Dimension.INERTIA, "unknown unit 'gm^2'; did you mean 'g m^2'?"),

@@ -10,7 +10,6 @@ from typing import NamedTuple
 from exudyn_flexlink.source import HintedError, did_you_mean
 from exudyn_flexlink.units import (
     DOTS,
-    PREFIXES,
     RAISED,
     SPELLINGS,
     SYMBOLS,
@@ -56,9 +55,10 @@ class Token(NamedTuple):
         return "the end" if self.kind == "end" else f"'{self.text}'"
 
 
-# Words that units are made of: tonnes are none, since `2 t` is a slip for `2*t`.
-_WORDS = {*SYMBOLS, "Nm", "Nmm", "mNm", "kNm"} - {"t"}
-_WORDS |= {prefix + name for name, one in SYMBOLS.items() if one.prefixed for prefix in PREFIXES}
+# Words that units are made of: tonnes are none, since `2 t` is a slip for `2*t`; 'grad'
+# is refused with a hint.
+_WORDS = {*SYMBOLS, "Nm", "Nmm", "mNm", "kNm", "grad"} - {"t"}
+_WORDS |= {prefix + name for name, one in SYMBOLS.items() for prefix in one.prefixes}
 _SPELT = "|".join([*SPELLINGS, *sorted(_WORDS, key=len, reverse=True)])
 _WORD = rf"(?:{_SPELT})(?:[{RAISED}]+(?![\w(])|(?![\w(])(?:\s*\^\s*[0-9])?)"
 _NUMBER = r"(?P<value>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"

@@ -9,7 +9,13 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from exudyn_flexlink.units import SPELLINGS, Dimension, Unit, UnknownUnitError, find_unit
+from exudyn_flexlink.units import (
+    AmbiguousUnitError,
+    Dimension,
+    Unit,
+    UnknownUnitError,
+    find_unit,
+)
 
 Columns = Mapping[str, Sequence[Dimension]]
 """What two columns hold: their names, and what each may measure; nothing: that is not known."""
@@ -21,12 +27,6 @@ _CELL = re.compile(r"[^\s()\[\]]*\s*[(\[][^()\[\]]*[)\]]|\S+")  # 'n [rpm]', whe
 _BRACKETED = re.compile(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]$")
 _COMMENTED = re.compile(r"(?!\d)[^\s()\[\]]*\s*(?:in )?(?:[(\[][^()\[\]]*[)\]]|[^\s()\[\]]*)")
 _OF_TIME = "t"  # in the header 'M(t)': no tonne
-_SPELLINGS = {
-    **SPELLINGS,
-    r"msec": "ms",
-    r"[ur](?= ?/ ?(min|s)\b)": "turn",  # 'U/min' is German, 'r/min' in IEC 60034
-}
-"""Units as headers of measured data spell them, in small letters or capitals."""
 
 
 class BadFileError(Exception):
@@ -217,7 +217,7 @@ def unit_of(cell: str, measures: Sequence[Dimension]) -> float | None:
         try:
             named[text] = _find(text, measures[0])
         except UnknownUnitError as error:
-            if bracketed:
+            if bracketed or isinstance(error, AmbiguousUnitError):
                 raise BadFileError(f"'{cell[:40]}': {error}") from None
     fitting = [unit for unit in named.values() if any(x.accepts(unit.powers) for x in measures)]
     if fitting and (bracketed or "in" not in named):  # which may be a word
@@ -230,16 +230,11 @@ def unit_of(cell: str, measures: Sequence[Dimension]) -> float | None:
 
 
 def _find(text: str, wanted: Dimension) -> Unit:
-    """Look a unit up as headers spell it: 'U/min', 'min-1', 'lb-ft', in capitals, too."""
-    name = text.replace("\N{MINUS SIGN}", "-").replace("⁻¹", "-1")
-    for spelling, symbol in _SPELLINGS.items():
-        name = re.sub(rf"\b({spelling})\b", symbol, name, flags=re.IGNORECASE)
-    name = re.sub(r"(?<=[A-Za-z])(-?[0-9])", r"^\1", name)
+    """Look a unit up as headers spell it: 'rad s-1', 'm/s2', 'lb-ft', in capitals, too."""
+    name = re.sub(r"(?<=[A-Za-z])(-?[0-9])", r"^\1", text.replace("\N{MINUS SIGN}", "-"))
     name = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", " ", name)
     if wanted in {Dimension.FORCE, Dimension.TORQUE}:
-        name = re.sub(r"\blb\b", "lbf", name)
-    if wanted is Dimension.ANGULAR_SPEED and name in {"1/min", "min^-1"}:
-        name = "rpm"  # as DIN 1301 has it
+        name = re.sub(r"\b(lbs?)\b", "lbf", name, flags=re.IGNORECASE)
     with suppress(UnknownUnitError):
         return find_unit(name, wanted)
     return find_unit(name.lower() if len(name) > 1 else name, wanted)
