@@ -118,7 +118,7 @@ SYMBOLS: dict[str, Symbol] = {
     "g": Symbol(_MASS, tens=-3, prefixes="numkM"),
     "t": Symbol(_MASS, tens=3),
     "lb": Symbol(_MASS, _POUND),
-    "s": Symbol(_TIME, prefixes="pnum"),
+    "s": Symbol(_TIME, prefixes="num"),
     "min": Symbol(_TIME, 60),
     "h": Symbol(_TIME, 3600),
     "rad": Symbol(_ANGLE, prefixes="um"),
@@ -135,7 +135,13 @@ SYMBOLS: dict[str, Symbol] = {
     "bar": Symbol(_PRESSURE, tens=5, prefixes="mk"),
     "psi": Symbol(_PRESSURE, _POUND * 9.80665 / 0.0254**2),
 }
-"""Units are products of powers of these. A test compares each with pint."""
+"""Units are products of powers of these."""
+UNITS = {
+    prefix + name: symbol._replace(tens=symbol.tens + PREFIXES.get(prefix, 0))
+    for name, symbol in SYMBOLS.items()
+    for prefix in ("", *symbol.prefixes)
+}
+"""The same with their prefixes. A test compares each with pint."""
 
 USUAL = (
     *("m", "cm", "mm", "um", "nm", "km", "inch", "ft"),
@@ -270,9 +276,6 @@ def _times(one: Symbol, other: Symbol, exponent: float) -> Symbol:
 
 
 def _symbol(name: str) -> Symbol:
-    if name in SYMBOLS:
-        return SYMBOLS[name]
-    base = SYMBOLS.get(name[1:])
-    if base is None or name[0] not in base.prefixes:
+    if name not in UNITS:
         raise UnknownUnitError
-    return base._replace(tens=base.tens + PREFIXES[name[0]])
+    return UNITS[name]

@@ -31,10 +31,11 @@ def driven(drive, text=BOB, *settings):
     return run(f"{text}drives: {{m: {drive}}}\n", *settings)
 
 
-@pytest.mark.parametrize("unit", [" U/min", " min-1", " min⁻¹", " 1/min", "/min"])
-def test_a_motor_reads_turns_a_minute_as_german_sheets_have_them(unit):
+@pytest.mark.parametrize("unit", [" U/min", " Upm", " min-1", " min⁻¹", " 1/min", "/min"])
+@pytest.mark.parametrize("beside", ["", ", ramp: 0.1"])
+def test_a_motor_reads_turns_a_minute_as_german_sheets_have_them(unit, beside):
     """'95 min-1' is no formula, 95 minutes less 1, and '95/min' none without its end."""
-    text = f"{BOB}drives: {{m: {{type: speed, joint: pivot, value: '95{unit}'}}}}\n"
+    text = f"{BOB}drives: {{m: {{type: speed, joint: pivot, value: '95{unit}'{beside}}}}}\n"
     assert scene(text).drives["m"].value == pytest.approx(95 * 2 * pi / 60, rel=1e-15)
 
 

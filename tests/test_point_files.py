@@ -129,7 +129,7 @@ def test_a_shaft_at_600_rpm_makes_20_turns_in_2_s(tmp_path):
 
 
 RPM = [
-    *(f"t [s],n [{unit}]" for unit in ("rpm", "RPM", "rev/min", "U/min", "min-1", "1/min")),
+    *(f"t [s],n [{unit}]" for unit in ("rpm", "RPM", "rev/min", "U/min", "min-1", "1/min", "Upm")),
     *(f"t [s],n ({unit})" for unit in ("min^-1", "min⁻¹", "r/min", "turns/min")),
     *("t,n_rpm", "# t [s], n [rpm]", "#t, n_RPM", "t/s,n/min-1", "s,rpm", "t [sec],speed in rpm"),
     *("time,[RPM]", "# run 5, 600 deg\nt,n\n# s, rpm", "# by A. Smith (bench 2), May\nt,n_rpm"),
@@ -166,6 +166,7 @@ def test_the_same_table_in_other_words(tmp_path, content):
         ("motion", "(msec),phi [degrees]", (1e-3, math.pi / 180)),
         ("motion", "t,phi [°]", (1, math.pi / 180)),
         ("motion", "t [MS],phi [Grad]", (1e-3, math.pi / 180)),
+        ("speed", "t,n [Grad/s]", (1, math.pi / 180)),
         ("speed", "t,n", (1, 1)),
     ],
 )
@@ -187,6 +188,7 @@ def test_units_of_tables(tmp_path, kind, header, factors):
         ("speed", "t [s],w [1/s]", "'w [1/s]': '1/s' is no unit of an angular speed"),
         ("speed", "t [s],v [m/s]", "'v [m/s]': 'm/s' is no unit of an angular speed (rad/s)"),
         ("motion", "t [s],phi [grad]", "'phi [grad]': 'grad' may be of degrees or of 400ths of a"),
+        ("motion", "t [s],phi [Grad rad]", "'phi [Grad rad]': 'Grad rad' is no unit of an angle"),
         ("motion", "t,phi_grad", "'phi_grad': 'grad' may be of degrees or of 400ths of a turn"),
         ("speed", "# t [s], n [rmp]", "'n [rmp]': unknown unit 'rmp'; did you mean 'rpm'?"),
     ],

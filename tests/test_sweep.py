@@ -72,6 +72,12 @@ def test_every_value_with_every_other_and_the_last_varies_fastest(varied, points
     assert [one.column for one in plan.varied] == [f"{path}_{units[path]}" for path in varied]
 
 
+def test_turns_a_minute_are_an_angular_speed_in_the_table():
+    speed = "initial.speeds.rod"
+    plan = plan_of({speed: "30:60:2 1/min"}, scene_from(PENDULUM + "initial: {speeds: {rod: 1}}"))
+    assert [point.values[0] for point in plan.points] == pytest.approx([pi, 2 * pi])
+
+
 def test_listed_points_are_as_they_are_listed():
     made = design_of(listed([{LENGTH: 1, ANGLE: "90 deg"}, {ANGLE: 0, LENGTH: 2}], (), []))
     assert made.paths == (LENGTH, ANGLE)

@@ -12,7 +12,7 @@ from exudyn_flexlink.units import (
     DOTS,
     RAISED,
     SPELLINGS,
-    SYMBOLS,
+    UNITS,
     Dimension,
     Powers,
     UnknownUnitError,
@@ -57,8 +57,7 @@ class Token(NamedTuple):
 
 # Words that units are made of: tonnes are none, since `2 t` is a slip for `2*t`; 'grad'
 # is refused with a hint.
-_WORDS = {*SYMBOLS, "Nm", "Nmm", "mNm", "kNm", "grad"} - {"t"}
-_WORDS |= {prefix + name for name, one in SYMBOLS.items() for prefix in one.prefixes}
+_WORDS = {*UNITS, "Nm", "Nmm", "mNm", "kNm", "grad"} - {"t"}
 _SPELT = "|".join([*SPELLINGS, *sorted(_WORDS, key=len, reverse=True)])
 _WORD = rf"(?:{_SPELT})(?:[{RAISED}]+(?![\w(])|(?![\w(])(?:\s*\^\s*[0-9])?)"
 _NUMBER = r"(?P<value>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"

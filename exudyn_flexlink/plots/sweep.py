@@ -81,7 +81,7 @@ def _along(table: SweepTable, i: int) -> Scale:
     """Values that varied, in the unit in which the user gave them."""
     varied = table.varied[i]
     values = [row[i] for row in table.values]
-    one = in_si(f"1 {varied.given}") if varied.given else 1.0
+    one = in_si(f"1 {varied.given}", varied.unit) if varied.given else 1.0
     if isinstance(one, float) and all(isinstance(value, float) for value in values):
         return _scale([float(v) / one for v in values], varied.path, varied.given or varied.unit)
     return _scale(values, varied.path, "")

@@ -4,7 +4,14 @@ No engine here: whoever starts a sweep hands in what runs a scene, and who makes
 """
 
 from exudyn_flexlink.sweeps.designs import Design, drawn, grid, listed
-from exudyn_flexlink.sweeps.dimensions import column_of, label_of, quantity_at, si_unit, symbol_of
+from exudyn_flexlink.sweeps.dimensions import (
+    column_of,
+    in_si,
+    label_of,
+    quantity_at,
+    si_unit,
+    symbol_of,
+)
 from exudyn_flexlink.sweeps.executors import (
     CannotStartError,
     Executor,
@@ -25,5 +32,5 @@ from exudyn_flexlink.sweeps.rows import (
 )
 from exudyn_flexlink.sweeps.study import read_study
 from exudyn_flexlink.sweeps.table import SweepTable, carried_out, table_of
-from exudyn_flexlink.sweeps.values import ValuesError, in_si, range_of
+from exudyn_flexlink.sweeps.values import ValuesError, range_of
 from exudyn_flexlink.sweeps.work import Work, shortened, work_of

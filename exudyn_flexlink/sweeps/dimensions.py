@@ -8,7 +8,8 @@ from typing import Any, get_args
 from exudyn_flexlink.quantities import Quantity, StiffnessOfPower
 from exudyn_flexlink.scene import Part, Scene
 from exudyn_flexlink.scene.varying import Measured, Varying
-from exudyn_flexlink.units import Dimension, Measure
+from exudyn_flexlink.sweeps.values import Value, parts_of
+from exudyn_flexlink.units import Dimension, Measure, UnknownUnitError, find_unit
 
 _SYMBOLS = {"metres": "m", "radians": "rad", "seconds": "s"}
 _ALL = {_SYMBOLS.get(one.si, one.si) for one in Dimension} - {""}
@@ -31,6 +32,17 @@ def column_of(path: str, unit: str) -> str:
     """Return the name of a path's column, which ends in the unit: 'run.sample_s'."""
     told = unit.replace("/", "_per_").replace(" ", "_").replace("^", "")
     return f"{path}_{told}" if told else path
+
+
+def in_si(value: Value, unit: str) -> Value:
+    """Return a number in the SI's `unit`; a text that is no quantity stays as it is."""
+    parts = parts_of(value)
+    measures = (measure for measure in Dimension if symbol_of(measure) == unit)
+    wanted = next(measures, Dimension.NUMBER)
+    try:
+        return value if parts is None else parts[0] * find_unit(parts[1], wanted).factor
+    except UnknownUnitError:
+        return value
 
 
 def quantity_at(scene: Scene, path: str) -> Quantity | None:

@@ -12,8 +12,8 @@ from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.settings import Setting
 from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError, dotted
 from exudyn_flexlink.sweeps.designs import Design
-from exudyn_flexlink.sweeps.dimensions import column_of, si_unit
-from exudyn_flexlink.sweeps.values import Value, in_si, setting_of, unit_of
+from exudyn_flexlink.sweeps.dimensions import column_of, in_si, si_unit
+from exudyn_flexlink.sweeps.values import Value, setting_of, unit_of
 from exudyn_flexlink.versions import THIS, version_of
 
 DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
@@ -103,15 +103,16 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
         raise SceneError(document, found)
     how = json.dumps([scene.to_data(), engine, measure], sort_keys=True)
     base = hashlib.sha256(how.encode()).hexdigest()
+    units = [si_unit(scene, path) for path in design.paths]
     points = tuple(
-        Point(number, _id(base, own), own, tuple(map(in_si, values)))
+        Point(number, _id(base, own), own, tuple(map(in_si, values, units)))
         for number, (own, values) in enumerate(zip(settings, design.points, strict=True), 1)
     )
     given = zip(*design.points, strict=True)
     values = zip(*(point.values for point in points), strict=True)
     varied = tuple(
-        _varied(scene, path, column, unit_of(own))
-        for path, column, own in zip(design.paths, values, given, strict=True)
+        _varied(path, unit, column, unit_of(own))
+        for path, unit, column, own in zip(design.paths, units, values, given, strict=True)
     )
     return Sweep(scene, engine, varied, points, measure, observed, allow_outside)
 
@@ -126,10 +127,10 @@ def _id(base: str, settings: Sequence[Setting]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
 
 
-def _varied(scene: Scene, path: str, values: Sequence[Value], given: str) -> Varied:
+def _varied(path: str, unit: str, values: Sequence[Value], given: str) -> Varied:
     """Texts, such as 'beam', have no unit."""
     numbers = any(isinstance(value, float) for value in values)
-    return Varied(path, si_unit(scene, path) if numbers else "", given if numbers else "")
+    return Varied(path, unit if numbers else "", given if numbers else "")
 
 
 def _mistakes(

@@ -15,7 +15,6 @@ import numpy as np
 
 from exudyn_flexlink.quantities import NUMBER, UNIT, in_words
 from exudyn_flexlink.source import HintedError
-from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
 from exudyn_flexlink.yaml_reader import MINUS, read_yaml
 
 MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
@@ -137,7 +136,7 @@ def _of_text(text: str) -> tuple[Value, ...]:
 
 def _with_last_unit(values: list[Value]) -> Sequence[Value]:
     """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
-    last = _parts(values[-1]) if values else None
+    last = parts_of(values[-1]) if values else None
     if last is None or not all(isinstance(one, float) for one in values[:-1]):
         return values
     return [*(f"{number_text(float(one))} {last[1]}" for one in values[:-1]), values[-1]]
@@ -189,22 +188,13 @@ def setting_of(path: str, value: Value) -> tuple[str, Any]:
     return path, json.loads(number_text(value))
 
 
-def in_si(value: Value) -> Value:
-    """Return a number in SI; a text that is no quantity stays as it is."""
-    parts = _parts(value)
-    try:
-        return value if parts is None else parts[0] * find_unit(parts[1], Dimension.NUMBER).factor
-    except UnknownUnitError:
-        return value
-
-
 def unit_of(values: Sequence[Value]) -> str:
     """Return the unit in which all of some values are written; empty if there is no such one."""
-    units = {parts[1] if (parts := _parts(value)) else "" for value in values}
+    units = {parts[1] if (parts := parts_of(value)) else "" for value in values}
     return units.pop() if len(units) == 1 else ""
 
 
-def _parts(value: Value) -> tuple[float, str] | None:
+def parts_of(value: Value) -> tuple[float, str] | None:
     """Number and unit of a text that has both, the unit as it is written; None of all else."""
     found = _NUMBER.fullmatch(value) if isinstance(value, str) else None
     if found is None or found[2] is None:
