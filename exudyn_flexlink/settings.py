@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from typing import Any
@@ -17,14 +17,18 @@ ExclusiveKeys = Sequence[tuple[KeyPath, tuple[str, ...]]]
 
 
 def with_settings(
-    document: Document, settings: Iterable[Setting], exclusive: ExclusiveKeys = ()
+    document: Document,
+    settings: Iterable[Setting],
+    exclusive: ExclusiveKeys = (),
+    named: Collection[str] = (),
 ) -> Document:
     """Return a copy of a document in which texts such as 'run.turns=2' replace values, or add keys.
 
     A setting may be a path and its value instead: plain data, which is taken as it is. 'null' takes
     a key away that is there; of one that is not, the scene says whether it may be. A setting also
     removes the keys that `exclusive` lists for its path, unless another setting gives them: else
-    the file would say two contradicting things.
+    the file would say two contradicting things. A mapping that is missing on the way is made; the
+    scene says whether it may be there. Of a section of `named` parts the part must be there.
 
     Raises:
         SceneError: a setting is malformed, or its path leads nowhere.
@@ -37,6 +41,8 @@ def with_settings(
             sibling = (*path[:-1], key)
             if not any(other[: len(sibling)] == sibling for other, _, _ in given):
                 document = _without(document, sibling)
+        if len(path) > 2 and path[0] in named:
+            _check_part(document, path, text)
         document = _with_value(document, path, value, text)
     return document
 
@@ -62,6 +68,16 @@ def _parse_setting(document: Document, given: Setting) -> tuple[KeyPath, Any, st
     return path, read.data if isinstance(given, str) else given[1], text
 
 
+def _check_part(document: Document, path: KeyPath, text: str) -> None:
+    """Raise an error if a section has parts, but none of the name in a path."""
+    section, name, *_ = path
+    parts = document.data.get(section)
+    if isinstance(parts, dict) and parts and name not in parts:
+        problem = f"no '{name}' in '{section}'{did_you_mean(str(name), parts)}"
+        mistake = Mistake(path[:2], problem, "there are: " + ", ".join(parts))
+        raise _setting_error(document, path[:2], text, mistake)
+
+
 def _excluded(path: KeyPath, exclusive: ExclusiveKeys) -> list[str]:
     return [
         key
@@ -76,9 +92,8 @@ def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Doc
     holder: Any = document.data
     real: KeyPath = ()
     made: dict[KeyPath, str] = {}  # sections that only this setting speaks of
-    known = path[0] in document.data
     for step in path[:-1]:
-        real = _step(document, holder, real, str(step), text, known=known)
+        real = _step(document, holder, real, str(step), text)
         if isinstance(holder, dict) and real[-1] not in holder:
             holder[real[-1]], made[real] = {}, text
         holder = holder[real[-1]]
@@ -91,16 +106,14 @@ def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Doc
     return replace(kept, settings={**kept.settings, **made, real: text})
 
 
-def _step(  # noqa: PLR0913
-    document: Document, holder: Any, above: KeyPath, step: str, text: str, *, known: bool = False
-) -> KeyPath:
-    """Return the path of `step` in `holder`, which may lack it unless its section is `known`.
+def _step(document: Document, holder: Any, above: KeyPath, step: str, text: str) -> KeyPath:
+    """Return the path of `step` in `holder`; a mapping may lack it, a list may not.
 
     Raises:
         SceneError: the step leads nowhere.
 
     """
-    problem = hint = ""
+    problem = ""
     real: KeyPath = (*above, step)
     if isinstance(holder, list):
         digits = step.lstrip("0") or "0"  # of which a number may have no more than the length has
@@ -110,11 +123,8 @@ def _step(  # noqa: PLR0913
         problem = f"'{dotted(above)}' has {len(holder)} entries, counted from 0"
     elif not isinstance(holder, dict):
         real, problem = above, f"'{dotted(above)}' is one value, nothing is below it"
-    elif above and known and step not in holder:
-        problem = f"no '{step}' in '{dotted(above)}'{did_you_mean(step, holder)}"
-        hint = "there are: " + ", ".join(holder)
     if problem:
-        raise _setting_error(document, real, text, Mistake(real, problem, hint))
+        raise _setting_error(document, real, text, Mistake(real, problem))
     return real
 
 

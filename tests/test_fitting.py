@@ -164,6 +164,10 @@ def test_what_data_can_not_tell(vary, words):
     [
         ([], "nothing is varied"),
         (["springs.s.stifness"], "unknown key 'stifness'; did you mean 'stiffness'?"),
+        (
+            ["initial.angels.lever"],
+            "initial.angels.lever: unknown key 'angels'; did you mean 'angles",
+        ),
         (["springs.s.frequency"], "springs.s.frequency: has no number to start from"),
         (["joints.hinge.points"], "is no number that varies without steps"),
         ({K: (5, 9)}, "starts at 3, outside its bounds 5 to 9"),

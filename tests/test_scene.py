@@ -123,6 +123,11 @@ def test_points():
         ("gravity=[0, -9.81]", ""),
         ("initial.angles.rod=90 deg", ""),
         ("initial.angles.rodd=1", "unknown body 'rodd'"),
+        ("initial.speeds.rod=1", ""),
+        ("initial.speads.rod=1", "unknown key 'speads'; did you mean 'speeds'?"),
+        ("joints.pni.points.0=ground", "joints.pni: no 'pni' in 'joints'; did you mean 'pin'?"),
+        ("joints.pin.friction.coefficient=0.2", "joints.pin.friction: missing 'radius'"),
+        ("joints.pin.frction.radius=0.2", "unknown key 'frction'; did you mean 'friction'?"),
     ],
 )
 def test_settings(setting, check):
@@ -133,6 +138,18 @@ def test_settings(setting, check):
         shown = str(error)
     assert bool(shown) == bool(check)
     assert check in shown
+
+
+def test_settings_make_a_mapping_that_the_file_lacks():
+    """Beside other keys, too: as 'initial' without 'speeds', and a joint without 'friction'."""
+    document = parse_document(PENDULUM + "initial: {angles: {rod: 0.5}}\n", "model.yaml")
+    friction = "joints.pin.friction"
+    speed = [("initial.speeds.rod", 1.5)]
+    rubbing = [f"{friction}.coefficient=0.2", (f"{friction}.radius", "5 mm")]
+    found = parse_scene(apply_settings(document, speed + rubbing))
+    assert (found.initial.angles["rod"], found.initial.speeds["rod"]) == (0.5, 1.5)
+    friction = found.joints["pin"].friction
+    assert (friction.coefficient, friction.radius) == (0.2, 5e-3)
 
 
 def test_a_setting_replaces_the_key_it_excludes():

@@ -175,7 +175,7 @@ def test_settings_replace_values(setting, path, value):
 )
 def test_settings_that_lead_nowhere(setting, words):
     with pytest.raises(SceneError) as caught:
-        with_settings(read(BASE), [setting])
+        with_settings(read(BASE), [setting], named=["bodies"])
     assert str(caught.value).startswith(f"--set {setting}: ")
     assert words in str(caught.value)
 

@@ -61,9 +61,13 @@ def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
     # Says where the path leads nowhere, and of a key that is not there whether it may be.
     tried = apply_settings(document_of(scene), [(path, 1.0 if value is None else value)])
     if value is None:
-        told = check_document(tried, True).mistakes
-        if own := [one for one in told if one.path[: len(steps)] == steps]:
-            raise SceneError(tried, own)
+        mistakes = [
+            mistake
+            for mistake in check_document(tried, True).mistakes
+            if mistake.path and mistake.path[: len(steps)] == steps[: len(mistake.path)]
+        ]
+        if mistakes:
+            raise SceneError(tried, mistakes)
         raise ValuesError("has no number to start from", f"give it one: {path}=...")
     if not isinstance(value, float):
         raise ValuesError("is no number that varies without steps", "")

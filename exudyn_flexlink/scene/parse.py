@@ -57,7 +57,7 @@ def apply_settings(document: Document, settings: Iterable[Setting]) -> Document:
         SceneError: a setting is malformed, or its path leads nowhere.
 
     """
-    return with_settings(document, settings, EXCLUSIVE_KEYS)
+    return with_settings(document, settings, EXCLUSIVE_KEYS, _NAMED)
 
 
 @dataclass(frozen=True)
