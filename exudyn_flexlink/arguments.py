@@ -255,8 +255,12 @@ def measured(value: Any, _: Any = None) -> Any:
     wrong = f"expected a CSV file, or columns by name, got {told(value)}"
     if isinstance(value, type) or not hasattr(value, "items") or not len(value):
         raise TypeError(wrong)
-    columns = {}
+    columns = dict[str, Any]()
     for own, column in value.items():
+        wrong = (
+            f"expected columns (N,) by name, got {told(column)} as {told(own)}; of a .mat file "
+            "give {'t': data['t'].ravel(), ..}"
+        )
         name = own
         try:
             first: Any = next(iter(column), None)
@@ -266,10 +270,14 @@ def measured(value: Any, _: Any = None) -> Any:
                 name = f"{own} ({unit:~C})".replace("**", "^").removesuffix(" ()")
             else:
                 found = np.asarray(column)
+                if np.ma.is_masked(column):
+                    found = column.astype(float).filled(np.nan)  # which is refused with its row
         except (AttributeError, TypeError, ValueError):
             raise TypeError(wrong) from None
         if not isinstance(name, str) or name.count("(") > 1 or found.ndim != 1:
             raise TypeError(wrong)
+        if name in columns:
+            raise ValueError(f"two columns are named '{name}'")
         columns[name] = found
     return columns
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from math import inf
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -254,9 +255,16 @@ def run_mistakes(scene: Scene) -> list[Mistake]:
 
 
 def _tolerance_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """A tolerance that no run can keep, since numbers are rounded."""
+    """A tolerance that no run can keep, or a step that no clock shows: numbers are rounded."""
     least, asked = least_tolerance(assembly), scene.accuracy.tolerance
-    if asked is None or asked >= least:
+    if asked is None:
+        end, step = end_of_run(scene, assembly.mechanism), scene.accuracy.step or inf
+        least = float(np.spacing(end))
+        if not step < least:
+            return []
+        message = f"{step:g} s is less than a clock shows that runs to {end:.2g} s"
+        return [Mistake(("accuracy", "step"), message, f"at least {least:.2g} s")]
+    if asked >= least:
         return []
     far = f"numbers are rounded, in a mechanism that reaches {extent(assembly):.2g} m"
     message = f"{asked:g} m is less than rounding allows"

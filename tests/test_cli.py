@@ -222,6 +222,7 @@ def test_another_shell_is_bad_input(capsys):
 # --- what users type at first -------------------------------------------------------------------
 
 MEANT = {
+    "link.yaml": "argument COMMAND: no 'link.yaml'; did you mean 'simulate link.yaml'? There is: ",
     "simulat rigid": "argument COMMAND: no 'simulat'; did you mean 'simulate'?",
     "bogus": "no 'bogus'; there is: simulate, compare, ",
     "simulate rigid --engine exudin": "no 'exudin'; did you mean 'exudyn'?",

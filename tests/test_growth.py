@@ -134,6 +134,11 @@ def test_samples_are_limited_by_the_memory_they_take():
     assert "a run.sample of at least 1.7e-05 s, or a smaller run.turns" in told
 
 
+def test_a_step_that_no_clock_shows_is_refused():
+    told = refused("run={duration: 1}", "accuracy={step: 1e-30}")
+    assert "accuracy.step: 1e-30 s is less than a clock shows that runs to 1 s" in told
+
+
 # --- mistakes ---------------------------------------------------------------------------------
 
 

@@ -236,3 +236,56 @@ def test_refused(arguments, words, tmp_path, capsys):
     assert code_of(*arguments) == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()
+
+
+# --- series of a wrong clock, and files that are no table of one ----------------------------------
+
+
+def test_rows_outside_the_run_are_told_and_too_few_inside_refused():
+    """A clock in ms that says s: one row of many would agree by chance."""
+    time = np.linspace(0, 40, 81)
+    near = {"t": time, POINT: OFF + fades(time)}
+    run = fl.load(save_run("a"))
+    found = fl.compare(run, near)
+    assert "72 of 81 rows are outside the run" in repr(found)
+    assert "outside the run 72 of 81 rows" in " ".join(found.summary().split())
+    with pytest.raises(ValueError, match=r"only 1 of 81 rows(.|\n)*'t \(ms\)'; '--shift'"):
+        fl.compare(run, {"t": 1e3 * time, POINT: OFF + fades(time)})
+
+
+def test_masked_values_and_columns_of_one_name_are_no_data():
+    pandas = pytest.importorskip("pandas")
+    run, time = fl.load(save_run("a")), np.linspace(0, 2, 21)
+    masked = np.ma.masked_array(fades(time), np.arange(21) == 3)
+    with pytest.raises(SceneError, match=r"row 4, .*expected a finite number, got 'nan'"):
+        fl.compare(run, {"t": time, POINT: masked})
+    twice = pandas.DataFrame(np.c_[time, time, time], columns=["t", POINT, POINT])
+    with pytest.raises(ValueError, match=f"two columns are named '{POINT}'"):
+        fl.compare(run, twice)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"PK\x03\x04\xff", "a workbook of Excel, or another zip file: save it as 'CSV UTF-8'"),
+        (b"\x1f\x8b\x08\x00\xff", "packed by gzip: unpack it first"),
+        ("t,x\n0,1\n".encode("utf-16"), "text in UTF-16: save it as"),
+        ("t,x\n0,1\n1,2\n# 20 °C\n".encode("latin-1"), r"such as Latin-1 \(line 4\)"),
+        (b"Model,TBS1102\nRecord Length,201\nTIME,CH1\n0,1\n1,2\n", "line 3: 'TIME, CH1'"),
+        (b"t,x\n2026-11-28T10:00:00,1\n2026-11-28T10:00:01,2\n", "is a date or a time of day"),
+    ],
+)
+def test_a_file_that_is_no_table_says_what_it_is(data, words, tmp_path):
+    (tmp_path / "m.csv").write_bytes(data)
+    with pytest.raises((SceneError, fl.SceneError), match=words):
+        read_series(RUN.scene, tmp_path / "m.csv", {"x": POINT})
+
+
+def test_tables_of_other_programs_get_hints():
+    run, time = fl.load(save_run("a")), np.linspace(0, 2, 21)
+    with pytest.raises(TypeError, match=r"'t': data\['t'\].ravel\(\)"):
+        fl.compare(run, {"t": time[None], POINT: fades(time)[None]})
+    with pytest.raises(SceneError, match="reset_index"):
+        fl.compare(run, {POINT: fades(time)})
+    with pytest.raises(ValueError, match="'--shift', in Python shift="):
+        fl.compare(run, {"t": 1.7e9 + time, POINT: fades(time)})

@@ -195,3 +195,11 @@ def test_velocities_of_a_trajectory_are_the_slopes_of_its_places(rigid):
         told = columns[f"v{axis}_m_per_s"][1:-1]
         assert np.abs(slopes - told).max() < 0.02 * np.abs(told).max()
         assert np.sign(slopes @ told) == 1
+
+
+def test_a_loaded_run_cites_no_place_in_its_file(copy):
+    """Its scene is one line of thousands of letters, which nobody has written."""
+    document = load(copy).scene.document
+    assert document.data
+    assert not document.text
+    assert not document.places

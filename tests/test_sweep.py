@@ -201,3 +201,10 @@ def test_a_sweep_measures_unless_told_not_to(measure):
     table = fl.sweep(scene, {"gravity": "9.81, 1.62"}, workers=1, measure=measure)
     errors = [row.numbers["error_m"] for row in table.rows]
     assert errors == (pytest.approx([1e-7, 1e-7]) if measure else [None, None])
+
+
+def test_an_empty_design_is_called_empty():
+    with pytest.raises(
+        fl.SceneError, match="expected a mapping of paths to values, got an empty one"
+    ):
+        fl.sweep("textbook/pump", [{}])

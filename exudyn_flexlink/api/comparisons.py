@@ -46,6 +46,8 @@ class MeasuredComparison(Shown, fitting.Against):
 
     def __repr__(self) -> str:
         told = ", ".join(f"{d.signal} {d.rms:.3g} {d.unit}" for d in self.distances)
+        if self.outside:
+            told += f"; {self.outside} of {len(self.series.time)} rows are outside the run"
         return f"<Comparison of {self.result.engine} and {self.series.source}: apart by rms {told}>"
 
 
@@ -85,7 +87,7 @@ def compare(
     or a text with a unit) is added to its times; ``"find"`` looks for the one that fits best.
 
     Raises:
-        NoOverlapError: no row of the series lies within the run.
+        NoOverlapError: fewer than three rows of the series lie within the run.
         SceneError: the series can't be used: all mistakes, with their lines and columns.
         ValueError: the runs have nothing in common, or without names are not of one scene.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any, NoReturn
 
 from exudyn_flexlink.cli.terminal import BAD_INPUT, complain
@@ -59,6 +60,8 @@ class Parser(argparse.ArgumentParser):
 
         known = [*map(str, action.choices)]
         near = did_you_mean(str(value), known)
+        if action.metavar == "COMMAND" and Path(str(value)).suffix in {".yaml", ".yml"}:
+            near = f"; did you mean 'simulate {value}'?"
         listed = f"{' There' if near else '; there'} is: {', '.join(known)}"
         raise argparse.ArgumentError(action, f"no '{value}'{near}{listed}")
 

@@ -17,6 +17,11 @@ from exudyn_flexlink.result import Result
 
 MOST_SHIFTS = 4000  # that are tried before the best one is refined
 NEAR = 1e-9  # of a run's length: rounding at its ends
+FEWEST = 3  # rows within the run, of a series that has so many: fewer tell of a wrong unit or clock
+_HINT = (
+    "hint: the header of the time may name its unit, such as 't (ms)'; '--shift', in Python "
+    "shift=, is added to times"
+)
 
 
 class NoOverlapError(ValueError):
@@ -87,16 +92,19 @@ def against(result: Result, series: Series, shift: float | str = 0.0) -> Against
     """
     shift = _best_shift(result, series) if isinstance(shift, str) else shift
     rows = _within(result, series.time + shift)
-    if not rows.any():
+    count = int(rows.sum())
+    if count < min(FEWEST, len(rows)):
         (begin, end), (first, last) = result.time[[0, -1]], series.time[[0, -1]] + shift
+        few = f"only {count} of {len(rows)} rows of {series.source} lie"
+        few = few if count else f"no row of {series.source} lies"
         raise NoOverlapError(
-            f"no row of {series.source} lies within the run: it goes from {begin:.6g} to "
-            f"{end:.6g} s, the rows from {first:.6g} to {last:.6g} s"
+            f"{few} within the run: it goes from {begin:.6g} to {end:.6g} s, the rows from "
+            f"{first:.6g} to {last:.6g} s\n{_HINT}"
         )
     time = series.time[rows] + shift
     computed = {name: signal.at(result, time) for name, signal in series.signals.items()}
     measured = {name: own[rows] for name, own in series.values.items()}
-    return Against(result, series, shift, time, computed, measured, int(np.sum(~rows)))
+    return Against(result, series, shift, time, computed, measured, len(rows) - count)
 
 
 def _within(result: Result, time: FloatArray) -> BoolArray:
@@ -131,7 +139,7 @@ def _best_shift(result: Result, series: Series) -> float:
     tried = np.arange(np.floor(low / step), np.ceil(high / step) + 1) * step  # 0 among them
     best = float(min(sorted(tried.tolist(), key=abs), key=mean_square))
     if not np.isfinite(mean_square(best)):
-        raise NoOverlapError("no shift leaves half the rows within the run")
+        raise NoOverlapError(f"no shift leaves half the rows within the run\n{_HINT}")
     around = (best - step, best + step)
     found = minimize_scalar(
         mean_square, bounds=around, method="bounded", options={"xatol": 1e-9 * step}

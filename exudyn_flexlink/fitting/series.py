@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -26,6 +27,9 @@ from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean
 from exudyn_flexlink.sweeps import column_of
 from exudyn_flexlink.units import Dimension
 from exudyn_flexlink.yaml_reader import Place
+
+_STAMP = re.compile(r"\d+[-/.:]\d+[-/.:]\d")  # a date, or a time of day
+_SECONDS = "count them from any instant: '--shift', in Python shift=, is added to times"
 
 
 @dataclass(frozen=True)
@@ -94,6 +98,7 @@ def _series(
     time = np.zeros(0)
     if instants is None:
         hint = "name one 't' or 'time', with its unit: 't (ms)'; without a unit it is s"
+        hint += "" if cells.text else "; reset_index() makes a column of a data frame's index"
         mistakes.append(Mistake((), "no column of time", hint))
     else:
         time = _numbers(cells, instants, Dimension.TIME, mistakes)
@@ -144,28 +149,34 @@ def _numbers(
         factor = unit_of(name.replace("_per_", "/"), (dimension,)) or 1.0
     except BadFileError as error:
         mistakes.append(Mistake((), f"column {error}"))
+    first = cells.rows[0][column]
+    if dimension is Dimension.TIME and _STAMP.match(first):
+        stamp = f"'{name}': '{first[:40]}' is a date or a time of day, expected seconds"
+        mistakes.append(_at(cells, 0, column, stamp, _SECONDS))
+        return found
     for i, row in enumerate(cells.rows):
         cell = row[column].replace(",", ".") if cells.comma else row[column]
         with suppress(ValueError):
             found[i] = np.nan if "_" in cell else factor * float(cell)  # '1_0' is Python's ten
-        told = ""
+        told = hint = ""
         if not isfinite(found[i]):
             told = f"expected a finite number, got '{row[column][:40]}'"
+            hint = "leave out rows that lack a number"
         elif dimension is Dimension.TIME and found[i] < last:
             told = "times must not fall"
         if told:
-            mistakes.append(_at(cells, i, column, f"'{name}': {told}"))
+            mistakes.append(_at(cells, i, column, f"'{name}': {told}", hint))
         last = found[i]
     return found
 
 
-def _at(cells: Cells, row: int, column: int, message: str) -> Mistake:
+def _at(cells: Cells, row: int, column: int, message: str, hint: str = "") -> Mistake:
     """A mistake of one cell, at its place in the file."""
     line, begin = cells.lines[row], 0
     if not cells.text:
-        return Mistake((), f"row {line}, {message}")
+        return Mistake((), f"row {line}, {message}", hint)
     text = cells.text.split("\n")[line - 1]
     for cell in cells.rows[row][: column + 1]:
         begin = text.index(cell, begin) + len(cell)
     own = len(cells.rows[row][column])
-    return Mistake((), message, place=Place(line, begin - own + 1, begin + 1))
+    return Mistake((), message, hint, place=Place(line, begin - own + 1, begin + 1))

@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.fitting import Against, Fit
 from exudyn_flexlink.observables import name_of
-from exudyn_flexlink.report.text import Table, in_blocks, lines_of, listed, number, table
+from exudyn_flexlink.report.text import Table, in_blocks, lines_of, listed, table
 
 DIGITS = 10  # of a fitted value
 
@@ -81,7 +81,7 @@ def _how(found: Against) -> list[str]:
     if found.shift:
         rows.append(["shift", f"{found.shift:.6g} s are added to times of the series"])
     if found.outside:
-        rows.append(["outside the run", f"{number(found.outside)} rows of the series"])
+        rows.append(["outside the run", f"{found.outside} of {len(found.series.time)} rows"])
     if found.series.left_out:
         rows.append(["columns left out", listed(found.series.left_out)])
     error = found.result.error

@@ -26,6 +26,16 @@ _SEPARATORS = (";", "\t", ",", " ")  # in this order: beside all but ',' a ',' m
 _CELL = re.compile(r"[^\s()\[\]]*\s*[(\[][^()\[\]]*[)\]]|\S+")  # 'n [rpm]', where blanks separate
 _BRACKETED = re.compile(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]$")
 _COMMENTED = re.compile(r"(?!\d)[^\s()\[\]]*\s*(?:in )?(?:[(\[][^()\[\]]*[)\]]|[^\s()\[\]]*)")
+_SAVE = "save it as 'CSV UTF-8'"
+_KINDS = {
+    b"PK": f"a workbook of Excel, or another zip file: {_SAVE}",
+    b"\xd0\xcf\x11\xe0": f"a workbook of Excel: {_SAVE}",
+    b"\x1f\x8b": "packed by gzip: unpack it first",
+    b"\xff\xfe": f"text in UTF-16: {_SAVE}",
+    b"\xfe\xff": f"text in UTF-16: {_SAVE}",
+    b"MATLAB": "in a format of MATLAB: save columns as CSV, or give them from Python",
+}
+"""What files are that hold no text in UTF-8, by their first bytes."""
 _OF_TIME = "t"  # in the header 'M(t)': no tonne
 
 
@@ -85,6 +95,12 @@ def read_cells(path: Path) -> Cells:
     """
     text, above, separator, numbered, commas = _split(path, all)
     rows = [_cells(line, separator) for _, line in numbered]
+    for (i, _), row in zip(numbered[::-1], rows[::-1], strict=True):
+        if all(row) and not any(_is_number(cell, separator) for cell in row):
+            raise BadFileError(
+                f"line {i}: '{', '.join(row)[:40]}' names columns below line {numbered[0][0]}, "
+                f"the first with a number; delete what a device wrote above line {i}"
+            )
     if not rows:
         raise BadFileError("no rows of two numbers or more, separated by ';', tabs, ',' or blanks")
     count = len(rows[0])
@@ -97,7 +113,8 @@ def read_cells(path: Path) -> Cells:
     fitting = [cells for cells in heads if len(cells) == count]
     if own and not fitting:
         line = f"line {above[-1][0]}"
-        raise BadFileError(f"{line}: expected {count} names of columns, separated as numbers are")
+        wanted = f"expected {count} names of columns, separated as numbers are"
+        raise BadFileError(f"{line}: {wanted}; got {len(heads[-1])}")
     joined = [" ".join(filter(None, cells)) for cells in zip(*fitting, strict=True)]
     names = joined or [str(k + 1) for k in range(count)]
     return Cells(names, [i for i, _ in numbered], rows, bool(commas), text)
@@ -115,10 +132,13 @@ def _split(
     """
     try:
         text = path.read_text(encoding="utf-8-sig").replace('"', "")
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadFileError(
-            f"can't read the file: {getattr(error, 'strerror', '') or error}"
-        ) from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        other = f"text in another encoding than UTF-8, such as Latin-1 (line {line}): {_SAVE}"
+        kinds = (kind for begin, kind in _KINDS.items() if error.object.startswith(begin))
+        raise BadFileError(f"the file is {next(kinds, other)}") from None
+    except OSError as error:
+        raise BadFileError(f"can't read the file: {error.strerror or error}") from None
     lines = [(i, line.strip()) for i, line in enumerate(text.split("\n"), 1) if line.strip()]
     found = ((k, _separator(line, fits)) for k, (_, line) in enumerate(lines) if line[0] != "#")
     begin, separator = next(((k, one) for k, one in found if one), (len(lines), ","))

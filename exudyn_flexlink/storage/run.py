@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Extremes, FrictionHistory, Result
 from exudyn_flexlink.scene import Scene, parse_scene
-from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.source import Document, SceneError, parse_document
 from exudyn_flexlink.storage.arrays import attributes_of, put_together, taken_apart
 from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version, write_document
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, SUMMARY, SWEEP, StorageError
@@ -193,6 +192,7 @@ def _missing(file: Path) -> str:
 def _scene(data: Any, file: Path) -> Scene:
     try:
         read = parse_document(json.dumps(data, ensure_ascii=False), str(file))
-        return parse_scene(replace(read, data=data))
+        # No reader sees the text, and what stands where in it.
+        return parse_scene(Document(read.name, read.folder, data=data))
     except SceneError as error:
         raise StorageError(f"the scene in {file} is damaged:\n{error}") from error

@@ -50,7 +50,8 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
     before = len(mistakes)
     for i, point in enumerate(points):
         if not isinstance(point, Mapping) or not point:
-            message = f"expected a mapping of paths to values, got {in_words(point)}"
+            got = "an empty one" if point == {} else in_words(point)
+            message = f"expected a mapping of paths to values, got {got}"
             mistakes.append(Mistake((*at, i), message))
             continue
         if not paths:

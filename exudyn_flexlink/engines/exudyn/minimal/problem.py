@@ -45,7 +45,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import pressed_among
 
-GIVE_WAY = "a law with stiffness, or a torque in place of a drive that holds a speed"
+GIVE_WAY = "a law with stiffness; where a drive holds a speed there, a torque in its place will do"
 
 
 class _Looked(NamedTuple):
