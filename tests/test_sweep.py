@@ -207,4 +207,4 @@ def test_an_empty_design_is_called_empty():
     with pytest.raises(
         fl.SceneError, match="expected a mapping of paths to values, got an empty one"
     ):
-        fl.sweep("textbook/pump", [{}])
+        fl.sweep(fl.load_scene("textbook/pump"), [{}])
