@@ -11,7 +11,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Assembly, extent
 
-ROUNDING = 2e-16  # of the mechanism's extent: about what a place is rounded by
+ROUNDING = 1e-15  # of the mechanism's extent: about what the sums of a run round a place by
 SMALL = 1e-3  # of the largest length: what moves by less is no lever arm
 LATE = 1e-14  # s: about how exactly an event is located; what happens there happens a little later
 
