@@ -51,7 +51,7 @@ from exudyn_flexlink.source import SceneError
 
 ENGINES = ("exudyn", "lagrangian")
 MODEL = "no_clearance"
-TOLERANCE, TIGHTER, FAR = 1e-6, 100.0, 1000.0  # m, times; of forces
+TOLERANCE, TIGHTER, FAR = 1e-6, 100.0, 1e4  # m, times; times where forces are compared
 CONFIRMED = 0.5  # of the tolerance: what the two runs to judge by may differ by
 REACH = -0.11  # m: where S is farthest to the left in odd laps
 PLASTIC, ELASTIC = 0.15, 0.1  # shares of strikes that return nothing, and all

@@ -6,11 +6,16 @@ from benchmarks.verdicts import RIGHT, TOLD
 from random_touches import KINDS, Ball, _circle, _line, judge
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "strike"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_no_touch_is_missed_without_a_word(kind):
-    for number in range(1 if kind in ("billiard", "strike") else 3):
+    for number in range(1 if kind == "billiard" else 3):
         verdict = judge((kind, number), seed=1)
         assert verdict.kind in (RIGHT, TOLD), f"{kind} {number}: {verdict}"
+
+
+def test_the_force_of_a_strike_is_off_by_no_more_than_is_told():
+    verdict = judge(("strike", 8), seed=1)
+    assert verdict.kind == RIGHT, verdict
 
 
 def test_a_ball_hops_by_the_closed_form():
