@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from signal import SIG_DFL, SIG_IGN, SIGINT, getsignal, signal
+import signal
 from types import FrameType
 from typing import Any
 
@@ -29,7 +29,7 @@ class DeferrableInterrupt:
             self.pending = True
         elif callable(self.before):
             self.before(number, frame)
-        elif number != SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
+        elif number != signal.SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
             raise KeyboardInterrupt
 
     def defer(self) -> None:
@@ -40,22 +40,22 @@ class DeferrableInterrupt:
 @contextmanager
 def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     """Let a handler take Ctrl-C inside."""
-    before = getsignal(SIGINT)
+    before = signal.getsignal(signal.SIGINT)
     try:
-        signal(SIGINT, handler)
+        signal.signal(signal.SIGINT, handler)
     except ValueError:  # not the main thread: Ctrl-C is not ours
         yield
         return
     try:
         yield
     finally:
-        signal(SIGINT, SIG_DFL if before is None else before)
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
 
 
 @contextmanager
 def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
     """Let Ctrl-C do what it did before, until `defer` is called on the handler."""
-    handler = DeferrableInterrupt(getsignal(SIGINT))
+    handler = DeferrableInterrupt(signal.getsignal(signal.SIGINT))
     with _handled_by(handler):
         yield handler
 
@@ -67,11 +67,11 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
     What follows in `simulate` puts the result together: there Ctrl-C is deferred. A Ctrl-C that is
     ignored stays so: only requests of other signals, which come this way too, then end the run.
     """
-    before = getsignal(SIGINT)
-    ignored = (before.before if isinstance(before, DeferrableInterrupt) else before) is SIG_IGN
+    before = signal.getsignal(signal.SIGINT)
+    ignored = (before.before if isinstance(before, DeferrableInterrupt) else before) is signal.SIG_IGN
 
     def handle(number: int, _frame: FrameType | None) -> None:
-        if number != SIGINT or not ignored:
+        if number != signal.SIGINT or not ignored:
             end()
 
     with _handled_by(handle):

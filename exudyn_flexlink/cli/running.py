@@ -17,7 +17,8 @@ from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import watched_point
-from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.result import INTERRUPTED as STOPPED
+from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake, SceneError
 
@@ -95,7 +96,7 @@ def run(
                 result = engines.simulate(scene, engine, told, first=first)
         except LateInterruptError as error:
             return error.result, True
-        return result, result.outcome.reason == INTERRUPTED
+        return result, result.outcome.reason == STOPPED
 
 
 def measured(

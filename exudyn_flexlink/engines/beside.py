@@ -28,7 +28,7 @@ ASKED, DONE, MADE = "asked", "done", "made"
 """Files: scene and engine; part that is done; result, or an exception."""
 SURE = 1.0  # s: after which the length of a run is foreseen
 WORTH = 3.0  # s: of a run that takes longer; that process needs one to start
-LOOK = 0.02  # s: between two looks at the process
+BETWEEN_LOOKS = 0.02  # s: between two looks at the process
 
 
 class Beside:
@@ -86,7 +86,7 @@ class Beside:
             while self._process.poll() is None:
                 if progress is not None:
                     progress(_number(self._folder / DONE))
-                time.sleep(LOOK)
+                time.sleep(BETWEEN_LOOKS)
         try:
             made = pickle.loads((self._folder / MADE).read_bytes())
         except OSError:

@@ -67,7 +67,7 @@ def _of_corners(function: Callable[..., FloatArray], a: Bounds, b: Bounds) -> Bo
     )
 
 
-def _where(condition: FloatArray | BoolArray, one: Bounds, other: Bounds) -> Bounds:
+def _bounds_where(condition: FloatArray | BoolArray, one: Bounds, other: Bounds) -> Bounds:
     return Bounds(
         np.where(condition, one.low, other.low), np.where(condition, one.high, other.high)
     )
@@ -79,7 +79,7 @@ def _rising(name: str) -> Callable[[Bounds], Bounds]:
 
 def _div(a: Bounds, b: Bounds) -> Bounds:
     apart = (b.low > 0) | (b.high < 0)
-    return _where(apart, _of_corners(np.divide, a, b), _WHOLE)
+    return _bounds_where(apart, _of_corners(np.divide, a, b), _WHOLE)
 
 
 def _even(a: Bounds, exponent: FloatArray | float) -> Bounds:
@@ -95,10 +95,10 @@ def _pow(a: Bounds, b: Bounds) -> Bounds:
     through = (a.low <= 0) & (a.high >= 0)
     corners = _of_corners(np.power, a, b)
     positive = (a.low > 0) | ((a.low == 0) & (b.low > 0))
-    found = _where(positive | (whole & ~even & (b.low > 0)), corners, _WHOLE)
-    of_even = _where(b.low > 0, _even(a, np.abs(b.low)), corners)
-    found = _where(even & ~(through & (b.low < 0)), of_even, found)
-    return _where(whole & (b.low < 0) & ~through, corners, found)
+    found = _bounds_where(positive | (whole & ~even & (b.low > 0)), corners, _WHOLE)
+    of_even = _bounds_where(b.low > 0, _even(a, np.abs(b.low)), corners)
+    found = _bounds_where(even & ~(through & (b.low < 0)), of_even, found)
+    return _bounds_where(whole & (b.low < 0) & ~through, corners, found)
 
 
 def _wave(a: Bounds, top: float, name: str) -> Bounds:
@@ -115,23 +115,23 @@ def _wave(a: Bounds, top: float, name: str) -> Bounds:
 
 def _tan(a: Bounds) -> Bounds:
     one_branch = np.floor(a.low / np.pi + 0.5) == np.floor(a.high / np.pi + 0.5)
-    return _where(one_branch, _rising("tan")(a), _WHOLE)
+    return _bounds_where(one_branch, _rising("tan")(a), _WHOLE)
 
 
 def _atan2(a: Bounds, b: Bounds) -> Bounds:
     away = (b.low > 0) | (a.low > 0) | (a.high < 0)
     corners = _of_corners(np.arctan2, a, b)
-    return _where(away, corners, Bounds(np.array(-np.pi), np.array(np.pi)))
+    return _bounds_where(away, corners, Bounds(np.array(-np.pi), np.array(np.pi)))
 
 
-def _less(a: Bounds, b: Bounds) -> Bounds:
+def _bounds_less(a: Bounds, b: Bounds) -> Bounds:
     return Bounds((a.high < b.low).astype(float), (a.low < b.high).astype(float))
 
 
 def _choice(condition: Bounds, one: Bounds, other: Bounds) -> Bounds:
     either = Bounds(np.minimum(one.low, other.low), np.maximum(one.high, other.high))
-    found = _where(condition.low > 0, one, either)
-    return _where(condition.high == 0, other, found)
+    found = _bounds_where(condition.low > 0, one, either)
+    return _bounds_where(condition.high == 0, other, found)
 
 
 _BY_NAME: dict[str, Callable[..., Bounds]] = {
@@ -148,7 +148,7 @@ _BY_NAME: dict[str, Callable[..., Bounds]] = {
     "acos": lambda a: Bounds(np.arccos(a.high), np.arccos(a.low)),
     "atan2": _atan2,
     "abs": lambda a: _even(a, 1.0),
-    "less": _less,
+    "less": _bounds_less,
     "where": _choice,
 }
 

@@ -12,7 +12,7 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 
 Turns = tuple[IndexArray, FloatArray, FloatArray]
 
-LOOKS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
+LOOKS_AT_TURNS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
 ROUNDING = 1e-12  # of a value: what moves by less in a step stands still
 
 
@@ -20,7 +20,7 @@ def highest(
     value: Callable[[FloatArray], FloatArray],
     low: FloatArray,
     high: FloatArray,
-    looks: tuple[int, ...] = LOOKS,
+    looks: tuple[int, ...] = LOOKS_AT_TURNS,
 ) -> FloatArray:
     """Places (c,) between `low` and `high` (c,) where a value, of places (c, p), is highest.
 

@@ -19,7 +19,7 @@ from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Ramp, SpeedOf
 from exudyn_flexlink.scene import Scene, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
-LOOKS = 200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
+PARTS_LOOKED_AT = 200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
 BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
 JUMP = 1e-6  # of the largest value: a difference that is no rounding
 LEAP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
@@ -87,7 +87,7 @@ def _require_bounds(formula: Formula, end: float) -> None:
 
 def _looks(end: float) -> FloatArray:
     """Instants (n,) s of a run up to `end` at which values are looked at."""
-    return np.linspace(0.0, end, LOOKS + 1)
+    return np.linspace(0.0, end, PARTS_LOOKED_AT + 1)
 
 
 def _sides(function: Applied, end: float) -> tuple[FloatArray, FloatArray]:

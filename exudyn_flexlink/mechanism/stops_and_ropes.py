@@ -25,7 +25,7 @@ def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
     joint = bodies.scene.joints[spec.joint]
     if isinstance(joint, RevoluteJoint):
         return TurnStop(name, *bodies.ends(joint), spec.at, way, law)
-    face = _across(bodies, bodies.slide(spec.joint), spec.at)
+    face = _face_across(bodies, bodies.slide(spec.joint), spec.at)
     return FaceContact(name, *face, -way, law, across=True)
 
 
@@ -38,14 +38,14 @@ def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
         depths, forces = zip(*rows, strict=True)
         law = SpringTable(depths, forces, spec.damping)
     if spec.joint is not None:
-        face = _across(bodies, bodies.slide(spec.joint), length)
+        face = _face_across(bodies, bodies.slide(spec.joint), length)
         return FaceContact(name, *face, 1.0 if pulls else -1.0, law, across=True)
     assert spec.points is not None  # the scene checks that there is one of both
     first, second = (bodies.anchor(point, spec.at) for point in spec.points)
     return CircleContact(name, first, second, (0.0, length), pulls, law)
 
 
-def _across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
+def _face_across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
     """Return what slides, and a face across its line at a length (m); right of it is longer."""
     half = FACE / 2 * max(part.reach for part in bodies.parts) or FACE
     along_x, along_y = cos(slide.direction), sin(slide.direction)

@@ -69,7 +69,7 @@ def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
     for i, (axes, (quantity, panel)) in enumerate(zip(rows, panels.items(), strict=False)):
         if i and ax is None:
             axes.sharex(rows[0])
-        _draw(axes, result, panel, x)
+        _draw_forces(axes, result, panel, x)
         axes.set_ylabel(quantity)
     over_run(rows[: len(panels)], result, x, label)
     if zooms and len(rows) == len(names):
@@ -78,7 +78,7 @@ def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
     return figure
 
 
-def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) -> None:
+def _draw_forces(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) -> None:
     """Draw forces of one quantity; zero is in sight, so that rounding does not look like forces."""
     thin = 0.8 * float(mpl.rcParams["lines.linewidth"])
     series = [force.size for force in panel.values()]

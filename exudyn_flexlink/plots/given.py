@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from exudyn_flexlink.arguments import told
+from exudyn_flexlink.arguments import told as in_words
 from exudyn_flexlink.plots.frame import ShownFigure, doubts_of
 from exudyn_flexlink.plots.style import FAILED
 from exudyn_flexlink.result import Result
@@ -34,7 +34,7 @@ def listed(ax: Given) -> list[Axes]:
     every: list[Any] = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
     for one in every:
         if not isinstance(one, Axes):
-            raise TypeError(f"expected axes of matplotlib, or an array of them; got {told(one)}")
+            raise TypeError(f"expected axes of matplotlib, or an array of them; got {in_words(one)}")
     return every
 
 

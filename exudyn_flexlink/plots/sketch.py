@@ -33,7 +33,7 @@ from exudyn_flexlink.scene import RigidBody, Scene
 BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
 SHOWN = ("curve", "ring", "rope", "stop", *BODIES)
 LABELLED = {"curve": "", "stop": "stop", "rope": "rope or buffer"}
-NEAR = 0.06  # of what is shown: names of points nearer than this would hide each other
+TOGETHER = 0.06  # of what is shown: names of points nearer than this would hide each other
 BAND = 7.0  # points, of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
 
@@ -139,7 +139,7 @@ class Sketch:
         for name, place in points.items():
             if name in _MARKS:
                 axes.plot(*self.unit[0] * place, **_mark(name), zorder=7 if name == "S" else 6)
-        for first, names in together(points, NEAR * size).items():
+        for first, names in together(points, TOGETHER * size).items():
             x, y = self.unit[0] * points[first]
             axes.annotate(
                 ", ".join(sorted(names)),

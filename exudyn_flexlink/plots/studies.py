@@ -20,7 +20,7 @@ from exudyn_flexlink.plots.style import (
     BLACK,
     BLUE,
     ENGINE_COLOURS,
-    FAILED,
+    FAILED as OF_FAILED,
     GREEN,
     GREY,
     ORANGE,
@@ -44,7 +44,7 @@ LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
 ROW = 0.24  # inches on a screen, of a number
-LEAST = 1e-17  # a smaller difference, in any unit, is none: it is drawn here
+LEAST_SHOWN = 1e-17  # a smaller difference, in any unit, is none: it is drawn here
 FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 
 
@@ -57,7 +57,7 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     """
     subject = f"What accuracy costs: error over processor time, to t = {study.until:.4g} s"
     height = 4.0 + LEGEND * style.narrow
-    figure = framed_figure((study.scene.title, subject), height, style, caption=_caption(study))
+    figure = framed_figure((study.scene.title, subject), height, style, caption=_caption_of(study))
     axes = figure.subplots()
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -73,12 +73,12 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     return figure
 
 
-def _drawn(errors: Errors, floor: float = 0.0) -> float:
+def _panels_of(errors: Errors, floor: float = 0.0) -> float:
     """Where an error is drawn, m: far below the floor there is nothing to see."""
     return max(errors.largest, DEEPEST * floor, LOWEST)
 
 
-def _caption(study: Study) -> list[tuple[str, str]]:
+def _caption_of(study: Study) -> list[tuple[str, str]]:
     """Say against which runs errors and their floor are; lines with their colours."""
     told = [(f"errors against {study.reference.told}", GREY)]
     if study.check is not None:
@@ -93,7 +93,7 @@ def _draw(axes: Axes, study: Study) -> None:
         points = [point for point in study.points if point.method == method]
         _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
     for source in study.sources:
-        level = _drawn(source.errors)
+        level = _panels_of(source.errors)
         if source.kind in _OF_SOURCES and level > LOWEST:
             colour, name = _OF_SOURCES[source.kind]
             axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
@@ -105,7 +105,7 @@ def _draw(axes: Axes, study: Study) -> None:
         told = "below the floor"
         axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=told)
     if study.own is not None:
-        place = (study.own.processor, _drawn(study.own.errors, study.floor))
+        place = (study.own.processor, _panels_of(study.own.errors, study.floor))
         axes.plot(*place, "o", color=ORANGE, markersize=sized(11), markerfacecolor="none",
                   markeredgewidth=1.6, label="the model's own settings")  # fmt: skip
     axes.set_ylim(low, high)
@@ -118,7 +118,7 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
     style: dict[str, Any] = {"linestyle": line, "marker": marker, "markersize": sized(5)}
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
     x = np.array([point.processor for point in points])
-    y = np.array([_drawn(point.errors, floor) for point in points])
+    y = np.array([_panels_of(point.errors, floor) for point in points])
     axes.plot(x, y, color=colour, label=method.name, **style)
     hollow = {**style, "linestyle": "", "markerfacecolor": "white"}
     axes.plot(x[y < floor], y[y < floor], color=colour, **hollow)
@@ -135,12 +135,12 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
     axes = figure.subplots()
     axes.set_xscale("log")
     for row, (_, number) in enumerate(numbers):
-        colour = BLUE if number.fine else FAILED
-        axes.plot([LEAST, number.allowed], [row, row], color=GREY, linewidth=0.7)
+        colour = BLUE if number.fine else OF_FAILED
+        axes.plot([LEAST_SHOWN, number.allowed], [row, row], color=GREY, linewidth=0.7)
         axes.plot([number.allowed], [row], "|", color=BLACK, markersize=sized(8))
         if isfinite(number.computed):
-            axes.plot([max(number.difference, LEAST)], [row], "o", color=colour)
-    for fine, colour, label in ((True, BLUE, "as near as allowed"), (False, FAILED, "off")):
+            axes.plot([max(number.difference, LEAST_SHOWN)], [row], "o", color=colour)
+    for fine, colour, label in ((True, BLUE, "as near as allowed"), (False, OF_FAILED, "off")):
         if any(number.fine == fine for _, number in numbers):
             axes.plot([], [], "o", color=colour, label=label)
     axes.plot([], [], "|", color=BLACK, markersize=sized(8), label="allowed")

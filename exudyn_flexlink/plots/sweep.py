@@ -14,13 +14,13 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.plots.frame import framed_figure, settle
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, SCREEN, Style, styled
-from exudyn_flexlink.plots.style import FAILED as RED
+from exudyn_flexlink.plots.style import FAILED as OF_FAILED
 from exudyn_flexlink.source import did_you_mean
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, Scalar, SweepTable, in_si, label_of
 
 MOST_PANELS = 6
 NOTICEABLE = 1e-4  # of a number: the summary prints numbers that differ by less alike
-ROUNDING, LEAST = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
+ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
 FEW = 8  # values that all have a tick
 LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
 
@@ -72,7 +72,7 @@ def _differing(table: SweepTable, part: float) -> list[str]:
         numbers = [float(value) for value in values if isinstance(value, float | int)]
         if not numbers or len(numbers) < len(values):
             continue
-        if np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST):
+        if np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST_CHANGE):
             found.append(name)
     return found
 
@@ -168,7 +168,7 @@ def _dots(axes: Axes, table: SweepTable, x: Scale, own: Scale) -> None:
             axes.plot(x.places[chosen], own.places[chosen], "o", color=BLUE, label=label,
                       markerfacecolor=filled, markersize=sized(4))  # fmt: skip
     for k, place in enumerate(x.places[failed]):
-        axes.axvline(place, color=RED, linestyle=":", label="failed" if k == 0 else None)
+        axes.axvline(place, color=OF_FAILED, linestyle=":", label="failed" if k == 0 else None)
 
 
 def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
@@ -181,7 +181,7 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     cells = len(np.unique(x.places)) * len(np.unique(y.places))
     grid = len(x.places) > 1 and cells <= 2 * len(x.places)  # interrupted, it has holes
-    marks = ((_of(table, FAILED), "x", RED), (_of(table, DOUBTFUL), "o", BLACK))
+    marks = ((_of(table, FAILED), "x", OF_FAILED), (_of(table, DOUBTFUL), "o", BLACK))
     for axes, own in zip(panels.flat, seen, strict=False):
         if grid:
             shown = axes.pcolormesh(*_cells(x.places, y.places, own.places), shading="nearest")

@@ -33,7 +33,7 @@ def accuracy_text(study: Study, command: str) -> str:
         _points(study),
         _sources(study),
         _left_out(study),
-        [recommendation(study), *_how(study, command)],
+        [recommendation(study), *_how_accurate(study, command)],
     ]
     return in_blocks(blocks)
 
@@ -64,7 +64,7 @@ def _points(study: Study) -> list[str]:
         if point.method.name != method:
             method = point.method.name
             rows.append([f"{method}: {point.method.knob}"])
-        rows.append(_row(study, point))
+        rows.append(_accuracy_row(study, point))
     what = "" if len(study.judged_by) == 1 else " of the point that is farthest off"
     return [
         f"Errors (m){what}, errors of forces as parts of the force (of the one that is worst), "
@@ -73,7 +73,7 @@ def _points(study: Study) -> list[str]:
     ]
 
 
-def _row(study: Study, point: Point) -> list[str]:
+def _accuracy_row(study: Study, point: Point) -> list[str]:
     errors = point.errors
     told = [_told(error, study.floor) for error in (errors.rms, errors.largest)]
     force = _told(errors.force, study.force_floor)
@@ -204,7 +204,7 @@ def recommendation(study: Study) -> str:
     return f"Recommendation: {_choice(study, advice)}{_limit(study, advice)}."
 
 
-def _how(study: Study, command: str) -> list[str]:
+def _how_accurate(study: Study, command: str) -> list[str]:
     """Say which command simulates by the setting that is advised; it replaces whole sections."""
     choice = None if study.still else advise(study).choice
     if choice is None:

@@ -16,7 +16,7 @@ from exudyn_flexlink.sweeps.dimensions import column_of, in_si, si_unit
 from exudyn_flexlink.sweeps.values import Value, setting_of, unit_of
 from exudyn_flexlink.versions import THIS, version_of
 
-DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
+HASH_DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
 MOST_CHECKED = 1000  # values of a path that are all checked before anything runs: in some seconds
 PACKAGES = (THIS, "exudyn", "numpy", "scipy")  # on whose versions numbers depend
 
@@ -124,7 +124,7 @@ def versions() -> dict[str, str]:
 
 def _id(base: str, settings: Sequence[Setting]) -> str:
     text = "\n".join([base, *sorted(map(json.dumps, settings))])
-    return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
+    return hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]
 
 
 def _varied(path: str, unit: str, values: Sequence[Value], given: str) -> Varied:

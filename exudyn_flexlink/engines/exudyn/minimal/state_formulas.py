@@ -116,7 +116,7 @@ class KinkWatch:
 SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
 
 
-class _Along(NamedTuple):
+class _AlongStep(NamedTuple):
     """What formulas sense along a step: derivatives (powers, sensed) at its begin `t` (s)."""
 
     t: float
@@ -213,7 +213,7 @@ class Overlooked:
             clock = given.formula.clock
             rates = (FACTORIALS / step.h**POWERS)[:, None] * (COEFFICIENTS @ sensed.T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
-            along = _Along(clock + step.t, rates)
+            along = _AlongStep(clock + step.t, rates)
             for addend in (one for one in given.formula.expression.addends if not one.of_time):
                 edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, along.bounds)
                 short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
