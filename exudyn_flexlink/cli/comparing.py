@@ -34,7 +34,7 @@ from exudyn_flexlink.storage import load, save, save_against, save_comparison
 
 OF_MODELS = {"settings": "set", "impact": "impact", "without": "without", "engine": "engine"}
 """Options that change a model, which a saved run no longer is."""
-UNTOLD = "interrupted before two runs were compared; nothing was written"
+UNCOMPARED = "interrupted before two runs were compared; nothing was written"
 
 
 def compare_command(options: argparse.Namespace) -> int:
@@ -56,10 +56,10 @@ def compare_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with place.written() as folder:
             found, whole = _without_effects(options) if options.without else _both_engines(options)
-            drew = _write(found, folder, options, whole=whole)
+            drew = _write_comparison(found, folder, options, whole=whole)
     except KeyboardInterrupt:
-        return complain(UNTOLD, INTERRUPTED)
-    return _tell(found, place, options, drew if whole else INTERRUPTED)
+        return complain(UNCOMPARED, INTERRUPTED)
+    return _tell_comparison(found, place, options, drew if whole else INTERRUPTED)
 
 
 def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
@@ -121,7 +121,7 @@ def _run(
     return result, not enough
 
 
-def _write(compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool) -> int:
+def _write_comparison(compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool) -> int:
     """Write numbers, then figures if it is `whole`; returns the exit code, see `kept`."""
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in compared.both]
 
@@ -138,7 +138,7 @@ def _write(compared: Comparison, folder: Path, options: argparse.Namespace, *, w
     return kept(save_all, draw if whole and not options.no_plots else None, folder)
 
 
-def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:
+def _tell_comparison(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
     place.tell(comparison_text(found))
     code = drew

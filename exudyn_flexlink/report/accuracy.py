@@ -75,8 +75,8 @@ def _points(study: Study) -> list[str]:
 
 def _accuracy_row(study: Study, point: Point) -> list[str]:
     errors = point.errors
-    told = [_told(error, study.floor) for error in (errors.rms, errors.largest)]
-    force = _told(errors.force, study.force_floor)
+    told = [_told_accuracy(error, study.floor) for error in (errors.rms, errors.largest)]
+    force = _told_accuracy(errors.force, study.force_floor)
     own = " (model's own)" if point is study.own else ""
     setting = f"  {point.method.amount(point.value)}{own}"
     cost = f"{point.processor:.3g} (of {point.repeats})"
@@ -84,7 +84,7 @@ def _accuracy_row(study: Study, point: Point) -> list[str]:
     return [setting, str(point.steps), *told, worst, force, cost]
 
 
-def _told(error: float, floor: float) -> str:
+def _told_accuracy(error: float, floor: float) -> str:
     """Return an error, or what it is known to be less than."""
     return f"{error:.1e}" if error >= floor else f"< {floor:.1e}"
 
