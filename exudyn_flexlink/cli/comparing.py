@@ -121,7 +121,9 @@ def _run(
     return result, not enough
 
 
-def _write_comparison(compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool) -> int:
+def _write_comparison(
+    compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool
+) -> int:
     """Write numbers, then figures if it is `whole`; returns the exit code, see `kept`."""
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in compared.both]
 
@@ -138,7 +140,9 @@ def _write_comparison(compared: Comparison, folder: Path, options: argparse.Name
     return kept(save_all, draw if whole and not options.no_plots else None, folder)
 
 
-def _tell_comparison(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:
+def _tell_comparison(
+    found: Comparison, place: Place, options: argparse.Namespace, drew: int
+) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
     place.tell(comparison_text(found))
     code = drew

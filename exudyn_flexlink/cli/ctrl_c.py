@@ -5,9 +5,9 @@ Signals are taken here and in `ending` alone: whoever uses the package from Pyth
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-import signal
 from types import FrameType
 from typing import Any
 
@@ -29,7 +29,9 @@ class DeferrableInterrupt:
             self.pending = True
         elif callable(self.before):
             self.before(number, frame)
-        elif number != signal.SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
+        elif (
+            number != signal.SIGINT
+        ):  # handed on by who handles other signals: only Ctrl-C is ignored
             raise KeyboardInterrupt
 
     def defer(self) -> None:
@@ -68,7 +70,9 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
     ignored stays so: only requests of other signals, which come this way too, then end the run.
     """
     before = signal.getsignal(signal.SIGINT)
-    ignored = (before.before if isinstance(before, DeferrableInterrupt) else before) is signal.SIG_IGN
+    ignored = (
+        before.before if isinstance(before, DeferrableInterrupt) else before
+    ) is signal.SIG_IGN
 
     def handle(number: int, _frame: FrameType | None) -> None:
         if number != signal.SIGINT or not ignored:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.curves import feet
+from exudyn_flexlink.curves.feet import candidates, closest, descend
 from exudyn_flexlink.raising import Sendable
 
 # A place on a curve: typed decimals that mean the same point differ by less than this.
@@ -181,12 +181,12 @@ class Curve(ABC):
         the curve crosses itself, and counts on over the laps of a closed curve.
         """
         if near is not None:
-            return feet.descend(self, point, near)
-        return float(feet.candidates(self, point)[0])
+            return descend(self, point, near)
+        return float(candidates(self, point)[0])
 
     def closest(self, points: FloatArray) -> FloatArray:
         """Parameters (...) of the places closest to points (..., 2), in the parameter range."""
-        return feet.closest(self, points)
+        return closest(self, points)
 
     @cached_property
     def arc_length(self) -> ArcLength:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from exudyn_flexlink.curves.closest import ROUNDS
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 if TYPE_CHECKING:
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
 
 MOST_CANDIDATES = 16
 AT_ONCE = 4096  # points whose distances from all samples are held in memory together
+ROUNDS = 60  # of halving: to rounding
 
 
 def candidates(curve: Curve, target: FloatArray) -> FloatArray:

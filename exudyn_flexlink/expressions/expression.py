@@ -11,8 +11,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions.ranges import Addend
 from exudyn_flexlink.expressions.resolving import zeros
-from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Tape, Values
-from exudyn_flexlink.expressions.tokens import Sensed
+from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Sensed, Tape, Values
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.units import Powers
 

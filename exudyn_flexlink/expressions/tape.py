@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -23,6 +24,19 @@ TIME = -1
 """The variable t; those of the state count from 0."""
 RATES = 1000
 """So much further on counts the time derivative of a variable of the state."""
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What a formula takes of the state: `angle`, `speed` or `place` of a joint, or of a point.
+
+    `of` is the joint, or the point 'body.point' of which `axis` is the coordinate 'x' or 'y'. The
+    place of a joint is how far it is out.
+    """
+
+    kind: str
+    of: str
+    axis: str = ""
 
 
 class Operation(NamedTuple):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
+from exudyn_flexlink.expressions.tape import Sensed
 from exudyn_flexlink.source import HintedError, did_you_mean
 from exudyn_flexlink.units import (
     DOTS,
@@ -25,19 +25,6 @@ LONGEST = 500  # letters of a formula
 
 class ExpressionError(HintedError):
     """What is wrong with a formula, in words, and a hint."""
-
-
-@dataclass(frozen=True)
-class Sensed:
-    """What a formula takes of the state: `angle`, `speed` or `place` of a joint, or of a point.
-
-    `of` is the joint, or the point 'body.point' of which `axis` is the coordinate 'x' or 'y'. The
-    place of a joint is how far it is out.
-    """
-
-    kind: str
-    of: str
-    axis: str = ""
 
 
 class Token(NamedTuple):

@@ -19,7 +19,9 @@ from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Ramp, SpeedOf
 from exudyn_flexlink.scene import Scene, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
-PARTS_LOOKED_AT = 200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
+PARTS_LOOKED_AT = (
+    200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
+)
 BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
 JUMP = 1e-6  # of the largest value: a difference that is no rounding
 LEAP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it

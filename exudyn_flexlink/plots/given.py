@@ -34,7 +34,9 @@ def listed(ax: Given) -> list[Axes]:
     every: list[Any] = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
     for one in every:
         if not isinstance(one, Axes):
-            raise TypeError(f"expected axes of matplotlib, or an array of them; got {in_words(one)}")
+            raise TypeError(
+                f"expected axes of matplotlib, or an array of them; got {in_words(one)}"
+            )
     return every
 
 

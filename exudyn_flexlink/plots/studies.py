@@ -20,7 +20,6 @@ from exudyn_flexlink.plots.style import (
     BLACK,
     BLUE,
     ENGINE_COLOURS,
-    FAILED as OF_FAILED,
     GREEN,
     GREY,
     ORANGE,
@@ -31,6 +30,9 @@ from exudyn_flexlink.plots.style import (
     SKY,
     Style,
     styled,
+)
+from exudyn_flexlink.plots.style import (
+    FAILED as OF_FAILED,
 )
 from exudyn_flexlink.stability import Branches, Stability
 from exudyn_flexlink.verification import VerifiedRun
