@@ -32,7 +32,7 @@ from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN,
 from exudyn_flexlink.scene import Scene
 
 LEGEND = 2.2  # inches on a screen, beside the drawing; in print below it
-LOWEST, TALLEST = 2.4, 7.5  # inches, of the drawing
+LOWEST, TALLEST_START = 2.4, 7.5  # inches, of the drawing
 SAME = 1e-6  # of the drawing: points nearer than this are one
 MOST_BODIES = 14  # in the legend: it has no more room
 MOST_NAMED = 40  # points: more names hide the mechanism
@@ -79,7 +79,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     low, high = _room(posed)
     width, height = high - low
     room = (style.width - LEGEND * (not style.narrow) - 0.6) / style.scale
-    tall = min(TALLEST, max(LOWEST, room * float(height / width)))
+    tall = min(TALLEST_START, max(LOWEST, room * float(height / width)))
     caption = [(_caption(scene, posed), GREY)]
     subject = "The mechanism where it starts"
     whole = tall + 0.5 + LEGEND * style.narrow

@@ -11,18 +11,27 @@ from exudyn_flexlink.mechanism import Rest
 from exudyn_flexlink.report.text import in_blocks, listed, number, section
 from exudyn_flexlink.scene import Scene
 
-DECIMALS = 9  # of degrees, metres and newtons: what is smaller is rounding of the search
+DECIMALS = 9  # of degrees, metres and newtons: what is smaller is rounding
 
 
 def equilibrium_text(scene: Scene, rest: Rest) -> str:
     """Return all of it, for people."""
     places = [
-        [name, f"{_told(degrees(pose[2]))} deg", f"at ({_told(pose[0])}, {_told(pose[1])}) m"]
+        [
+            name,
+            f"{_told_balance(degrees(pose[2]))} deg",
+            f"at ({_told_balance(pose[0])}, {_told_balance(pose[1])}) m",
+        ]
         for name, pose in ((name, np.atleast_2d(poses)[0]) for name, poses in rest.poses.items())
     ]
     torques = {name: f"{torque:.5g} N m" for name, torque in rest.torques.items()}
     forces = [
-        [name, f"({_told(x)}, {_told(y)}) N", f"{hypot(x, y):.5g} N", torques.get(name, "")]
+        [
+            name,
+            f"({_told_balance(x)}, {_told_balance(y)}) N",
+            f"{hypot(x, y):.5g} N",
+            torques.get(name, ""),
+        ]
         for name, (x, y) in ((name, force.tolist()) for name, force in rest.forces.items())
     ]
     slides = {own.name for own in rest.assembly.mechanism.speed_motors if own.slide}
@@ -64,5 +73,5 @@ def _modes(rest: Rest) -> str:
     return listed([f"{number(own)} Hz" for own in rest.frequencies.tolist()]) or "none"
 
 
-def _told(value: float) -> str:
+def _told_balance(value: float) -> str:
     return f"{round(value, DECIMALS) + 0.0:.6g}"  # no -0

@@ -50,7 +50,6 @@ MODES = 4
 STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
 ROUNDING = 1e-12  # of a curve's size: coordinates less than this are 0
 NOTICEABLE = 1e-6  # rad, rad/s, m/s: by more than this a body stands otherwise, or moves
-DECIMALS = 9  # of degrees and metres that are told: what is smaller is rounding of the assembly
 
 
 def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from math import cos, hypot, inf, sin
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Evaluator, Knots, Places, evaluator
+from exudyn_flexlink.curves import Evaluator, Knots, Places as CurvePlaces, evaluator
 from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.mechanism.tree import GuidedSlot
@@ -41,7 +41,7 @@ class TrackPoint(TrackFollower):
         return self._at[self.piece]
 
     @property
-    def together(self) -> Callable[[FloatArray], Places]:
+    def together(self) -> Callable[[FloatArray], CurvePlaces]:
         """As `at`, at many parameters at once."""
         return self.curve.pieces[self.piece].places
 

@@ -36,11 +36,11 @@ DEGREE = 8  # of the polynomials by which they are followed within a step
 # Of a step, where they are looked at.
 PARTS = (1 - np.cos(np.linspace(0.0, np.pi, DEGREE + 1))) / 2
 THROUGH = np.linalg.inv(chebyshev.chebvander(2 * PARTS - 1, DEGREE)).T
-POWERS = np.arange(DEGREE + 1)
-BETWEEN = np.maximum(POWERS - POWERS[:, None], 0)
-FACTORIALS = np.array([float(factorial(power)) for power in POWERS])
+TAYLOR_POWERS = np.arange(DEGREE + 1)
+BETWEEN = np.maximum(TAYLOR_POWERS - TAYLOR_POWERS[:, None], 0)
+FACTORIALS = np.array([float(factorial(power)) for power in TAYLOR_POWERS])
 COEFFICIENTS = np.linalg.inv(
-    PARTS[:, None] ** POWERS
+    PARTS[:, None] ** TAYLOR_POWERS
 )  # coefficients of the polynomial through these
 
 
@@ -211,7 +211,7 @@ class Overlooked:
             except (ValueError, ArithmeticError):  # no place within: the step itself was good
                 return earliest
             clock = given.formula.clock
-            rates = (FACTORIALS / step.h**POWERS)[:, None] * (COEFFICIENTS @ sensed.T)
+            rates = (FACTORIALS / step.h**TAYLOR_POWERS)[:, None] * (COEFFICIENTS @ sensed.T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
             along = _AlongStep(clock + step.t, rates)
             for addend in (one for one in given.formula.expression.addends if not one.of_time):

@@ -84,7 +84,7 @@ class _RunReader:
                 (own.resolution.steps(given) for own in loop.contacts.all), default=inf
             ),
             engine="exudyn",
-            settings=_settings(prepared),
+            settings=_engine_settings(prepared),
             drive_torques=self._torques(),
             drive_forces=self._drive_forces(),
             slot_forces={
@@ -175,7 +175,7 @@ class _RunReader:
         return found
 
 
-def _settings(prepared: Prepared) -> EngineSettings:
+def _engine_settings(prepared: Prepared) -> EngineSettings:
     scene, beams = prepared.scene, prepared.system.beams
     contact_step = min((own.contact_step for own in prepared.loop.contacts.all), default=inf)
     return EngineSettings(
