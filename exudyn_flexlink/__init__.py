@@ -78,31 +78,31 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError as FilmError
-    from exudyn_flexlink.api.animations import Animation as Animation
     from exudyn_flexlink.api.comparisons import Comparison as Comparison
     from exudyn_flexlink.api.comparisons import Fit as Fit
     from exudyn_flexlink.api.comparisons import MeasuredComparison as MeasuredComparison
     from exudyn_flexlink.api.comparisons import compare as compare
     from exudyn_flexlink.api.comparisons import fit as fit
     from exudyn_flexlink.api.comparisons import joined as joined
-    from exudyn_flexlink.api.equilibria import Equilibrium as Equilibrium
-    from exudyn_flexlink.api.equilibria import equilibrium as equilibrium
     from exudyn_flexlink.api.exudyn_systems import exudyn_system as exudyn_system
+    from exudyn_flexlink.api.figures import Animation as Animation
     from exudyn_flexlink.api.results import Result as Result
     from exudyn_flexlink.api.results import load as load
     from exudyn_flexlink.api.results import simulate as simulate
+    from exudyn_flexlink.api.scenes import Equilibrium as Equilibrium
     from exudyn_flexlink.api.scenes import Scene as Scene
+    from exudyn_flexlink.api.scenes import equilibrium as equilibrium
     from exudyn_flexlink.api.scenes import idealise as idealise
     from exudyn_flexlink.api.scenes import load_scene as load_scene
-    from exudyn_flexlink.api.stability import Branches as Branches
-    from exudyn_flexlink.api.stability import Stability as Stability
-    from exudyn_flexlink.api.stability import bifurcation as bifurcation
-    from exudyn_flexlink.api.stability import lyapunov as lyapunov
-    from exudyn_flexlink.api.stability import stability_of as stability_of
-    from exudyn_flexlink.api.sweeps import Simulate as Simulate
-    from exudyn_flexlink.api.sweeps import SweepTable as SweepTable
-    from exudyn_flexlink.api.sweeps import load_sweep as load_sweep
-    from exudyn_flexlink.api.sweeps import sweep as sweep
+    from exudyn_flexlink.api.studies import Branches as Branches
+    from exudyn_flexlink.api.studies import Simulate as Simulate
+    from exudyn_flexlink.api.studies import Stability as Stability
+    from exudyn_flexlink.api.studies import SweepTable as SweepTable
+    from exudyn_flexlink.api.studies import bifurcation as bifurcation
+    from exudyn_flexlink.api.studies import load_sweep as load_sweep
+    from exudyn_flexlink.api.studies import lyapunov as lyapunov
+    from exudyn_flexlink.api.studies import stability_of as stability_of
+    from exudyn_flexlink.api.studies import sweep as sweep
     from exudyn_flexlink.continuing import CannotContinueError as CannotContinueError
     from exudyn_flexlink.engines import NotRepresentableError as NotRepresentableError
     from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem as ExudynSystem
@@ -122,14 +122,15 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "animation": ("FilmError",),
-    "api.animations": ("Animation",),
     "api.comparisons": ("Comparison", "Fit", "MeasuredComparison", "compare", "fit", "joined"),
-    "api.equilibria": ("Equilibrium", "equilibrium"),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
+    "api.figures": ("Animation",),
     "api.results": ("Result", "load", "simulate"),
-    "api.scenes": ("Scene", "idealise", "load_scene"),
-    "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
-    "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),
+    "api.scenes": ("Equilibrium", "Scene", "equilibrium", "idealise", "load_scene"),
+    "api.studies": (
+        "Branches", "Simulate", "Stability", "SweepTable", "bifurcation", "load_sweep", "lyapunov",
+        "stability_of", "sweep",
+    ),
     "continuing": ("CannotContinueError",),
     "engines": ("NotRepresentableError",),
     "fitting": ("NoFitError", "NoOverlapError"),
@@ -146,7 +147,7 @@ if not TYPE_CHECKING:  # type checkers take the imports above
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        own = import_module(f"{__name__}.versions")
+        own = import_module(f"{__name__}.shipped")
         return own.version_of(own.THIS)
     for home, names in _HOMES.items():
         if name in names:

@@ -19,9 +19,8 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.quantities import LONGEST_TEXT, Quantity
+from exudyn_flexlink.quantities import LONGEST_TEXT, Dimension, Quantity
 from exudyn_flexlink.source import unknown
-from exudyn_flexlink.units import Dimension
 
 LONGEST_NAME = 255  # letters of a file's name that a file system takes
 Given = ParamSpec("Given")

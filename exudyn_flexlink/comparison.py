@@ -20,11 +20,10 @@ import numpy as np
 from exudyn_flexlink import observables
 from exudyn_flexlink.arguments import number, takes
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import Deviation, Measure, Strike, watched_point
-from exudyn_flexlink.result import Result, later
+from exudyn_flexlink.quantities import Dimension
+from exudyn_flexlink.result import ForceDeviation, Result, later
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.units import Dimension
 
 _OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
 _AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that

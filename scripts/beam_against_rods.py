@@ -25,12 +25,12 @@ from matplotlib.ticker import FuncFormatter, LogLocator
 from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene
-from exudyn_flexlink.cli.figures import look_of
-from exudyn_flexlink.cli.options import add_figures
+from exudyn_flexlink.cli.arguments import add_figures
+from exudyn_flexlink.cli.keeping import look_of
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import path
+from exudyn_flexlink.plots.frame import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.plots.panels import letter
-from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 
 SCENES = {

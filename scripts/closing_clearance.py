@@ -18,11 +18,11 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.cli.figures import look_of
-from exudyn_flexlink.cli.options import add_figures
+from exudyn_flexlink.cli.arguments import add_figures
+from exudyn_flexlink.cli.keeping import look_of
 from exudyn_flexlink.observables import separation
+from exudyn_flexlink.plots.frame import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.plots.panels import letter, sized
-from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
 
 CLEARANCES = (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)  # m
 STIFFNESSES = {1e4: GREEN, 1e5: PURPLE, 1e6: BLACK}  # N/m, and colours

@@ -24,13 +24,13 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.cli.figures import Look, look_of
-from exudyn_flexlink.cli.options import add_figures
+from exudyn_flexlink.cli.arguments import add_figures
+from exudyn_flexlink.cli.keeping import Look, look_of
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import lever_response, strikes
+from exudyn_flexlink.plots.frame import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
-from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 
 STIFFNESS = 2e4  # N/m, of the model
 FACTORS = (1, 4, 16, 64, 256, 1024)

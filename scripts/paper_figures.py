@@ -31,8 +31,8 @@ from matplotlib.projections.polar import PolarAxes
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.cli.figures import Look, look_of
-from exudyn_flexlink.cli.options import add_figures
+from exudyn_flexlink.cli.arguments import add_figures
+from exudyn_flexlink.cli.keeping import Look, look_of
 from exudyn_flexlink.continuing import continued, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import (
@@ -43,9 +43,9 @@ from exudyn_flexlink.observables import (
     positions,
     separation,
 )
+from exudyn_flexlink.plots.frame import BLACK, GREEN, GREY, PURPLE, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.plots.motion import by_lap, draw_radius, lap_look, radial_scale, shade_laps
 from exudyn_flexlink.plots.panels import BEYOND, columns_of
-from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.result import Result
 
 S = "link.end"

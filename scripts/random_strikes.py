@@ -44,8 +44,7 @@ from exudyn_flexlink import load_scene
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.intervals import Interval
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Interval, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
 

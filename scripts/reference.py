@@ -31,9 +31,9 @@ from written import DOCS, parts_of, with_parts
 from written.python_text import lines as python
 
 from exudyn_flexlink.cli import main as program
+from exudyn_flexlink.quantities import SYMBOLS, Dimension, usual_units
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import Document, KeyPath, load_document
-from exudyn_flexlink.units import SYMBOLS, Dimension, usual_units
 
 Schema = dict[str, Any]
 INTRODUCTION = """A model file is YAML. Sections in which things are named hold any number of them.

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.restitution import FACTORS
+from exudyn_flexlink.laws import FACTORS
 
 ASKED = (0.1, 0.3, 0.5, 0.7, 0.9)
 BALL = """title: a ball strikes a wall

@@ -23,9 +23,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.cli.figures import look_of
-from exudyn_flexlink.cli.options import add_figures
-from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
+from exudyn_flexlink.cli.arguments import add_figures
+from exudyn_flexlink.cli.keeping import look_of
+from exudyn_flexlink.plots.frame import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.report import doubted_text
 from exudyn_flexlink.stability import Asked, study
 from exudyn_flexlink.sweeps import DOUBTFUL

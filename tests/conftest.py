@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from results import rigid_link, solved_to, tilting_link
 from studies import studied
 
-from exudyn_flexlink.measured_error import NOT_ASKED
-from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.result import NOT_ASKED, Outcome
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of workers that take all cores between them
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background: tests send Ctrl-C

@@ -8,10 +8,8 @@ import numpy as np
 from matplotlib.text import Text
 
 from exudyn_flexlink.curves import ray_crossings
-from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
-from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.engines.touching import HERMITE, ExtremeSeeker
 from exudyn_flexlink.loading import load_scene, scene_of
-from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import (
     EnergyMeter,
     approach,
@@ -27,6 +25,9 @@ from exudyn_flexlink.result import (
     EngineSettings,
     Extremes,
     Integrator,
+    Interval,
+    Intervals,
+    MeasuredError,
     Outcome,
     Result,
     SleeveHistory,

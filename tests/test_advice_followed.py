@@ -12,7 +12,7 @@ import pytest
 import exudyn_flexlink as fl
 from exudyn_flexlink.curves import Spline
 from exudyn_flexlink.source import SceneError
-from exudyn_flexlink.sweeps.values import ValuesError, range_of
+from exudyn_flexlink.sweeps.plan import ValuesError, range_of
 
 RUN = "run: {duration: 0.05}\naccuracy: {tolerance: 1.0e-6}\ngravity: [0, -9.81]\n"
 

@@ -14,7 +14,7 @@ from PIL import Image
 from exudyn_flexlink.animation import Filming, film_bytes, film_of, is_animation
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.shots import frames_of
-from exudyn_flexlink.plots.style import BLACK, BLUE
+from exudyn_flexlink.plots.frame import BLACK, BLUE
 
 FFPROBE = shutil.which("ffprobe") if shutil.which("ffmpeg") else None
 needs_ffmpeg = pytest.mark.skipif(FFPROBE is None, reason="no ffmpeg on the path")

@@ -10,17 +10,16 @@ import results
 from pages_of_docs import DOCS
 
 from exudyn_flexlink.animation import FilmError, Slow, film_of, zooms
-from exudyn_flexlink.animation.html import film_data
+from exudyn_flexlink.animation.film import Viewpoint, zooms_of
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.shots import GLOW_SECONDS, SLOW_SECONDS, Shots, frames_of
-from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
+from exudyn_flexlink.animation.writing import film_data
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import Anchor, anchor_position
+from exudyn_flexlink.plots.frame import ENGINE_COLOURS
 from exudyn_flexlink.plots.outline import faces
-from exudyn_flexlink.plots.style import ENGINE_COLOURS
+from exudyn_flexlink.result import Interval, Intervals, MeasuredError
 
 TURN = 2 * pi / results.SPEED  # s
 LATE = MeasuredError(("link.end",), limit=1e-6, largest=1.3e-4, exceeds_from=1.2)

@@ -12,9 +12,9 @@ from browsing.chromium import browser, program
 from pages import read_page
 
 from exudyn_flexlink.animation import film_of, page, player
-from exudyn_flexlink.animation.html import film_data
-from exudyn_flexlink.measured_error import MeasuredError
+from exudyn_flexlink.animation.writing import film_data
 from exudyn_flexlink.mechanism import Anchor, anchor_position
+from exudyn_flexlink.result import MeasuredError
 
 
 @pytest.fixture(scope="module")

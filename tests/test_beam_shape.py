@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exudyn_flexlink.chain import cantilever_roots
-from exudyn_flexlink.engines.exudyn.redundant.beam_shape import CubicBeam, Elastic
+from exudyn_flexlink.engines.exudyn.redundant.beam import CubicBeam, Elastic
 
 LENGTH, MASS, AXIAL, BENDING, LAG = 0.07, 0.03925, 1e6, 0.0208, 6.7e-6
 

@@ -16,7 +16,7 @@ from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import contact_totals, joints_with_play
 from exudyn_flexlink.report import check_text, run_text
 from exudyn_flexlink.storage import load, save
-from exudyn_flexlink.storage.tables import tables_of
+from exudyn_flexlink.storage.run import tables_of
 
 SHORT = "run.duration=5 ms", "accuracy.tolerance=1.0e-6"
 

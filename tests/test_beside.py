@@ -10,9 +10,9 @@ import pytest
 from cli_runs import BARE, ROOT
 from folders import posix
 
-from exudyn_flexlink.cli.ctrl_c import ends_runs
+from exudyn_flexlink.cli.terminal import ends_runs
 from exudyn_flexlink.engines import LateInterruptError, beside, measured, simulate
-from exudyn_flexlink.engines.beside import Beside
+from exudyn_flexlink.engines.interrupts import Beside
 from exudyn_flexlink.loading import load_scene
 
 SHORT = ["run.turns=0.3", "bodies.link.rods=3"]

@@ -6,7 +6,7 @@ from cli_runs import ROOT
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines.exudyn.redundant.contacts import BESIDE, BroadPhase
-from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.slots import StepEnd
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach, pairs
 

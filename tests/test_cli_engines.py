@@ -16,8 +16,7 @@ from results import rigid_link, solved_to, stopped
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.measured_error import MeasuredError
-from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.result import MeasuredError, Outcome
 from exudyn_flexlink.storage import load
 
 CLEARANCE = str(MODELS / "clearance.yaml")

@@ -10,9 +10,9 @@ from cli_runs import FRICTION, NO_CLEARANCE, QUIET, RIGID, code_of, keeper, row
 from results import rigid_link, stopped
 
 from exudyn_flexlink.cli import main, program_parser
-from exudyn_flexlink.cli.placing import run_name
+from exudyn_flexlink.cli.keeping import run_name
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.measured_error import MeasuredError
+from exudyn_flexlink.result import MeasuredError
 
 # --- simulate, with runs made by closed form --------------------------------------------------
 

@@ -12,7 +12,6 @@ from matplotlib.colors import same_color
 from results import block, solved_to, texts
 
 from exudyn_flexlink.comparison import compare
-from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
     lever_response,
     spectrum,
@@ -20,6 +19,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
+from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.scene import PrismaticJoint
 from exudyn_flexlink.storage import save_comparison
 

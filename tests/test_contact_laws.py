@@ -15,14 +15,15 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.laws import (
+    FACTORS,
     LineContact,
     PowerPenalty,
     RestitutionPenalty,
     SpringDamper,
     SpringTable,
+    restitution_of,
 )
 from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.restitution import FACTORS, restitution_of
 from exudyn_flexlink.source import SceneError
 
 # Restitution that each law gives, by that which is asked.

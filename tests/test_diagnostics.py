@@ -11,12 +11,14 @@ from hard.case import MODELS
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.diagnostics import diagnosed
-from exudyn_flexlink.engines.diagnostics.consistency import doubts
-from exudyn_flexlink.engines.diagnostics.contacts import thin_overlaps
-from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
+from exudyn_flexlink.engines.diagnostics import (
+    diagnosed,
+    doubts,
+    many_iterations,
+    thin_overlaps,
+    tiny_steps,
+)
 from exudyn_flexlink.integrate.solve import Solution
-from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.result import (
@@ -24,6 +26,7 @@ from exudyn_flexlink.result import (
     EnergyHistory,
     EngineSettings,
     Integrator,
+    Interval,
     Outcome,
 )
 from exudyn_flexlink.source import parse_document

@@ -17,7 +17,7 @@ from exudyn_flexlink.expressions import (
     looks_like_expression,
     parse_expression,
 )
-from exudyn_flexlink.units import Powers
+from exudyn_flexlink.quantities import Powers
 
 STEEPEST = 1e4  # slope of a formula: of a steeper one rounding leaves too few digits to compare
 SMOOTH = ("sin", "cos", "tan", "atan", "exp", "log", "sqrt", "tanh", "asin", "acos")

@@ -15,10 +15,10 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs, interrupts
+from exudyn_flexlink.cli.terminal import deferrable_interrupts, ends_runs, interrupts
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.measured_error import NOT_ASKED
+from exudyn_flexlink.result import NOT_ASKED
 from exudyn_flexlink.storage import load, staged_folder
 
 SMOOTH = str(ROOT / "models" / "smooth.yaml")

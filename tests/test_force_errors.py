@@ -14,14 +14,13 @@ from scipy.special import ellipj, ellipk
 from exudyn_flexlink.accuracy import errors
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene, scene_of
-from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.plots import forces
 from exudyn_flexlink.report import comparison_text, run_text
-from exudyn_flexlink.report.contacts import force_error_table
+from exudyn_flexlink.report.run import force_error_table
 from exudyn_flexlink.report.text import lines_of
+from exudyn_flexlink.result import ForceDeviation, ForceSpread, Interval, MeasuredError
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save, save_comparison
 

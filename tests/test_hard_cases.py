@@ -13,10 +13,10 @@ from results import rigid_link, touched
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.diagnostics.consistency import doubts
-from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.engines.diagnostics import doubts
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import State, contact_totals, path
+from exudyn_flexlink.result import Interval
 
 BY_NAME = {case.name: case for case in CASES}
 

@@ -10,8 +10,8 @@ from cli_runs import MODELS
 
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.diagnostics.bouncing import is_over
-from exudyn_flexlink.engines.lagrangian.impacts import strike
+from exudyn_flexlink.engines.diagnostics import is_over
+from exudyn_flexlink.engines.lagrangian.problem import strike
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
 from exudyn_flexlink.integrate.events import Event, first_fall
 from exudyn_flexlink.integrate.explicit import ExplicitStepper

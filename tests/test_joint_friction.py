@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from test_physics_tools import alone, run, scene
 
-from exudyn_flexlink.continuing import continued
+from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.joining import joined
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.source import SceneError

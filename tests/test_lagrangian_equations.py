@@ -11,7 +11,7 @@ import pytest
 from cli_runs import MODELS
 from scipy.optimize import brentq
 
-from exudyn_flexlink.engines.lagrangian.equations import frame_of, mass_and_force
+from exudyn_flexlink.engines.lagrangian.model import frame_of, mass_and_force
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import approach

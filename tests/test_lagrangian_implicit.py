@@ -9,7 +9,7 @@ from cli_runs import MODELS
 
 from exudyn_flexlink.curves import Arc, LineSegment, Spline, circle_arc, evaluator
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian.track import TrackPoint
+from exudyn_flexlink.engines.lagrangian.system import TrackPoint
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Anchor, Slot

@@ -18,11 +18,10 @@ from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import LateInterruptError, simulate
 from exudyn_flexlink.engines.finer import measured_by, partner, unmeasured
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.measured_error import NOT_ASKED
 from exudyn_flexlink.observables import common_times, path, positions, separation
 from exudyn_flexlink.observables.parting import FACTOR
 from exudyn_flexlink.report import run_text
-from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Integrator, Outcome
+from exudyn_flexlink.result import INTERRUPTED, NOT_ASKED, EngineSettings, Integrator, Outcome
 from exudyn_flexlink.scene import Outputs
 from exudyn_flexlink.storage import load, save
 

@@ -11,12 +11,12 @@ from test_fitting import DATA
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.fitting import NoOverlapError, against, read_series
-from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import signals
+from exudyn_flexlink.quantities import Dimension
+from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import lever_columns, trajectory_columns
 from exudyn_flexlink.storage.documents import write_csv
-from exudyn_flexlink.units import Dimension
 
 
 def fades(t):

@@ -7,14 +7,14 @@ from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
 )
-from exudyn_flexlink.mechanism.constraints import constraint_rows
-from exudyn_flexlink.mechanism.kinematics import (
+from exudyn_flexlink.mechanism.constraints import (
     anchor_jacobian,
     anchor_position,
     anchor_velocity,
+    constraint_rows,
     places_near,
 )
-from exudyn_flexlink.mechanism.parts import GROUND, Anchor
+from exudyn_flexlink.mechanism.model import GROUND, Anchor
 from exudyn_flexlink.scene import parse_scene
 from exudyn_flexlink.source import parse_document
 

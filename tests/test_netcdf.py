@@ -11,10 +11,9 @@ from test_storage import assert_same
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.api.results import own_result
-from exudyn_flexlink.intervals import Interval
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Interval, Result
 from exudyn_flexlink.storage import Array, arrays_of, load, save
-from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
+from exudyn_flexlink.storage.arrays import read_netcdf, write_netcdf
 
 INF = float("inf")
 MADE = {

@@ -6,7 +6,6 @@ import pytest
 import results
 
 from exudyn_flexlink.comparison import compare
-from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import (
     ANGLE,
@@ -24,7 +23,7 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.report import comparison_text, run_text
-from exudyn_flexlink.result import Event, Extremes
+from exudyn_flexlink.result import Event, Extremes, Interval
 from exudyn_flexlink.scene import SpeedDrive
 from exudyn_flexlink.storage import load, save
 

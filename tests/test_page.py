@@ -13,11 +13,10 @@ from pages import read_page, tables_of
 from results import BLOCK, result_of, rigid_link, scene_from, stopped
 
 from exudyn_flexlink.loading import scene_of
-from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
-from exudyn_flexlink.result import Extremes, Outcome
+from exudyn_flexlink.result import Extremes, ForceDeviation, ForceSpread, MeasuredError, Outcome
 from exudyn_flexlink.source import parse_document
 
 LARGEST = 3_000_000  # bytes: a page that is sent by mail, and read on a phone

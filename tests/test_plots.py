@@ -21,7 +21,6 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
-from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import State, contact_states, lever_response
 from exudyn_flexlink.plots import (
@@ -38,9 +37,10 @@ from exudyn_flexlink.plots import (
     mechanism,
     start,
 )
+from exudyn_flexlink.plots.forces import STATE_COLOURS
 from exudyn_flexlink.plots.outline import pitch_circles
 from exudyn_flexlink.plots.panels import DOUBT_LINE, along
-from exudyn_flexlink.plots.sleeve import STATE_COLOURS
+from exudyn_flexlink.result import NOT_ASKED, MeasuredError
 from exudyn_flexlink.shipped import model_file
 from exudyn_flexlink.source import parse_document
 

@@ -10,8 +10,7 @@ import results
 from results import texts, words
 
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
-from exudyn_flexlink.measured_error import MeasuredError
+from exudyn_flexlink.cli.keeping import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.plots import (
     FORMATS,
     PRINT,
@@ -24,6 +23,7 @@ from exudyn_flexlink.plots import (
     save_figure,
 )
 from exudyn_flexlink.plots.panels import BEYOND, told
+from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.storage import save
 
 MILLIMETRES = 25.4  # in an inch

@@ -14,7 +14,7 @@ from pages_of_docs import BLOCK, DOCS, text_of
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.api.results import own_result
-from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
+from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError
 
 FIRST_HOUR = DOCS / "first_hour.md"
 FREE, TOUCHING, HORIZON = 0.25, 0.5, 2.0  # N, N, s

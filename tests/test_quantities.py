@@ -8,8 +8,16 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
-from exudyn_flexlink.quantities import Number, PositiveLength, to_si
-from exudyn_flexlink.units import UNITS, USUAL, Dimension, Measure, find_unit
+from exudyn_flexlink.quantities import (
+    UNITS,
+    USUAL,
+    Dimension,
+    Measure,
+    Number,
+    PositiveLength,
+    find_unit,
+    to_si,
+)
 
 REGISTRY = pint.UnitRegistry()
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
-from exudyn_flexlink.engines.coasting import SHORTEST_SWING
+from exudyn_flexlink.engines.touching import SHORTEST_SWING
 from exudyn_flexlink.integrate.collocation import EIGENVALUES, FROM, TO, WEIGHTS, A, C
 from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau

@@ -20,7 +20,7 @@ from results import (
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.ending import RADAU
+from exudyn_flexlink.engines.interrupts import RADAU
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text

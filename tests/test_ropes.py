@@ -9,9 +9,8 @@ from test_physics_impulse import balanced
 from test_physics_tools import alone, scene
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.continuing import continued
+from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.joining import joined
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.plots.outline import drawn_lines
 from exudyn_flexlink.report import run_text

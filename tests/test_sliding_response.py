@@ -13,7 +13,7 @@ from exudyn_flexlink.observables import DISPLACEMENT, lever_response
 from exudyn_flexlink.report import response_table, strike_table
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save
-from exudyn_flexlink.storage.tables import lever_columns, tables_of
+from exudyn_flexlink.storage.run import lever_columns, tables_of
 from exudyn_flexlink.sweeps.rows import standard_row
 
 BALL, BUMPER, STIFFNESS = 1.0, 4.0, 4e4  # kg, kg, N/m

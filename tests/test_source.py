@@ -5,8 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exudyn_flexlink.settings import with_settings
-from exudyn_flexlink.source import Mistake, Place, SceneError, load_document, parse_document
+from exudyn_flexlink.source import (
+    Mistake,
+    Place,
+    SceneError,
+    load_document,
+    parse_document,
+    with_settings,
+)
 
 
 def read(text):

@@ -8,13 +8,13 @@ from test_physics_impulse import balanced, impacts
 from test_physics_tools import alone, scene
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.accuracy.sources import with_stiffer_contacts
+from exudyn_flexlink.accuracy.study import with_stiffer_contacts
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import force_peaks, strikes
 from exudyn_flexlink.plots.forces import forces
-from exudyn_flexlink.report.comparison import comparison_text
-from exudyn_flexlink.report.contacts import strike_table
+from exudyn_flexlink.report.run import strike_table
+from exudyn_flexlink.report.studies import comparison_text
 from exudyn_flexlink.scene import ImpulseLaw
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import arrays_of

@@ -10,8 +10,7 @@ import pytest
 from results import PENDULUM, rigid_link, scene_from
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
-from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.result import NOT_ASKED, MeasuredError, Outcome
 from exudyn_flexlink.source import Document
 from exudyn_flexlink.sweeps import (
     OneRun,

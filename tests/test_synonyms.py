@@ -6,7 +6,7 @@ import pytest
 
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.scene import json_schema
-from exudyn_flexlink.scene.synonyms import OTHER_WORDS, did_you_mean_word
+from exudyn_flexlink.scene.wording import OTHER_WORDS, did_you_mean_word
 from exudyn_flexlink.source import SceneError, parse_document
 
 MODEL = """

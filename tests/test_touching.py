@@ -9,7 +9,6 @@ import pytest
 import results
 
 from exudyn_flexlink.engines.touching import Change, Moment, Side, Touches
-from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.observables import (
     TWO_POINTS,
@@ -24,7 +23,7 @@ from exudyn_flexlink.observables import (
     path,
     perturbation,
 )
-from exudyn_flexlink.result import SleeveHistory
+from exudyn_flexlink.result import Interval, Intervals, SleeveHistory
 
 LAP = 2 * pi / results.SPEED  # s
 # Where the sine of the crank angle must be beyond for a point to touch: see results.tilting_link.

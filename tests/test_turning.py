@@ -5,7 +5,7 @@ import pytest
 from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.integrate.events import StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.loading import load_scene
 
 RADAU = np.array([0, 0.057104196, 0.276843014, 0.583590433, 0.860240136, 1])

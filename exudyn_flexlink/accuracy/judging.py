@@ -3,16 +3,106 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import takewhile
+from math import ceil
 
-from exudyn_flexlink.accuracy.errors import Errors, Horizon, agreement, errors
-from exudyn_flexlink.accuracy.methods import Method
-from exudyn_flexlink.accuracy.runs import Runs, Trial
-from exudyn_flexlink.accuracy.sources import extrapolated
-from exudyn_flexlink.observables import STILL, judged_points, room
+import numpy as np
+
+from exudyn_flexlink.accuracy.study import Method, Runs, Trial, extrapolated
+from exudyn_flexlink.observables import (
+    STILL,
+    common_points,
+    common_times,
+    farthest,
+    first_beyond,
+    force_deviations,
+    judged_points,
+    lever_response,
+    parting_limit,
+    room,
+    separation,
+    separations,
+    struck_bodies,
+    worst_force,
+)
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
+
+SURE = 0.03  # of the limit at which runs have parted: up to there errors are judged
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Distance (m) of points from where they should be, of the one that is farthest off.
+
+    `largest` is that of the point `worst`; `rms` is over time, at every instant of the point that
+    is farthest off then; `levers` are differences of the largest absolute angle (rad) or
+    displacement (m) of struck bodies. `force` is the largest error of a force, as a part of that
+    force's largest, and `worst_force` what that is called: see `observables.worst_force`.
+    """
+
+    rms: float
+    largest: float
+    worst: str
+    levers: dict[str, float]
+    force: float
+    worst_force: str
+
+    def times(self, factor: float) -> Errors:
+        """Return these errors times a factor."""
+        levers = {body: factor * x for body, x in self.levers.items()}
+        scaled = {name: factor * getattr(self, name) for name in ("rms", "largest", "force")}
+        return replace(self, levers=levers, **scaled)
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """Instants up to which two runs agree, s.
+
+    `parted`: where they differ by more than `limit` (m), so that instants can't be compared;
+    `sure`: up to where errors are judged, since near the other a parting is all one would see.
+    """
+
+    parted: float
+    sure: float
+    limit: float
+
+
+def errors(result: Result, reference: Result, until: float) -> Errors:
+    """Errors of a run up to `until` (s)."""
+    time = common_times(reference, result)
+    time = time[time <= until]
+    points = common_points(reference, result)
+    each = separations(result, reference, time, points)
+    apart = each.max(axis=1)
+    worst, force = worst_force(force_deviations(reference, result, np.nextafter(until, np.inf)))
+    return Errors(
+        float(np.sqrt(np.mean(apart**2))),
+        float(apart.max()),
+        farthest(points, each.max(axis=0)),
+        {
+            body: abs(_peak(result, contact, until) - _peak(reference, contact, until))
+            for body, contact in struck_bodies(reference.scene).items()
+        },
+        force,
+        worst,
+    )
+
+
+def _peak(result: Result, contact: str, until: float) -> float:
+    return lever_response(result, contact).between(-np.inf, np.nextafter(until, np.inf)).farthest
+
+
+def agreement(reference: Result, check: Result) -> Horizon | None:
+    """Find where two tight runs part; None if they never do."""
+    limit = parting_limit(reference)
+    time = common_times(reference, check)
+    apart = separation(reference, check, time)
+    parted, sure = (first_beyond(time, apart, part * limit) for part in (1.0, SURE))
+    return None if parted is None or sure is None else Horizon(parted, sure, limit)
+
 
 ROUNDING = 1e-15  # m: nobody knows a position better
 TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
@@ -225,3 +315,69 @@ def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
         dearer = varied.processor / base.processor
         found.append(Source(finer.kind, estimate, finer.order, at_most, dearer))
     return found
+
+
+MARGIN = 1 / 3  # of the target: what is advised is measured to be off by no more
+
+
+@dataclass(frozen=True)
+class Advice:
+    """`choice`: the cheapest point well within the target, or None; `best`: the nearest.
+
+    Error control at the target, or below, comes first: what is coarser keeps it by luck.
+    `limit`: what keeps the model as such from the target whatever the steps, None if nothing does.
+    `below_floor`: the references do not agree well enough to tell what is well within the target.
+    """
+
+    choice: Point | None
+    best: Point | None
+    limit: Source | None
+    below_floor: bool
+
+
+def advise(study: Study) -> Advice:
+    """Choose a setting for the study's target."""
+    rods = [point for point in study.points if point.method.of_rods]
+    asked, well = study.target * (1 + 1e-9), MARGIN * study.target  # rungs are rounded
+    controlled = [p for p in rods if p.method.knob == "tolerance" and p.value <= asked]
+    return Advice(
+        _cheapest(controlled, well) or _cheapest(rods, well),
+        min(rods, key=lambda p: (p.claimed, p.processor), default=None),
+        _limit(study.sources, study.target),
+        well < study.floor,
+    )
+
+
+def _cheapest(points: Sequence[Point], most: float) -> Point | None:
+    """Return the cheapest of the methods' loosest settings off by at most `most` (m), as all finer.
+
+    Not the fastest of all: where settings hardly differ, the noise of timing would choose.
+    """
+    fit = []
+    for method in {p.method for p in points}:
+        rungs = sorted((p for p in points if p.method == method), key=lambda p: p.value)
+        fit += list(takewhile(lambda p: p.claimed <= most, rungs))[-1:]
+    return min(fit, key=lambda p: p.processor, default=None)
+
+
+def _limit(sources: Sequence[Source], target: float) -> Source | None:
+    model = [s for s in sources if s.kind != "time" and s.errors.largest > target and not s.at_most]
+    return max(model, key=lambda s: s.errors.largest, default=None)
+
+
+def dominating(sources: Sequence[Source]) -> Source | None:
+    """Return the largest source of error; None if there are not two to compare, or all are 0."""
+    if len(sources) < 2:
+        return None
+    largest = max(sources, key=lambda s: s.errors.largest)
+    return largest if largest.errors.largest > 0 else None
+
+
+def needed(value: float, source: Source, target: float) -> float:
+    """Return the number of rods, or the stiffness, at which a source falls to the target."""
+    return float(value * (source.errors.largest / target) ** (1 / source.order))
+
+
+def rods_needed(rods: int, source: Source, target: float) -> int:
+    """Return the whole number of rods with which the beam is met to the target (m)."""
+    return ceil(needed(rods, source, target) * (1 - 1e-9))

@@ -8,23 +8,318 @@ is stopped, and nothing finer is tried by its method.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import takewhile
-from math import inf, isfinite
+from math import ceil, inf, isfinite, log, log10
 from time import monotonic
+from typing import Any, Literal
 
-from exudyn_flexlink.accuracy.methods import (
-    REFERENCE,
-    Method,
-    ladder,
-    own_method,
-    own_tolerance,
-    own_value,
-)
-from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solve, Solved, Trial, Varied
-from exudyn_flexlink.accuracy.sources import finer_scenes
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run
-from exudyn_flexlink.scene import Run, Scene
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import DampedLaw, FlexibleBody, HertzLaw, ImpulseLaw, Joint, Run, Scene
+
+MORE_RODS = 2
+STIFFER = 4.0
+MOST_RODS = 1000  # of a model
+COMPLIANCE_ORDER = 0.5
+"""A contact's effect on the motion goes as k^-1/2, like its duration."""
+
+ORDERS = {"equal": 1, "half_ends": 2}
+"""A rigid root rod shortens the beam by half a rod; a hinge in the middle of each cell doesn't."""
+
+
+@dataclass(frozen=True)
+class Finer:
+    """A scene `ratio` times finer in one source of error, which falls with the power `order`."""
+
+    kind: str
+    scene: Scene
+    ratio: float
+    order: float
+
+
+def finer_scenes(scene: Scene) -> list[Finer]:
+    """Return a scene with more rods, and with stiffer contacts, if it has what that changes."""
+    rods, stiffer = with_more_rods(scene), with_stiffer_contacts(scene)
+    found = []
+    if rods is not None:
+        order = min(ORDERS[body.layout] for body in beams(scene).values())  # of the slowest
+        found.append(Finer("rods", rods, MORE_RODS, order))
+    if stiffer is not None:
+        found.append(Finer("contact", stiffer, STIFFER, COMPLIANCE_ORDER))
+    return found
+
+
+def extrapolated(ratio: float, order: float) -> float:
+    """Error of a coarse answer over its distance from one `ratio` times finer, of a known order."""
+    return 1 / (1 - float(ratio**-order))
+
+
+def beams(scene: Scene) -> dict[str, FlexibleBody]:
+    """Flexible bodies whose rods tend to a beam as they get more: hinges 'beam'."""
+    return {name: body for name, body in flexible(scene).items() if body.hinges.stiffness == "beam"}
+
+
+def flexible(scene: Scene) -> dict[str, FlexibleBody]:
+    """Flexible bodies with hinges at all, by name."""
+    return {
+        name: body
+        for name, body in scene.bodies.items()
+        if isinstance(body, FlexibleBody) and (body.rods > 1 or body.hinges.stiffness == "beam")
+    }
+
+
+def with_more_rods(scene: Scene) -> Scene | None:
+    """Return the scene with twice the rods in every 'beam'; None if there is none, or no room.
+
+    The damping of a hinge is doubled like its stiffness, so that it is that of the same beam.
+    """
+    found = beams(scene)
+    if not found or any(MORE_RODS * body.rods > MOST_RODS for body in found.values()):
+        return None
+    return scene.changed(bodies=dict(scene.bodies) | {n: _finer(b) for n, b in found.items()})
+
+
+def _finer(body: FlexibleBody) -> FlexibleBody:
+    hinges = body.hinges.model_copy(update={"damping": MORE_RODS * body.hinges.damping})
+    return body.model_copy(update={"rods": MORE_RODS * body.rods, "hinges": hinges})
+
+
+def stiffnesses(scene: Scene) -> dict[str, float]:
+    """Stiffness of all contacts that give way, in joints and at their stops, too, by name.
+
+    In N/m, N/m^n, or N m/rad. One that follows from materials is no stand-in for a rigid contact,
+    and left out.
+    """
+    giving = {n: law for n, law in scene.laws.items() if not isinstance(law, ImpulseLaw)}
+    return {n: law.stiffness for n, law in giving.items() if law.stiffness is not None}
+
+
+def with_stiffer_contacts(scene: Scene) -> Scene | None:
+    """Return the scene with contacts, walls and stops four times as stiff; None without any."""
+    if not stiffnesses(scene):
+        return None
+    contacts = {name: _stiffer(part) for name, part in scene.contacts.items()}
+    joints = {name: _stiffer_joint(joint) for name, joint in scene.joints.items()}
+    return scene.changed(contacts=contacts, joints=joints)
+
+
+def _stiffer_joint(joint: Joint) -> Joint:
+    """Return a joint with stiffer walls, if it has some that press, and stiffer stops."""
+    if getattr(joint, "acting", None):
+        joint = _stiffer(joint)
+    limits = getattr(joint, "limits", None)
+    return joint.model_copy(update={"limits": _stiffer(limits)}) if limits else joint
+
+
+def _stiffer(part: Any) -> Any:
+    """Return what has a law with a stiffer one, if it is one with a stiffness."""
+    law = part.law
+    if isinstance(law, ImpulseLaw) or law.stiffness is None:
+        return part
+    # A contact lasts as K^(-1/(n + 1)): whatever the exponent n, all get shorter by one ratio.
+    exponent = law.exponent or 1.5 if isinstance(law, DampedLaw | HertzLaw) else 1.0
+    update = {"stiffness": STIFFER ** ((exponent + 1) / 2) * law.stiffness}
+    if getattr(law, "damping", None):  # of a stop, which returns as much as before
+        update["damping"] = STIFFER**0.5 * law.damping
+    return part.model_copy(update={"law": law.model_copy(update=update)})
+
+
+Knob = Literal["tolerance", "step"]
+
+BEAM = "beam"  # the one formulation whose link is not made of rods
+TITLES = {"exudyn": "Exudyn", "lagrangian": "Lagrangian"}
+LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
+COARSEST = 1e-3  # m: a ladder reaches up to it about, so that every method has cheap rungs
+USUAL_TOLERANCE = 1e-4  # m: where the model gives a step instead
+RUNGS_OF_STEPS = 6
+REFERENCE = 1e-12
+"""Tolerance (m) of the run against which everything else is judged: 100 times finer than the
+finest rung, or more. The smooth method at 1e-12 m leaves 2e-13 m over the paper's two turns."""
+
+_OF_THE_METHOD = ("formulation", "elements")
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to solve a scene, up to one number: a tolerance (m) or a step (s).
+
+    `settings` are keys of the scene's solver that make it this method.
+    """
+
+    name: str
+    engine: str
+    knob: Knob = "tolerance"
+    settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    @property
+    def of_rods(self) -> bool:
+        """Whether the link is made of rods, as the scene's; a beam tends to another motion."""
+        return self.settings.get("formulation") != BEAM
+
+    def at(self, scene: Scene, value: float) -> Scene:
+        """Return the scene solved by this method at a value of its knob."""
+        given = scene.solver.model_dump(exclude_unset=True)
+        solver = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
+        if not self.of_rods and "elements" in given:
+            solver["elements"] = given["elements"]
+        return scene.changed(
+            accuracy=type(scene.accuracy).model_validate({self.knob: value}),
+            solver=type(scene.solver).model_validate({**solver, **self.settings}),
+        )
+
+    def amount(self, value: float) -> str:
+        """Say a value of the knob with its unit, such as '1e-05 m'."""
+        return f"{value:.2g}{' s' if self.knob == 'step' else ' m'}"
+
+    def set_to(self, value: float) -> str:
+        """Say the knob at a value, such as 'tolerance 1e-05 m'."""
+        return f"{self.knob} {self.amount(value)}"
+
+    def told(self, value: float) -> str:
+        """Say the method at a value, such as 'Exudyn, redundant, tolerance 1e-05 m'."""
+        return f"{self.name.removesuffix(', fixed step')}, {self.set_to(value)}"
+
+
+def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[Method]:
+    """List the methods worth a try, that of the model's own settings first.
+
+    `formulations` names, for each engine, the formulations that represent the scene, the one that
+    the engine picks first; empty for an engine without a choice.
+    """
+    found: list[Method] = []
+    for engine, names in formulations.items():
+        title = TITLES.get(engine, engine)
+        ways = ({"formulation": name} for name in names)
+        found += [Method(f"{title}, {w['formulation']}", engine, settings=w) for w in ways]
+        found += [] if names else [Method(title, engine)]
+    if "exudyn" in formulations:  # the equal steps that anyone would script by hand
+        settings = {"formulation": "redundant"} if "redundant" in formulations["exudyn"] else {}
+        found.append(Method("Exudyn, fixed step", "exudyn", "step", settings))
+    own = own_method(scene, found)
+    return sorted(found, key=lambda method: method is not own)
+
+
+def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
+    """Return the method that the model's settings mean: Exudyn, as `simulate` takes it."""
+    knob = "tolerance" if scene.accuracy.step is None else "step"
+    asked = scene.solver.formulation
+    fitting = [m for m in methods if m.engine == "exudyn" and m.knob == knob]
+    named = [m for m in fitting if m.settings.get("formulation") == asked]
+    return (named or fitting or list(methods))[0]
+
+
+def own_value(scene: Scene, method: Method) -> float | None:
+    """Value of the method's knob that the model gives, or a usual one; None: unknown."""
+    if method.knob == "step":
+        return scene.accuracy.step
+    return own_tolerance(scene)
+
+
+def own_tolerance(scene: Scene) -> float:
+    """Tolerance that the model gives, or a usual one, m."""
+    return scene.accuracy.tolerance or USUAL_TOLERANCE
+
+
+def ladder(knob: Knob, own: float, target: float) -> list[float]:
+    """Values of a knob, finest last: own times powers of ten, of its root for steps.
+
+    `target` (m) is the error that somebody wants: tolerances reach from above to below it.
+    """
+    if knob == "step":
+        return [own * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
+    top = max(1, ceil(log10(target / own) - 1e-9), round(log10(COARSEST / own)))
+    least = min(LEAST_TOLERANCE, target / 10)
+    count = top + max(0, int(log10(own / least) + 1e-9))
+    return [own * 10.0 ** (top - k) for k in range(count + 1)]
+
+
+SAME = 1e-6  # between logarithms of settings: rounding
+
+
+class RefusedError(Exception):
+    """A method can't represent the scene; the message says why."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One run, and processor time of the solve, s; `given_up`: stopped after the time allowed."""
+
+    result: Result
+    processor: float
+    given_up: bool = False
+
+
+Solve = Callable[[Scene, str, str, float], Solved]
+"""Runs a scene in an engine; a label says what is run, the number is the time (s) it may take.
+
+Raises RefusedError, and KeyboardInterrupt when the user has had enough.
+"""
+
+
+@dataclass
+class Trial:
+    """A method at one value of its knob: its first result, processor times (s) of all runs."""
+
+    method: Method
+    value: float
+    result: Result
+    times: list[float]
+
+    @property
+    def told(self) -> str:
+        """The trial in words."""
+        return self.method.told(self.value)
+
+    @property
+    def processor(self) -> float:
+        """The least processor time, s."""
+        return min(self.times)
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A run of the scene made finer in one source of error, and that of the scene itself."""
+
+    finer: Finer
+    result: Result
+    base: Trial
+    processor: float
+
+
+@dataclass
+class Runs:
+    """All that was run: `trials` of methods, `varied` in sources of error.
+
+    `left_out` says of what did not come to its end why: it was refused, failed, or took too long.
+    """
+
+    scene: Scene
+    target: float
+    methods: list[Method]
+    trials: list[Trial] = field(default_factory=list)
+    reference: Trial | None = None
+    varied: list[Varied] = field(default_factory=list)
+    left_out: dict[str, str] = field(default_factory=dict)
+    interrupted: bool = False
+    spent: float = 0.0
+
+    def of(self, method: Method) -> list[Trial]:
+        """Trials of a method, finest first."""
+        return sorted((t for t in self.trials if t.method == method), key=lambda t: t.value)
+
+    def has(self, method: Method, value: float) -> bool:
+        """Whether a method was run at a value, or one equal to it but for rounding."""
+        return any(abs(log(value / trial.value)) < SAME for trial in self.of(method))
+
+    @property
+    def own(self) -> Trial | None:
+        """The trial at the model's own settings; None if it could not be made."""
+        method = own_method(self.scene, self.methods)
+        value = own_value(self.scene, method)
+        return next((t for t in self.of(method) if t.value == value), None)
+
 
 JUDGE = "lagrangian"  # the engine whose tight run everything is held against
 SHARE = 0.5  # of the time left: what a run may take

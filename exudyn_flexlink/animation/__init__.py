@@ -4,7 +4,12 @@
 for another page.
 """
 
-from exudyn_flexlink.animation.film import Film, FilmError, Take, film_of
-from exudyn_flexlink.animation.html import page, player
-from exudyn_flexlink.animation.slowing import Slow
-from exudyn_flexlink.animation.writing import Filming, film_bytes, is_animation, usual_formats
+from exudyn_flexlink.animation.film import Film, FilmError, Slow, Take, film_of
+from exudyn_flexlink.animation.writing import (
+    Filming,
+    film_bytes,
+    is_animation,
+    page,
+    player,
+    usual_formats,
+)

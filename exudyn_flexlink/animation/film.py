@@ -5,16 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.animation.slowing import Slow, Stretch, around, around_strikes
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import (
     Anchor,
+    Channel,
     CircleContact,
     Contact,
+    FaceContact,
     FlatContact,
     Mechanism,
     anchor_position,
@@ -22,15 +23,24 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
     pairs,
 )
-from exudyn_flexlink.observables import between_samples, crank_angle, crank_joint
+from exudyn_flexlink.observables import (
+    between_samples,
+    crank_angle,
+    crank_joint,
+    joints_with_play,
+    strikes,
+)
+from exudyn_flexlink.plots.forces import ROOM
 from exudyn_flexlink.plots.frame import doubts_of
 from exudyn_flexlink.plots.outline import (
     Drawn,
     Line,
     Mark,
+    Viewpoint,
     box_around,
     circles_of,
     drawn_lines,
+    faces,
     joint_marks,
     named_points,
     pivots,
@@ -38,7 +48,107 @@ from exudyn_flexlink.plots.outline import (
     walled,
 )
 from exudyn_flexlink.plots.panels import colours_of_both, horizon
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Intervals, Result
+from exudyn_flexlink.source import did_you_mean
+
+ANY = "strike"
+"""What stands for the strikes of all contacts, unless a contact has that name."""
+
+BEFORE, AFTER = 0.3, 1.0  # of its duration: how long before and after a strike is seen, too
+BRIEFEST, LONGEST = 0.004, 0.03  # of the run: a strike is seen no shorter, as an impact would be,
+# and no longer: of what then lies on the other, the begin
+
+
+@dataclass(frozen=True)
+class Slow:
+    """Asks for slow motion: a contact, or joint with clearance, by its name; which of its strikes.
+
+    `number` counts from 1; None: all of them.
+    """
+
+    name: str = ANY
+    number: int | None = None
+
+    @classmethod
+    def of(cls, text: str) -> Slow:
+        """Read 'NAME', or 'NAME:2' for the second strike.
+
+        Raises:
+            ValueError: what follows the colon is no number from 1.
+
+        """
+        name, colon, number = text.partition(":")
+        if not colon:
+            return cls(name.strip())
+        if not number.strip().isdecimal() or int(number) < 1:
+            raise ValueError(f"'{text}' is no name, nor a name and a number, such as 'strike:2'")
+        return cls(name.strip(), int(number))
+
+    @property
+    def told(self) -> str:
+        """What is asked for, in words."""
+        return f"'{self.name}'" if self.number is None else f"'{self.name}' number {self.number}"
+
+
+class Stretch(NamedTuple):
+    """From `begin` to `end`, s."""
+
+    begin: float
+    end: float
+
+
+def around_strikes(result: Result) -> tuple[Stretch, ...]:
+    """Stretches of time around the strikes of all contacts."""
+    return _joined(result, _strikes(result, *result.scene.all_contacts))
+
+
+def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
+    """Stretches of time that slow motion is asked for.
+
+    Raises:
+        ValueError: there are none.
+
+    """
+    known = {name: _strikes(result, name) for name in result.scene.all_contacts}
+    for joint in joints_with_play(result):
+        own = result.intervals[joint]
+        known[joint] = list(zip(own.begin.tolist(), own.until(result.time[-1]), strict=True))
+    found = known.get(asked.name)
+    if found is None and asked.name == ANY and result.scene.all_contacts:
+        found = _strikes(result, *result.scene.all_contacts)
+    if found is None:
+        listed = ", ".join(f"'{name}'" for name in known) or "none"
+        hint = did_you_mean(asked.name, known) or f"; there is: {listed}"
+        raise ValueError(f"no contact or joint with clearance '{asked.name}'{hint}")
+    if not found:
+        raise ValueError(f"nothing touched in '{asked.name}': no slow motion")
+    if asked.number is None:
+        return _joined(result, found)
+    if not 1 <= asked.number <= len(found):
+        many = f"it struck {len(found)} times" if len(found) > 1 else "it struck once"
+        raise ValueError(f"no strike number {asked.number} of '{asked.name}': {many}")
+    return _joined(result, [found[asked.number - 1]])
+
+
+def _strikes(result: Result, *contacts: str) -> list[tuple[float, float]]:
+    """Begins and ends (s) of the strikes of some contacts, in order."""
+    found = [strike for name in contacts for strike in strikes(result, name)]
+    return sorted((strike.begin, strike.end) for strike in found)
+
+
+def _joined(result: Result, strikes_: list[tuple[float, float]]) -> tuple[Stretch, ...]:
+    """Stretches around strikes in order; those that meet are one."""
+    least, most = np.array([BRIEFEST, LONGEST]) * float(result.time[-1] - result.time[0])
+    found: list[Stretch] = []
+    for begin, end in strikes_:
+        length = float(np.clip(end - begin, least, most))
+        own = Stretch(begin - BEFORE * length, begin + (1 + AFTER) * length)
+        if found and own.begin <= found[-1].end:
+            found[-1] = Stretch(found[-1].begin, max(found[-1].end, own.end))
+        else:
+            found.append(own)
+    return tuple(found)
+
 
 KINDS = ("curve", "face", "wall", "guide", "spring", "rope", "stop", "ring", "spoke", "bar", "link")
 """Kinds of lines, those in front last."""
@@ -283,3 +393,74 @@ def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) 
         first, second = f"{first} (first)", f"{second} (second)"
     one, two = colours_of_both(result, other)
     return Take(result, first, one), Take(other, second, two)
+
+
+ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it
+STRIKE_PART = 0.06  # of the picture: the length of a face that is seen, or more
+BESIDE = 0.08  # of its length: how much of the zoom is before and behind a guide
+MOST_FACES = 2  # of as many struck faces each has a zoom: those of more would hide the mechanism
+ROOM_ALONG = 1.5  # of where touches are along a face: the length of it that is seen
+SLIDES = 0.15  # of the picture: the zoom on touches that go along more is not much larger than it
+
+
+@dataclass(frozen=True)
+class Zoom:
+    """A zoom on the contact or joint `name`: what it shows `along` its x-axis, and `across`, m.
+
+    `channel` is the guide with clearance that it shows; None: a face, which `point` may strike.
+    """
+
+    name: str
+    view: Viewpoint
+    along: tuple[float, float]
+    across: tuple[float, float]
+    channel: Channel | None = None
+    point: Anchor | None = None
+    point_name: str = ""
+
+    @property
+    def length(self) -> float:
+        """What it shows along its x-axis, m."""
+        return self.along[1] - self.along[0]
+
+    @property
+    def words(self) -> str:
+        """What it shows, in words."""
+        return f"in {self.name}" if self.channel is not None else f"at {self.name}"
+
+
+def zooms_of(film: Film, take: Take) -> list[Zoom]:
+    """Zooms of a take: its guides with clearance, and its faces that are struck in the film."""
+    struck = {own.name: own for own in touching_of(film, take) if len(own.touches)}
+    found = [face for face in faces(take.model) if face.name in struck]
+    shown = found if len(found) <= MOST_FACES else []
+    at_faces = [_at_face(film, take, face, struck[face.name]) for face in shown]
+    guides = []
+    for own in walled(take.model):
+        along, reach = (-BESIDE * own.length, (1 + BESIDE) * own.length), ROOM * own.clearance
+        guides.append(Zoom(own.name, Viewpoint(own.guide), along, (-reach, reach), own))
+    return [*guides, *(zoom for zoom in at_faces if zoom.length <= SLIDES * film.size)]
+
+
+def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:
+    """The part of a face that is touched in a film, what strikes it above."""
+    # Seen so that the free side, which is left of the way from start to end, is above.
+    start, end = (face.end, face.start) if face.side < 0 else (face.start, face.end)
+    view = Viewpoint(start, float(np.arctan2(end.y - start.y, end.x - start.x)))
+    instants = _while_touching(film, take, own)
+    x = view.seen(own.spots(take, instants), take.poses(instants))[..., 0]
+    middle = float(np.min(x) + np.max(x)) / 2
+    length = max(STRIKE_PART * film.size, ROOM_ALONG * float(np.ptp(x)))
+    below, above = (part * length for part in ROOM_AT_FACE)
+    along = (middle - length / 2, middle + length / 2)
+    striking = take.result.scene.all_contacts[face.name].striking
+    return Zoom(face.name, view, along, (-below, above), point=face.point, point_name=striking)
+
+
+def _while_touching(film: Film, take: Take, own: Touching) -> FloatArray:
+    """Instants (K,) s of the film at which something touches: begins of touches, and samples."""
+    begin = np.sort(own.touches.begin)
+    time = np.clip(np.concatenate([take.result.time, begin]), film.begin, film.end)
+    latest = np.searchsorted(begin, time, side="right") - 1
+    lasts = (latest >= 0) & (time <= own.touches.until(film.end)[latest])
+    return np.asarray(time[lasts])

@@ -2,32 +2,387 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgb, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from exudyn_flexlink.animation.drawing import (
-    INK,
-    PALE,
-    POINTS,
-    Place,
-    draw_glows,
-    draw_mechanism,
-    draw_points,
-    draw_trail,
-    thickness,
+from exudyn_flexlink.animation.film import Film, Zoom, strength
+from exudyn_flexlink.animation.shots import GLOW_SECONDS, LABELLED, Frames, Shots
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.mechanism import Channel, anchor_position, pair_sides
+from exudyn_flexlink.observables import State, contact_states, turns
+from exudyn_flexlink.plots.forces import STATE_WORDS
+from exudyn_flexlink.plots.frame import BLACK, BLUE, FAILED, GREY, settings, wrapped
+from exudyn_flexlink.plots.outline import (
+    Drawn,
+    Mark,
+    Viewpoint,
+    coil,
+    through,
+    together,
+    wall_lines,
+    walled,
 )
-from exudyn_flexlink.animation.film import Film
-from exudyn_flexlink.animation.shots import Frames, Shots
-from exudyn_flexlink.animation.zoom_panel import ZoomPanel, draw_instant, draw_timeline
-from exudyn_flexlink.observables import turns
-from exudyn_flexlink.plots.frame import wrapped
-from exudyn_flexlink.plots.panels import length_unit
-from exudyn_flexlink.plots.style import FAILED, settings
+from exudyn_flexlink.plots.panels import BEYOND, length_unit
+
+# How animations look, the same in every format:
+INK, PALE, TOUCH, GLOW = BLACK, GREY, "#E5401A", "#FF7A22"
+
+WIDTHS = {"curve": 1.4, "face": 5.0, "wall": 2.6, "guide": 9.0, "spring": 1.5, "ring": 1.6,
+          "rope": 1.5, "stop": 4.0, "spoke": 1.2, "bar": 3.0, "link": 3.0}  # fmt: skip
+"""Widths of lines, in pixels of a picture that is `WIDE` pixels wide."""
+WIDE = 620.0
+THINNEST, BROADEST = 0.75, 1.5  # times those widths, in small and in large pictures
+PALENESS = {"curve": 0.85, "face": 0.35, "spoke": 0.6, "guide": 0.8}
+"""Opacity of lines, where it is not 1."""
+HALO, HALO_PALE = 8.0, 0.2  # width and opacity of what is around a bar
+
+BAND, BAND_PALE = 2.4, 0.4  # of two runs the first is a band, so many times as wide and as opaque,
+THIN = 0.8  # on which the second is a line so many times as wide
+
+TRAIL_SECONDS = 1.6  # of the film without slow motion: how long the trail of S stays dark
+ARROW = (7.0, 15.0)  # pixels: length of an arrow in the zoom, and what the largest force adds
+
+POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
+NEAR = 0.03  # of the picture: points nearer than this are named together
+_RIM = ("white", 3.0)  # colour and width of what is around words
+_LAYERS = ((1.0, 0.22), (0.72, 0.3), (0.42, 0.5))  # of a glow: parts of its radius, and opacity
+
+
+def look_data() -> dict[str, object]:
+    """Return what the player needs of it."""
+    return {
+        "ink": INK, "pale": PALE, "touch": TOUCH, "widths": WIDTHS, "wide": WIDE,
+        "thinnest": THINNEST, "broadest": BROADEST, "paleness": PALENESS,
+        "halo": [HALO, HALO_PALE], "band": [BAND, BAND_PALE], "thin": THIN,
+        "trail": TRAIL_SECONDS, "glow": GLOW_SECONDS, "labelled": LABELLED,
+        "arrow": ARROW,
+    }  # fmt: skip
+
+
+def thickness(width: float) -> float:
+    """How many times as wide lines are in a picture of a width in pixels."""
+    return min(max(width / WIDE, THINNEST), BROADEST)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something is drawn: axes in m, how thick, and which of two runs; -1: there is one.
+
+    A zoom has a viewpoint, from which it shows all places; the picture itself has none.
+    """
+
+    axes: Axes
+    thick: float
+    rank: int = -1
+    view: Viewpoint | None = None
+
+    def seen(self, points: FloatArray, poses: FloatArray) -> FloatArray:
+        """Points (..., n, 2) m of the ground in these axes, with the parts at `poses`."""
+        return points if self.view is None else self.view.seen(points, poses)
+
+    def points(self, pixels: float) -> float:
+        """A size in points, of one in pixels."""
+        return POINTS * self.thick * pixels
+
+    @property
+    def wide_and_pale(self) -> tuple[float, float]:
+        """Of two runs the first is a broad pale band, on which the second is a line."""
+        return {-1: (1.0, 1.0), 0: (BAND, BAND_PALE), 1: (THIN, 1.0)}[self.rank]
+
+    def write(
+        self, text: str, at: FloatArray, away: tuple[float, float], size: float, **look: Any
+    ) -> None:
+        """Write words at a place in m, `away` from it by points; with a rim, to be read on lines.
+
+        Those of a zoom are not seen where their place is out of it.
+        """
+        self.axes.annotate(
+            text, (float(at[0]), float(at[1])), away, textcoords="offset points", zorder=9,
+            fontsize=self.points(size), annotation_clip=self.view is not None,
+            path_effects=[withStroke(foreground=_RIM[0], linewidth=self.points(_RIM[1]))],
+            snap=False, **{"color": INK, **look},  # snapped to pixels, the lines of an E vanish
+        )  # fmt: skip
+
+
+_GROUND = Path(
+    [(0, 0), (-0.68, -1), (0.68, -1), (0, 0), (-1.36, -1), (1.36, -1)],
+    [Path.MOVETO, *[Path.LINETO] * 3, Path.MOVETO, Path.LINETO],
+)
+_WALL = Path(
+    [(0, -1), (0, 1), *(end for k in range(5) for end in ((-0.6, k / 2 - 1.2), (0, k / 2 - 0.8)))],
+    [Path.MOVETO, Path.LINETO] * 6,
+)
+_ROUND: dict[str, Any] = {"marker": "o", "mfc": "white"}
+_MARKS: dict[str, list[tuple[dict[str, Any], float]]] = {
+    "revolute": [(_ROUND, 7)],
+    "revolute, on the ground": [({"marker": _GROUND, "mfc": "white"}, 30), (_ROUND, 7)],
+    "weld": [({"marker": "s", "mfc": INK}, 6)],
+    "weld, to the ground": [({"marker": _WALL, "mfc": "none"}, 28)],
+    "in a slot": [(_ROUND, 8.5)],
+    "prismatic": [({"marker": "s", "mfc": "white"}, 10)],
+}
+"""Markers of a joint, and their sizes in pixels."""
+
+
+def draw_mechanism(place: Place, shots: Shots, frame: int) -> None:
+    """Draw the mechanism of one take, what is in front last."""
+    model, poses = shots.take.model, shots.poses[frame]
+    for channel in walled(model):
+        upper, lower = (place.seen(wall.at(poses), poses) for wall in wall_lines(model, channel))
+        corners = np.concatenate([upper, lower[::-1]])
+        place.axes.fill(*corners.T, color="#A9A9A9", alpha=0.16, linewidth=0)
+    for drawn in shots.take.lines:
+        _draw_line(place, drawn, poses)
+    for mark in shots.take.marks:
+        _draw_mark(place, mark, poses)
+
+
+def _draw_line(place: Place, drawn: Drawn, poses: FloatArray) -> None:
+    """Draw a line; around a bar is a halo, a circle is filled."""
+    kind, axes, (wide, pale) = drawn.kind, place.axes, place.wide_and_pale
+    points = place.seen(drawn.line.at(poses), poses)
+    points = coil(points) if kind == "spring" else points
+    look: dict[str, Any] = {"color": drawn.colour, "solid_joinstyle": "round"}
+    look["solid_capstyle"] = "butt" if kind == "guide" else "round"
+    if kind == "link" and place.rank != 0:
+        look |= {"marker": ".", "markersize": place.points(7)}
+    if kind == "bar" and len(points) == 1:
+        look |= {"marker": "o", "markersize": place.points(10)}
+    if kind == "bar":
+        axes.plot(*points.T, **look, linewidth=place.points(HALO) * wide, alpha=HALO_PALE * pale)
+    if kind == "ring":
+        axes.fill(*points.T, color=drawn.colour, alpha=0.12 * pale, linewidth=0)
+    width, opaque = place.points(WIDTHS[kind]) * wide, pale * PALENESS.get(kind, 1.0)
+    axes.plot(*points.T, **look, linewidth=width, alpha=opaque)
+
+
+def _draw_mark(place: Place, mark: Mark, poses: FloatArray) -> None:
+    """Draw the symbol of a joint."""
+    [(x, y)] = place.seen(anchor_position(mark.anchor, poses)[None], poses)
+    for marker, size in _MARKS[mark.kind]:
+        place.axes.plot(x, y, color=INK, linestyle="", mew=place.points(1.6), **marker,
+                        markersize=place.points(size))  # fmt: skip
+
+
+def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
+    """Draw S and the names of the points that the paper names, in a picture `size` (m) large."""
+    poses = shots.poses[frame]
+    at = {
+        name: place.seen(anchor_position(anchor, poses)[None], poses)[0]
+        for name, anchor in shots.take.named.items()
+    }
+    for name, marker in (("S", "o"), ("O", "+")):
+        if name in at:
+            rim: dict[str, Any] = {"mec": "white", "mew": place.points(1.0)} if name == "S" else {}
+            place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9), **rim)
+    for first, names in together(at, NEAR * size).items():
+        away = 0, place.points(7)
+        place.write(", ".join(names), at[first], away, 12, va="bottom", ha="center")
+
+
+def draw_trail(place: Place, shots: Shots, frame: int) -> None:
+    """Draw what S went last."""
+    frames, (times, path) = shots.frames, shots.path
+    at, lasts = frames.times[frame], TRAIL_SECONDS * frames.speed
+    first, last = np.searchsorted(times, [at - lasts, at])
+    points = np.concatenate([path[first:last], shots.watched[frame : frame + 1]])
+    fresh = 1 - (at - np.append(times[first:last], at)[1:]) / lasts
+    rgb = to_rgb(shots.take.colour or INK)
+    own = LineCollection(
+        list(np.stack([points[:-1], points[1:]], axis=1)), capstyle="butt",
+        linewidths=place.points(1.0) * (1 + 1.6 * fresh),
+        colors=[(*rgb, 0.15 + 0.75 * f) for f in fresh.tolist()],
+    )  # fmt: skip
+    place.axes.add_collection(own, autolim=False)
+
+
+def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
+    """Draw touches, or `only` those of one name: a glow as large as the force, and the force."""
+    line, (low, high) = 0, place.axes.get_xlim()
+    for glow in shots.glows(frame):
+        if only not in ("", glow.name):
+            continue
+        at = place.seen(glow.place[None], shots.poses[glow.frame])[0]
+        radius, fresh = 5 + 17 * glow.strength**0.5, glow.fresh
+        ring = to_rgba(TOUCH, 0.8 * fresh)
+        for part, opaque in _LAYERS:
+            place.axes.plot(*at, "o", color=to_rgba(GLOW, opaque * fresh), mew=0,
+                            markersize=2 * place.points(part * radius))  # fmt: skip
+        place.axes.plot(*at, "o", mfc="none", color=ring, mew=place.points(1.5),
+                        markersize=2 * place.points(radius * (1.25 - 0.6 * fresh)))  # fmt: skip
+        if glow.text:
+            left = at[0] > high - 0.16 * (high - low)
+            aside = place.points(radius + 4) * (-1) ** left
+            # Names of points are above: forces are below, of two runs those of the second alone.
+            up = place.points(10 + 14 * line) * (1 if place.rank == 0 else -1)
+            place.write(glow.text, at, (aside, up), 13, color=TOUCH, alpha=fresh, weight="bold",
+                        va="center", ha="right" if left else "left")  # fmt: skip
+            line += 1
+
+
+EDGE = 0.02  # of the width, beside the line
+LEAST = 0.15  # of its height: a touch is no lower
+TOP, BOTTOM = 0.9, 0.25  # of the height
+
+
+class ZoomPanel:
+    """The zoom of a name, of one run or of two over each other.
+
+    `scale` is that of the picture above, pixels per m.
+    """
+
+    def __init__(self, place: Place, takes: Sequence[Shots], name: str, scale: float) -> None:
+        self._place, self._takes = place, takes
+        self._zooms = {i: shots.zooms[name] for i, shots in enumerate(takes) if name in shots.zooms}
+        own = next(iter(self._zooms.values()))
+        self._told = own.words + _fit(place, own, scale)
+        if own.channel is not None:
+            draw_walls(place, own.channel)
+        alone = len(takes) == 1 and own.channel is not None
+        self._states = contact_states(takes[0].take.result, name) if alone else None
+
+    def draw(self, frame: int) -> None:
+        """Draw what moves, at a frame."""
+        axes, told = self._place.axes, self._told
+        if self._states is not None:
+            now = self._states.at(self._takes[0].frames.times[frame : frame + 1])[0]
+            told += f" \N{EN DASH} {STATE_WORDS[State(int(now))]}"
+        elif len(self._takes) == 1:
+            told += self._away(frame)
+        axes.text(
+            0.012, 0.98, told, transform=axes.transAxes, va="top", color="#666666",
+            fontsize=self._place.points(12),
+        )  # fmt: skip
+        for i, zoom in self._zooms.items():
+            shots = self._takes[i]
+            place = replace(self._place, rank=i if len(self._takes) > 1 else -1, view=zoom.view)
+            if zoom.channel is not None:
+                draw_walled_link(place, shots, zoom.channel, frame)
+                continue
+            draw_mechanism(place, shots, frame)
+            draw_glows(place, shots, frame, only=zoom.name)
+            if place.rank <= 0:
+                draw_points(place, shots, zoom.length, frame)
+
+    def _away(self, frame: int) -> str:
+        """How far off the point that may strike is, as long as it is outside the zoom on a face."""
+        zoom, shots = self._zooms[0], self._takes[0]
+        assert zoom.point is not None
+        poses = shots.poses[frame]
+        at = zoom.view.seen(anchor_position(zoom.point, poses)[None], poses)[0]
+        box = np.array([self._place.axes.get_xlim(), self._place.axes.get_ylim()]).T
+        away = float(np.linalg.norm(at - np.clip(at, *box)))
+        factor, unit = length_unit(shots.film.size)
+        words = f"{zoom.point_name} is {factor * away:.3g} {unit} away"
+        return f" \N{EN DASH} {words}" if away > 0 else ""
+
+
+def _fit(place: Place, own: Zoom, scale: float) -> str:
+    """Let axes show a zoom; tells how much larger it is.
+
+    A guide is larger across than along where there is room, a face never, or angles would be wrong.
+    """
+    axes = place.axes
+    room = axes.get_window_extent()
+    head = 20 * place.thick  # pixels: the line of words
+    low, high = own.across
+    across = (room.height - head) / (high - low)
+    along = min(room.width / own.length, across)
+    if own.channel is None:
+        across = along
+    middle, half = sum(own.along) / 2, room.width / along / 2
+    axes.set_xlim(middle - half, middle + half)
+    middle, half = sum(own.across) / 2, (room.height - head) / across / 2
+    axes.set_ylim(middle - half, middle + half + head / across)
+    if own.channel is None:
+        return f", {along / scale:.2g} times larger"
+    ratio = across / along
+    return f", {ratio:.2g} times larger across" if ratio > 1.05 else ""
+
+
+def draw_walls(place: Place, own: Channel) -> None:
+    """Draw what stands still in a zoom: walls, the room between them, and its middle."""
+    axes, ends, c = place.axes, [0, own.length], own.clearance
+    axes.fill_between(ends, -c, c, color="#A9A9A9", alpha=0.14, linewidth=0)
+    for y in (c, -c):
+        axes.plot(ends, [y, y], color=PALE, linewidth=place.points(3))
+    axes.plot(ends, [0, 0], color=PALE, linewidth=place.points(0.8), linestyle=":")
+
+
+def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -> None:
+    """Draw a link between the walls of its guide, and arrows for the forces on it."""
+    poses, (wide, pale) = shots.poses[frame], place.wide_and_pale
+    nodes = place.seen(through(channel.name, *channel.nodes).at(poses), poses)
+    place.axes.plot(*nodes.T, color=shots.take.colour or BLUE, alpha=pale, marker=".",
+                    markersize=place.points(9), linewidth=place.points(2.4) * wide)  # fmt: skip
+    own = next(own for own in shots.touching if own.name == channel.name)
+    force = shots.forces(own, frame)
+    assert own.places is not None
+    at, sides = place.seen(own.places.at(poses), poses), pair_sides(channel)
+    for pair in np.flatnonzero(force > 0).tolist():
+        strong = min(shots.film.part(float(force[pair])), 1.0) ** 0.5
+        # Arrows press on the link: down from the upper wall, up from the lower.
+        up = sides[pair] * place.points(ARROW[0] + ARROW[1] * strong)
+        arrow = {"arrowstyle": "-|>", "color": TOUCH, "linewidth": place.points(2.2),
+                 "shrinkA": 0, "shrinkB": 0, "mutation_scale": place.points(11)}  # fmt: skip
+        place.axes.annotate(
+            "", tuple(at[pair]), (0, up), textcoords="offset points", arrowprops=arrow,
+            annotation_clip=False,
+        )  # fmt: skip
+        low, high = place.axes.get_xlim()
+        left = at[pair, 0] > high - 0.12 * (high - low)
+        place.write(
+            f"{force[pair]:.3g} N", at[pair], ((-1) ** left * place.points(7), up), 12,
+            color=TOUCH, weight="bold", ha="right" if left else "left", va="center",
+        )  # fmt: skip
+
+
+def draw_timeline(place: Place, takes: Sequence[Shots]) -> None:
+    """Draw the line of time: touches as high as their force."""
+    axes, film = place.axes, takes[0].film
+    span = film.end - film.begin
+    margin = EDGE * span / (1 - 2 * EDGE)
+    axes.set_xlim(film.begin - margin, film.end + margin)
+    axes.set_ylim(0, 1)
+    axes.fill_between([film.begin, film.end], BOTTOM, TOP, color=PALE, alpha=0.12, linewidth=0)
+    if film.horizon is not None and film.horizon[0] < film.end:
+        begin = max(film.horizon[0], film.begin)
+        axes.fill_between([begin, film.end], BOTTOM, TOP, zorder=1, **BEYOND)
+    for slow in film.slow:
+        axes.fill_between([slow.begin, slow.end], BOTTOM, TOP, color=BLUE, alpha=0.2, linewidth=0)
+    for shots in takes:
+        for touching in shots.touching:
+            touches = touching.touches
+            high = [max(film.part(v) ** 0.5, LEAST) for v in strength(touches).tolist()]
+            tops = BOTTOM + (TOP - BOTTOM) * np.array(high)
+            ends = touches.until(film.end)
+            bars = [
+                [(begin, BOTTOM), (begin, top), (end, top), (end, BOTTOM)]
+                for begin, end, top in zip(touches.begin, ends, tops, strict=True)
+            ]
+            own = PolyCollection(
+                bars, facecolors=TOUCH, edgecolors=TOUCH, linewidths=place.points(1),
+                alpha=0.9 if touching.places is None else 0.5,
+            )  # fmt: skip
+            axes.add_collection(own, autolim=False)
+
+
+def draw_instant(place: Place, at: float) -> None:
+    """Mark an instant (s) on the line of time."""
+    place.axes.plot([at, at], [BOTTOM, TOP + 0.05], color=INK, linewidth=place.points(2))
+    place.axes.plot(at, BOTTOM, "o", color=INK, markersize=place.points(9))
+
 
 Pixels = NDArray[np.uint8]
 

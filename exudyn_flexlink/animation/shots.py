@@ -9,8 +9,16 @@ from math import log10
 
 import numpy as np
 
-from exudyn_flexlink.animation.film import Film, FilmError, Take, Touching, strength, touching_of
-from exudyn_flexlink.animation.zooms import Zoom, zooms_of
+from exudyn_flexlink.animation.film import (
+    Film,
+    FilmError,
+    Take,
+    Touching,
+    Zoom,
+    strength,
+    touching_of,
+    zooms_of,
+)
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism import anchor_position
 from exudyn_flexlink.observables import crank_angle, turns

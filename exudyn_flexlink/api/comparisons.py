@@ -17,12 +17,12 @@ from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.arguments import measured, number, takes, texts_by_name, told, two_texts
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
-from exudyn_flexlink.joining import joined as join
+from exudyn_flexlink.continuing import joined as join
 from exudyn_flexlink.observables import name_of
+from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.report import against_text, comparison_text, fit_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.scene import Scene as PlainScene
-from exudyn_flexlink.units import Dimension
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,23 +3,85 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from html import escape
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
 from exudyn_flexlink.arguments import a, among, instants, takes, told
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import point_names
+from exudyn_flexlink.observables import point_names, struck_bodies
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import unknown
+from exudyn_flexlink.storage import (
+    all_columns,
+    arrays_of,
+    attributes_of,
+    lever_columns,
+    touch_columns,
+    trajectory_columns,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pandas import DataFrame
+    from xarray import Dataset
 
+    from exudyn_flexlink.animation import Film, Filming
     from exudyn_flexlink.plots import Given, Style
+
+
+def data_frame(result: Result, name: str | None) -> DataFrame:
+    """Return what is known of a point, a struck body, a contact or a joint as a table; or all."""
+    columns = all_columns(result) if name is None else _columns(result, name)
+    frame: DataFrame = needed("pandas").DataFrame(columns)
+    return frame
+
+
+def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
+    struck = struck_bodies(result.scene)
+    if name in struck:
+        return lever_columns(result, struck[name])
+    if name in result.intervals:
+        return touch_columns(result, name)
+    return trajectory_columns(result, name)
+
+
+def told_names(result: Result) -> list[str]:
+    """Names of what a table can tell of: struck bodies, contacts, joints with clearance, points."""
+    return [*struck_bodies(result.scene), *result.intervals, *point_names(result.scene)]
+
+
+def data_set(result: Result) -> Dataset:
+    """Return all arrays as one dataset, with the names, dimensions and units of the saved file."""
+    arrays = {
+        name: (array.dimensions, array.values, dict(array.attributes))
+        for name, array in arrays_of(result).items()
+    }
+    found: Dataset = needed("xarray").Dataset(arrays, attrs=attributes_of(result))
+    return found
+
+
+def needed(package: str) -> Any:
+    """Import an optional package.
+
+    Raises:
+        ImportError: it is not installed; the message says how it is.
+
+    """
+    try:
+        return import_module(package)
+    except ImportError as error:
+        raise ImportError(
+            f"this needs {package}: pip install {package}, or pip install 'exudyn-flexlink[tables]'"
+        ) from error
+
 
 # Those of `plots.FIGURES`: what is asked for names alone needs no matplotlib.
 NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
@@ -211,3 +273,64 @@ def _image(figure: Figure) -> str:
 
     content = b64encode(figure_bytes(figure, "png", SMALL)).decode("ascii")
     return f'<img alt="" src="data:image/png;base64,{content}">'
+
+
+HEIGHT = "min(90vh, 46rem)"  # of the frame in a notebook
+
+
+@dataclass(frozen=True, repr=False)
+class Animation:
+    """A run, or two over each other, from one instant to another.
+
+    A notebook shows it as a player; `save` writes it, `html` is for a page of one's own.
+    """
+
+    film: Film
+    filming: Filming
+
+    @takes()
+    def save(
+        self,
+        path: str | PathLike[str],
+        *,
+        force: bool = False,
+        progress: Callable[[float], None] | None = None,
+    ) -> Path:
+        """Write it, whole or not at all, as its name ends: ``.html``, ``.gif`` or ``.mp4``.
+
+        An animation that stands there is replaced; other files are not, unless `force` says so.
+        `progress` is called with the part of a GIF or a video that is done, 0 to 1.
+
+        Raises:
+            FilmError: there is no such format, or it can't hold this; a video needs ffmpeg.
+            StorageError: the file can't be written, or may not be replaced.
+
+        """
+        from exudyn_flexlink.animation import film_bytes, is_animation
+        from exudyn_flexlink.storage import replace_file
+
+        file = Path(path)
+        content = film_bytes(self.film, file.suffix[1:].lower(), self.filming, progress)
+        replace_file(file, content, is_animation, force=force)
+        if progress is not None:
+            progress(1.0)
+        return file
+
+    def html(self) -> str:
+        """Return the player as a fragment of HTML, a ``<div>`` that loads nothing."""
+        from exudyn_flexlink.animation import player
+
+        return player(self.film, self.filming.speed)
+
+    def __repr__(self) -> str:
+        """Return one line: of what, from when to when."""
+        film = self.film
+        of = " and ".join(f"'{take.result.scene.title}' by {take.name}" for take in film.takes)
+        return f"<Animation of {of}: {film.begin:g} s to {film.end:g} s>"
+
+    def _repr_html_(self) -> str:
+        """A page in a frame: the style and the names of a notebook can't disturb it."""
+        from exudyn_flexlink.animation import page
+
+        own = escape(page(self.film, self.filming.speed), quote=True)
+        return f'<iframe srcdoc="{own}" style="width:100%;height:{HEIGHT};border:0"></iframe>'

@@ -11,13 +11,18 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.api.animations import Animation
-from exudyn_flexlink.api.figures import RESULT, Plots, page
+from exudyn_flexlink.api.figures import (
+    RESULT,
+    Animation,
+    Plots,
+    data_frame,
+    data_set,
+    page,
+    told_names,
+)
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
-from exudyn_flexlink.api.tables import data_frame, data_set, told_names
 from exudyn_flexlink.arguments import among, number, takes, two_texts, whole
 from exudyn_flexlink.continuing import continued
-from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables import (
     BodyMotion,
     JointForce,
@@ -26,7 +31,9 @@ from exudyn_flexlink.observables import (
     Strike,
     Vibration,
 )
+from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.report import failure_text, run_text
+from exudyn_flexlink.result import Intervals
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.stability import (
     LapDistances,
@@ -35,7 +42,6 @@ from exudyn_flexlink.stability import (
     rhythm_of,
     section_by_crank,
 )
-from exudyn_flexlink.units import Dimension
 
 if TYPE_CHECKING:
     from pandas import DataFrame

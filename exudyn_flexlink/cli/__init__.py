@@ -15,14 +15,15 @@ import sys
 from collections.abc import Sequence
 
 from exudyn_flexlink.cli.arguments import program_parser
-from exudyn_flexlink.cli.ending import Ending, ended_by_signals
-from exudyn_flexlink.cli.figures import idle_options
+from exudyn_flexlink.cli.keeping import idle_options
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
+    Ending,
     complain,
+    ended_by_signals,
     how_called,
     prepare_streams,
     release_streams,

@@ -6,28 +6,138 @@ import argparse
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from exudyn_flexlink.cli import values
-from exudyn_flexlink.cli.completing import BENCHMARK, FILE, FOLDER, MODEL_OR_FILE, SHELLS
-from exudyn_flexlink.cli.completing import MODEL as MODEL_ALONE
-from exudyn_flexlink.cli.options import (
-    CHANGES,
-    FIGURES,
-    IMPACT,
-    MEASURE,
-    MODEL,
-    Option,
-    engine,
-    figure,
-    force,
-    formats,
-    out,
-    output,
-    without,
+from exudyn_flexlink.cli.keeping import FIGURE_FORMATS, FIGURE_STYLES
+from exudyn_flexlink.cli.parser import (
+    BENCHMARK,
+    FILE,
+    FOLDER,
+    MODEL_OR_FILE,
+    PREFIX,
+    SHELLS,
+    Parser,
+    ShowVersion,
 )
-from exudyn_flexlink.cli.parser import Parser, ShowVersion
+from exudyn_flexlink.cli.parser import MODEL as MODEL_ALONE
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain, refuse
+from exudyn_flexlink.cli.values import EFFECT_NAMES, figure_file, model_path, names_of
+
+# fmt: off
+# From here on tables: filled lines are read better than one of each word.
+
+
+class Option:
+    """An option, or an argument, of a command: its help, and the rest as `argparse` has it.
+
+    `completed` is what a shell completes it with, see `completing`; without metavar it is a switch.
+    """
+
+    def __init__(self, name: str, about: str, metavar: str = "", completed: str = "",
+                 **more: Any) -> None:
+        if metavar:
+            more["metavar"] = metavar
+        elif "choices" not in more:
+            more.setdefault("action", "store_true")
+        self._name, self._completed, self._more = name, completed, {"help": about, **more}
+
+    def add(self, parser: argparse.ArgumentParser) -> None:
+        """Let a command take it."""
+        action: Any = parser.add_argument(self._name, **self._more)
+        if self._completed:
+            action.complete = dict.fromkeys(SHELLS, PREFIX + self._completed)
+
+
+CHANGES = (
+    Option("--set", "replace a value of the model, such as run.turns=2; null takes a key away that "
+           "is there; may be repeated", "PATH=VALUE", dest="settings", action="append", default=[]),
+    Option("--watch", "show this point, and judge errors by it alone, not by all named points; "
+           "short for --set outputs.watch=BODY.POINT", "BODY.POINT", dest="settings",
+           action="append", type="outputs.watch={}".format),
+    Option("--allow-outside", "let the model read CSV files outside its own folder"),
+)
+"""What replaces values of the model, and what the model may read."""
+
+MODEL = (
+    Option("model", "model file, YAML; or the name of a model that comes with the program", "MODEL",
+           MODEL_OR_FILE, type=model_path),
+    *CHANGES,
+)
+"""The model, with what changes it."""
+
+IMPACT = Option("--impact", "how contacts strike, instead of what the model says",
+                choices=("penalty", "impulse"))
+MEASURE = Option("--no-measure", "make each run once: its errors are not known then; without this "
+                 "option a second, finer run measures them, and is the result",
+                 dest="measure", action="store_false")
+
+
+def engine(about: str = "what solves the equations of motion; default: exudyn",
+           default: str | None = "exudyn") -> Option:
+    """Which engine runs."""
+    return Option("--engine", about, choices=("exudyn", "lagrangian"), default=default)
+
+
+def without(more: str = "") -> Option:
+    """Effects that are left out."""
+    about = (f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs; restitution "
+             "stays); may be repeated")
+    return Option("--without", about, "EFFECT[,EFFECT]", type=names_of(EFFECT_NAMES, "effect"),
+                  action="extend", default=[])
+
+
+def force(about: str) -> Option:
+    """That files are replaced."""
+    return Option("--force", about)
+
+
+def out(metavar: str, about: str, read: Any = Path) -> Option:
+    """Where something is written, a folder (DIR) or a file."""
+    return Option("--out", about, metavar, FOLDER if metavar == "DIR" else FILE, type=read)
+
+
+def formats(known: tuple[str, ...], about: str, default: str) -> Option:
+    """Formats of files; `default` says in words which are usual."""
+    read = names_of(known, "format")
+    about = f"{about}: {', '.join(known)}; default: {default}; may be repeated"
+    return Option("--format", about, "FORMAT[,FORMAT]", action="extend",
+                  type=lambda text: read(text.lower()))
+
+
+FIGURES = (
+    formats(FIGURE_FORMATS, "formats of figures", FIGURE_FORMATS[0]),
+    Option("--style", "how figures look: print is one column of a page wide, 86 mm, without "
+           f"titles; default: {FIGURE_STYLES[0]}", choices=FIGURE_STYLES),
+)
+"""How figures look."""
+
+
+def figure(about: str) -> tuple[Option, Option]:
+    """One figure, by the name of its file."""
+    about += "; png, pdf or svg by FILE's ending"
+    return (Option("--figure", about, "FILE", FILE, type=figure_file),
+            force("replace FILE also if it is no figure of this program"))
+
+
+def output(suffix: str = "") -> tuple[Option, ...]:
+    """Where a run is written, with which figures, and how quietly."""
+    return (
+        out("DIR", f"where to write; default: runs/<name of the model>{suffix}, with the options "
+            "in its name"),
+        force("replace also files that no run wrote, or that were changed since, where names are "
+              "the same, and a complete result by an incomplete one"),
+        Option("--no-plots", "draw no figures"),
+        *FIGURES,
+        Option("--quiet", "no progress and no summary; warnings stay"),
+    )
+
+
+def add_figures(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how figures look."""
+    for one in FIGURES:
+        one.add(parser)
+
 
 LAPS, AFTER = 24, 4
 """Laps of a study of stability, and those of them in which the motion settles."""
@@ -65,7 +175,7 @@ def _run(commands: str) -> Option:
 
 COMMANDS = {
     "simulate": Command(
-        "simulating", "Simulate a model, save its results and draw its figures.",
+        "running", "Simulate a model, save its results and draw its figures.",
         ("no_clearance",
          "no_clearance --set run.turns=2 --out runs/short",
          "no_clearance --engine lagrangian --impact impulse",
@@ -76,7 +186,7 @@ COMMANDS = {
                 "the model, which loads nothing else"),
          *output())),
     "compare": Command(
-        "comparing",
+        "studying",
         "Compare both engines, a model with and without an effect, or a run with measurements.",
         ("smooth --set run.turns=2 --tolerance 1e-5",
          "no_clearance --impact impulse --out runs/impulse",
@@ -149,7 +259,7 @@ COMMANDS = {
                 "that matters"),
          engine(), IMPACT, without(), *output("-stability"))),
     "sweep": Command(
-        "sweeping", "Simulate a model at many points, each a row of one table.",
+        "studying", "Simulate a model at many points, each a row of one table.",
         ("no_clearance --over drives.motor.value=6:14:9rad/s --set run.turns=2",
          "clearance --over joints.sleeve.clearance=1,2,5mm --workers 2",
          "clearance --over drives.motor.value=6:14:9rad/s --resume",
@@ -174,7 +284,7 @@ COMMANDS = {
                 "tcp://host:8786", "ADDRESS"),
          *output("-sweep"))),
     "verify": Command(
-        "verifying", "Run benchmarks and hold the results against published numbers.",
+        "studying", "Run benchmarks and hold the results against published numbers.",
         ("",
          "pendulum n_four_bar",
          "cantilever --figure cantilever.png",
@@ -187,7 +297,7 @@ COMMANDS = {
          *figure("draw the differences, and what is allowed"),
          Option("--quiet", "no progress; results stay"))),
     "check": Command(
-        "commands",
+        "parser",
         "Check a model without simulating it: parts, effects, frequencies, steps, formulation.",
         ("no_clearance",
          "no_clearance --set bodies.link.hinges.stiffness=beam",
@@ -199,7 +309,7 @@ COMMANDS = {
                 "joints hold there, and the frequencies of small motions about it"),
          *figure("draw the mechanism where it starts, with names"))),
     "plot": Command(
-        "commands", "Draw the figures of a saved run, or of a sweep, again.",
+        "parser", "Draw the figures of a saved run, or of a sweep, again.",
         ("runs/no_clearance",
          "runs/no_clearance --out figures",
          "runs/no_clearance --out paper --format pdf,svg --style print",
@@ -211,7 +321,7 @@ COMMANDS = {
          *FIGURES,
          force("replace also figures that no run drew, or that were changed since"))),
     "report": Command(
-        "commands",
+        "parser",
         "Write the report of a saved run as one page of HTML, which loads nothing else.",
         ("runs/no_clearance",
          "runs/no_clearance --out strike.html"),
@@ -220,7 +330,7 @@ COMMANDS = {
              values.page_file),
          force("replace the file also if it is no report, or was changed since"))),
     "animate": Command(
-        "animating",
+        "running",
         "Animate a saved run: a video, a GIF, and a page to play and step through it.",
         ("runs/no_clearance",
          "runs/no_clearance --slow strike",
@@ -244,7 +354,7 @@ COMMANDS = {
          force("replace also files that this program did not write, or that were changed"),
          Option("--quiet", "no progress"))),
     "new": Command(
-        "copying", "Copy a model that comes with the program, to change it.",
+        "keeping", "Copy a model that comes with the program, to change it.",
         ("",
          "clearance mine.yaml",
          "spline_track dwells.yaml",
@@ -257,13 +367,13 @@ COMMANDS = {
          Option("--list", "list all models with their titles"),
          force("replace files that stand there, too"))),
     "schema": Command(
-        "commands", "Print the JSON schema of model files, which editors complete and check with.",
+        "parser", "Print the JSON schema of model files, which editors complete and check with.",
         ("",
          "--out flexlink.schema.json"),
         (out("FILE", "write it to this file"),
          force("replace the file also if it is no such schema"))),
     "completion": Command(
-        "completing", "Print a script with which a shell completes commands, options and models.",
+        "parser", "Print a script with which a shell completes commands, options and models.",
         ("bash",
          "zsh"),
         (Option("shell", "the shell it is for", choices=SHELLS),)),

@@ -2,22 +2,228 @@
 
 from __future__ import annotations
 
+import argparse
+import hashlib
+import os
+import re
+import shlex
+import textwrap
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS, draw_figure
-from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    complain,
+    deferrable_interrupts,
+    how_called,
+    refuse,
+    tell,
+)
 from exudyn_flexlink.loading import ImpossibleLengthError
-from exudyn_flexlink.source import SceneError
-from exudyn_flexlink.storage import StorageError, replace_file
+from exudyn_flexlink.scene import is_schema
+from exudyn_flexlink.shipped import model_names, models_folder
+from exudyn_flexlink.source import SceneError, load_document
+from exudyn_flexlink.storage import (
+    KeptBesideError,
+    StorageError,
+    own_files,
+    replace_file,
+    staged_folder,
+)
 from exudyn_flexlink.sweeps import CannotStartError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from exudyn_flexlink.result import Result
+
+
+FIGURE_FORMATS = ("png", "pdf", "svg")
+"""Those of `plots`, which is too slow to import for a help text; likewise"""
+FIGURE_STYLES = ("screen", "print")
+FILES = {
+    "against": "comparison",
+    "work_precision": "accuracy",
+}  # where names are not those of `plots`
+
+
+@dataclass(frozen=True)
+class Look:
+    """Formats that figures are written in, and the name of their style."""
+
+    formats: tuple[str, ...] = FIGURE_FORMATS[:1]
+    style: str = FIGURE_STYLES[0]
+
+    def save_run(self, result: Result, folder: Path) -> None:
+        """Draw all figures of a run into an existing folder."""
+        from exudyn_flexlink.plots import STYLES, save_figures
+
+        save_figures(result, folder, self.formats, STYLES[self.style])
+
+    def save(self, draw: Callable[..., Figure | None], what: Any, folder: Path, name: str) -> None:
+        """Draw one figure of something into an existing folder, if there is any."""
+        from exudyn_flexlink.plots import STYLES, save_figure
+
+        figure = draw(what, style=STYLES[self.style])
+        if figure is not None:
+            save_figure(figure, folder, name, self.formats)
+
+
+def look_of(options: argparse.Namespace) -> Look:
+    """Return how figures shall look."""
+    usual = Look()
+    formats = tuple(dict.fromkeys(options.format or usual.formats))
+    return Look(formats, options.style or usual.style)
+
+
+def draw_figure(
+    options: argparse.Namespace, figure: str, what: Any, folder: Path, **more: Any
+) -> None:
+    """Draw a figure of `plots`, by its name there, into an existing folder, if there is any.
+
+    `more` is handed on to who draws it.
+    """
+    from exudyn_flexlink import plots
+
+    look_of(options).save(
+        partial(getattr(plots, figure), **more), what, folder, FILES.get(figure, figure)
+    )
+
+
+def idle_options(options: argparse.Namespace) -> str:
+    """Say which options mean nothing, since no figures are wanted; empty if none does."""
+    if not getattr(options, "no_plots", False):
+        return ""
+    why = "for figures, which '--no-plots' leaves out"
+    return idle_text(options, ("format", "style"), why)
+
+
+def idle_text(options: argparse.Namespace, names: Sequence[str], why: str) -> str:
+    """Say which of some options are given all the same; empty if none is."""
+    given = [f"'--{name}'" for name in names if getattr(options, name) is not None]
+    verb = "are" if len(given) > 1 else "is"
+    return f"{' and '.join(given)} {verb} {why}" if given else ""
+
+
+LONGEST = 80  # characters: a name that a listing shows whole, far below the 255 of file systems
+DIGEST = 8  # hex digits of a SHA-256: 4e9 names; a folder holds a few hundred
+UNSAFE = re.compile(r"[^\w.,=+-]+")  # what a shell, or a file system, takes for something else
+NUMBER = re.compile(r"([+-]?[\d.]+(?:e[+-]?\d+)?)\s*([a-z][a-z /]*)?", re.IGNORECASE)
+
+
+class Place:
+    """The folder a result shall end in, `target`; after writing, the one it did end in."""
+
+    def __init__(self, options: argparse.Namespace, suffix: str = "", what: str = "run") -> None:
+        """Take the place that was asked for, or a folder in `runs` named as the run is.
+
+        `what` is the kind of result, see `storage.manifest`.
+        """
+        self._what = what
+        self.target: Path = options.out or Path("runs") / run_name(options, suffix)
+        self._force, self._quiet = options.force, options.quiet
+        self._replaces: bool | None = None  # an earlier run; known when writing begins
+        self._why: KeptBesideError | None = None
+        self._pressed = False
+
+    def code(self, code: int) -> int:
+        """Exit code of a command that would end with `code` if Ctrl-C had not come last."""
+        return INTERRUPTED if self._pressed else code
+
+    def tell(self, text: str) -> None:
+        """Print a summary, then where the result is and what is in it; nothing if it is `quiet`."""
+        if self._quiet:
+            return
+        tell(text)
+        instead = " in place of an earlier run" if self._replaces else ""
+        tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {contents(self.target)}")
+
+    def ended(self, code: int, whole: str = "") -> int:
+        """Say why the result is not where it should be; returns the exit code, see `code`.
+
+        If Ctrl-C came, but so late that something is `whole`, that is said.
+        """
+        code = self.code(code)
+        if code == INTERRUPTED and whole:
+            complain(f"interrupted: {whole}, in {self.target}{os.sep}")
+        return refuse(self._why, code or BAD_INPUT) if self._why else code
+
+    @contextmanager
+    def written(self) -> Iterator[Path]:
+        """Yield the folder to write into; Ctrl-C does not keep what is in it from its place."""
+        if self._replaces is None:  # what is written twice replaces no earlier run
+            self._replaces = bool(own_files(self.target))
+        with deferrable_interrupts() as ctrl_c:
+            try:
+                with staged_folder(self.target, force=self._force, what=self._what) as folder:
+                    yield folder
+                    ctrl_c.defer()
+            except KeptBesideError as error:
+                self.target, self._why = error.folder, error
+                self._replaces = False
+        self._pressed = ctrl_c.pending
+
+
+def contents(folder: Path) -> str:
+    """Name the files of a result, and count those of every folder in it."""
+    paths = sorted(own_files(folder))
+    inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
+    told = [path for path in paths if "/" not in path]
+    return ", ".join([*told, *(f"{name}/ ({number} files)" for name, number in inside.items())])
+
+
+def run_name(options: argparse.Namespace, suffix: str = "") -> str:
+    """Return the name of the folder for a run of a model with the options of the command line.
+
+    Such as ``no_clearance-lagrangian-turns=2``. Only what changes the motion is in the name: the
+    engine if it is not Exudyn, the kind of impact, effects left out, and settings, with what is
+    varied, in the order of their names. A name that is too long, or has lost characters, ends in a
+    digest of all of it.
+    """
+    model: Path = options.model
+    # The stem of '..yaml' is '.', which would be the folder above.
+    stem = model.stem if model.stem.strip(".") and not model.is_dir() else model.resolve().name
+    whole = f"{stem}{suffix}"
+    engine = getattr(options, "engine", None) or "exudyn"
+    parts = [engine] if engine != "exudyn" else []
+    parts += [options.impact] if options.impact else []
+    without = sorted(set(options.without))
+    parts += [f"without_{'_'.join(without)}"] if without else []
+    given = [*options.settings, *getattr(options, "over", [])]
+    settings = dict(setting.partition("=")[::2] for setting in given)
+    told = [(_setting(path, value), f"{path}={value}") for path, value in sorted(settings.items())]
+    parts += [name for name, _ in told]
+    short = "-".join([whole, *parts])
+    lossless = all(UNSAFE.search(name) is None for name in parts)
+    if lossless and len(short) <= max(LONGEST, len(whole)):
+        return short
+    digest = hashlib.sha256("\n".join([*parts, *(text for _, text in told)]).encode()).hexdigest()
+    room = max(LONGEST - len(whole) - DIGEST - 2, 0)  # 2: hyphens
+    kept = UNSAFE.sub("_", "-".join(parts)).replace("=_", "=")[:room]
+    return "-".join(part for part in (whole, kept.rstrip("-_.=,"), digest[:DIGEST]) if part)
+
+
+def _setting(path: str, value: str) -> str:
+    """Return a setting without its section, and a number without the spaces before its unit."""
+    key = path.strip().partition(".")[2] or path.strip()
+    value = value.strip()
+    if not value:  # what is varied within its own bounds
+        return key
+    quantity = NUMBER.fullmatch(value)
+    if quantity:  # "15 rad/s", "2 N m s/rad": no unit has a dot or an underscore, nothing is lost
+        number, unit = quantity[1], quantity[2] or ""
+        value = number + ".".join(unit.split()).replace("/", "_")
+    return f"{key}={value}"
+
 
 REFUSALS = (ArgumentTypeError, CannotStartError, ImpossibleLengthError, SceneError, StorageError)
 """Errors by which a command refuses what it is asked for, and ends with exit code 2.
@@ -108,3 +314,96 @@ def _why_not(error: Exception) -> str:
     if isinstance(error, OSError):
         return f"they can't be written: {error.strerror or error}"
     return str(error) if isinstance(error, StorageError) else f"{type(error).__name__}: {error}"
+
+
+SCHEMA = "flexlink.schema.json"
+SCHEMA_LINE = re.compile(r"(?<=^# yaml-language-server: \$schema=)\S+", re.MULTILINE)
+WIDTH = 80  # columns of the list of models
+
+
+def new_command(options: argparse.Namespace) -> int:
+    """Copy a model with the files it needs, or list all models; returns the exit code."""
+    if options.list:
+        tell(_listed())
+        return DONE
+    model: Path = options.model
+    document = load_document(model)
+    target: Path = options.file or Path(model.name)
+    target = target / model.name if target.is_dir() else target
+    points = list(dict.fromkeys(_point_files(document.data)))
+    texts = {target: SCHEMA_LINE.sub(SCHEMA, document.text)}
+    texts |= {target.with_name(name): _text(model.parent / name) for name in points}
+    texts[target.with_name(SCHEMA)] = _text(models_folder() / SCHEMA)
+    _write(texts, model.stem, force=options.force)
+    tell(_told(target, document.data["title"], points))
+    return DONE
+
+
+def _point_files(value: Any) -> Iterator[str]:
+    """Names of the CSV files that a model reads."""
+    if isinstance(value, dict):
+        if isinstance(value.get("file"), str):
+            yield value["file"]
+        value = list(value.values())
+    for item in value if isinstance(value, list) else ():
+        yield from _point_files(item)
+
+
+def _write(texts: dict[Path, str], model: str, *, force: bool) -> None:
+    """Write all of the files, the model first, or none that was not there."""
+    new = [file for file in texts if not file.exists()]
+    try:
+        for file, text in texts.items():
+            content = text.encode()
+            same = holds_schema if file.name == SCHEMA else content.__eq__
+            replace_file(file, content, same, force=force)
+    except StorageError as error:
+        for other in new:
+            with suppress(OSError):
+                other.unlink()
+        if file != next(iter(texts)):
+            hint = f"hint: '{model}' needs it beside itself; give a FILE in another folder"
+            raise StorageError(f"{error}\n{hint}") from error
+        raise
+
+
+def _told(target: Path, title: str, points: list[str]) -> str:
+    """Say what was written, and what may be done with it."""
+    program, file = how_called(), shlex.quote(str(target))
+    needed = [f"  {target.with_name(name)}  its points" for name in points]
+    return "\n".join(
+        [
+            f"Written to {target}: {title}",
+            *needed,
+            f"  {target.with_name(SCHEMA)}  with which editors complete and check it",
+            "",
+            "Change it, look at what it is now, and run it:",
+            f"  {program} check {file}",
+            f"  {program} simulate {file}",
+        ]
+    )
+
+
+def _listed() -> str:
+    """All models with their titles: those of the paper first, then the other folders."""
+    names = sorted(model_names(), key=lambda name: ("/" in name, name))
+    titles = {name: load_document(models_folder() / f"{name}.yaml").data["title"] for name in names}
+    lines, folder = [f"Models; '{how_called()} new MODEL' copies one:", ""], ""
+    for name, title in titles.items():
+        above = name.rpartition("/")[0]
+        if above != folder:
+            lines.append("")
+        folder = above
+        same = [len(other) for other in names if other.rpartition("/")[0] == above]
+        row = f"  {name:{max(same)}}  "
+        lines += textwrap.wrap(title, WIDTH, initial_indent=row, subsequent_indent=" " * len(row))
+    return "\n".join(lines)
+
+
+def holds_schema(content: bytes) -> bool:
+    """Tell whether the content of a file is the schema of model files."""
+    return is_schema(content.decode(errors="replace"))
+
+
+def _text(file: Path) -> str:
+    return file.read_text(encoding="utf-8")

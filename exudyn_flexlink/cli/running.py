@@ -3,24 +3,38 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink import engines
-from exudyn_flexlink.cli.ctrl_c import ends_runs
-from exudyn_flexlink.cli.terminal import Quiet, complain, how_called, progress_bar
+from exudyn_flexlink import engines, storage
+from exudyn_flexlink.animation import Film, FilmError, Filming, film_bytes, film_of, usual_formats
+from exudyn_flexlink.cli.keeping import Place, added, idle_text, kept, look_of, made
+from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    Quiet,
+    complain,
+    ends_runs,
+    how_called,
+    progress_bar,
+)
 from exudyn_flexlink.effects import EFFECTS, absent, idealise, with_impact
-from exudyn_flexlink.engines.beside import Beside
-from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.engines.interrupts import Beside, LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import watched_point
+from exudyn_flexlink.report import failure_text, idle_settings, run_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import NOT_ASKED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake, SceneError
+from exudyn_flexlink.storage import StorageError, load, staged_files
 
 
 def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
@@ -152,3 +166,141 @@ def _refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterato
         why = f"; '--impact {options.impact}' asks for it" if asked else ""
         mistake = Mistake(error.path, error.message, f"refused by the engine '{engine}'{why}")
         raise SceneError(scene.document, [mistake]) from error
+
+
+def simulate_command(options: argparse.Namespace) -> int:
+    """Simulate a model, write its folder, print its summary; returns the exit code."""
+    place = Place(options)
+    refuse_idle_integrator(options, options.engine)
+    scene = read_scene(options)
+    if options.impact is not None and not scene.all_contacts:
+        complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
+    with Beside(scene, options.engine) as beside:
+        result, code = _both(scene, options, place, beside)
+    return _tell(result, place, options.quiet, code)
+
+
+def _both(
+    scene: Scene, options: argparse.Namespace, place: Place, beside: Beside
+) -> tuple[Result, int]:
+    """Make the run, and the one that measures it, and write them; returns the exit code, too."""
+    # The folder is staged first: one that can't be written is no news for the end of a run.
+    with place.written() as folder:
+        may = beside if options.measure else None
+        result, enough = run(scene, options.engine, options, beside=may)
+        late = enough and result.outcome.reason != STOPPED
+        _announce(result, options)
+        second = options.measure and not late and result.error == NOT_ASKED
+        code = _write(result, folder, options, late=late, figures=not second)
+    code = place.code(code)
+    if second and code == DONE:  # the first is kept, whatever becomes of the second
+        result, late = measured(result, options, beside)
+        with place.written() as folder:
+            code = _write(result, folder, options, late=late)
+        code = place.code(code)
+    return result, code
+
+
+def _write(
+    result: Result, folder: Path, options: argparse.Namespace, *, late: bool, figures: bool = True
+) -> int:
+    """Write a run; returns the exit code, see `kept`. One who did not wait waits for no figures."""
+    drawn = figures and not late and not options.ending.asked
+    draw = None if options.no_plots else partial(look_of(options).save_run, result, folder)
+    code = kept(partial(storage.save, result, folder), draw if drawn else None, folder)
+    if options.report and drawn and code == DONE:
+        from exudyn_flexlink.page import PAGE, write_page
+
+        code = added("report", partial(write_page, result, folder / PAGE))
+    return code or (INTERRUPTED if late else DONE)
+
+
+def _announce(result: Result, options: argparse.Namespace) -> None:
+    """Say what is still done after Ctrl-C, since it may take some seconds.
+
+    Whoever asked for the end by a signal may not wait: figures are left out.
+    """
+    if result.outcome.reason != STOPPED:
+        return
+    asked = options.ending.asked
+    if asked:
+        complain(f"interrupted by {asked.name}: writing what was computed, without figures")
+    else:
+        more = "" if options.no_plots else "; once more: without figures"
+        complain(f"interrupted: writing what was computed{more}")
+
+
+def _tell(result: Result, place: Place, quiet: bool, code: int) -> int:
+    """Print the summary; warnings and a failure also where the summary is not wanted.
+
+    `code` is the exit code of a run that is whole.
+    """
+    place.tell(run_text(result))
+    for hint in () if quiet else idle_settings(result):
+        complain(f"hint: {hint}")
+    for warning in result.warnings:
+        complain(f"warning: {warning}")
+    if result.outcome.completed:
+        return place.ended(code, "the run is whole")
+    kept = f"what was computed until then is in {place.target}{os.sep}, marked as incomplete"
+    complain(f"{failure_text(result)}\n{kept}")
+    return place.ended(INTERRUPTED if result.outcome.reason == STOPPED else FAILED)
+
+
+def animate_command(options: argparse.Namespace) -> int:
+    """Write the animation of a run; returns the exit code."""
+    formats = tuple(dict.fromkeys(options.format or usual_formats()))
+    filming = Filming(options.fps, options.speed, options.width)
+    folder: Path = options.out or options.run
+    frameless = "for mp4 and gif: a page has no frames of its own"
+    idle = idle_text(options, ("fps", "width"), frameless) if formats == ("html",) else ""
+    mistakes = [idle] if idle else []
+    mistakes += dict.fromkeys(told for name in formats for told in filming.mistakes(name))
+    film = _film(options, mistakes)
+    if film is None or mistakes:
+        return complain("\n".join(mistakes), BAD_INPUT)
+    over = "" if options.other is None else f"_with_{options.other.resolve().name}"
+    files = {name: f"animation{over}.{name}" for name in formats}
+
+    def write() -> None:
+        with staged_files(folder, force=options.force) as staged:
+            for name, file in files.items():
+                content = _content(film, name, filming, quiet=options.quiet)
+                (staged / file).write_bytes(content)
+
+    code = made("animation", write)
+    if code == DONE and not options.quiet:
+        print(f"Written to {folder}{os.sep}: {', '.join(files.values())}")
+    return code
+
+
+def _film(options: argparse.Namespace, mistakes: list[str]) -> Film | None:
+    """Return what is to be shown; None if that can't be, which `mistakes` then tell."""
+    runs: list[Result] = []
+    folders: list[Path] = [options.run, *([options.other] if options.other else [])]
+    for folder in folders:
+        try:
+            runs.append(load(folder))
+        except StorageError as error:
+            mistakes.append(str(error))
+    if len(runs) < len(folders):
+        return None
+    alike = len(runs) > 1 and runs[0].engine == runs[1].engine
+    first, last = (folder.resolve().name for folder in (folders[0], folders[-1]))
+    window = options.begin, options.end
+    try:
+        return film_of(
+            *runs, names=(first, last) if alike else None, window=window, slow=options.slow
+        )
+    except FilmError as error:
+        mistakes.append(str(error))
+        return None
+
+
+def _content(film: Film, name: str, filming: Filming, *, quiet: bool) -> bytes:
+    """The content of a file in a format; progress is shown."""
+    try:
+        with progress_bar(quiet, f"drawing the {name}") as progress:
+            return film_bytes(film, name, filming, progress)
+    except FilmError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error

@@ -10,9 +10,9 @@ import pickle
 import sys
 from pathlib import Path
 
-from exudyn_flexlink.cli.ctrl_c import ends_runs
+from exudyn_flexlink.cli.terminal import ends_runs
 from exudyn_flexlink.engines import LateInterruptError, second_run
-from exudyn_flexlink.engines.beside import ASKED, DONE, MADE
+from exudyn_flexlink.engines.interrupts import ASKED, DONE, MADE
 
 
 def main(folder: Path) -> None:

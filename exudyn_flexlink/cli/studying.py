@@ -3,18 +3,39 @@
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from math import inf
+from pathlib import Path
 
-from exudyn_flexlink import accuracy, engines, stability
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
-from exudyn_flexlink.cli.figures import draw_figure
-from exudyn_flexlink.cli.keeping import drawn, written
-from exudyn_flexlink.cli.placing import Place
-from exudyn_flexlink.cli.running import read_scene, refuse_idle_integrator, simulating, single_runs
+from exudyn_flexlink import accuracy, engines, stability, storage, sweeps
+from exudyn_flexlink.cli.keeping import (
+    Place,
+    contents,
+    draw_figure,
+    drawn,
+    kept,
+    look_of,
+    run_name,
+    write_figure,
+    written,
+)
+from exudyn_flexlink.cli.running import (
+    changed,
+    measured,
+    present,
+    read_scene,
+    refuse_idle_integrator,
+    removable,
+    run,
+    simulating,
+    single_runs,
+)
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
@@ -22,16 +43,215 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     Quiet,
     complain,
+    deferrable_interrupts,
+    ends_runs,
     progress_bar,
+    refuse,
+    tell,
 )
-from exudyn_flexlink.cli.values import pairs
-from exudyn_flexlink.engines.interrupts import LateInterruptError
-from exudyn_flexlink.fitting import NoFitError, fit, read_series
-from exudyn_flexlink.loading import require_length
-from exudyn_flexlink.report import accuracy_text, fit_text, recommendation, stability_text
+from exudyn_flexlink.cli.values import model_path, pairs
+from exudyn_flexlink.comparison import Comparison, compare
+from exudyn_flexlink.engines.interrupts import Beside, LateInterruptError
+from exudyn_flexlink.fitting import Against, NoFitError, against, fit, read_series
+from exudyn_flexlink.loading import load_scene, require_length
+from exudyn_flexlink.observables import watched_point
+from exudyn_flexlink.report import (
+    accuracy_text,
+    against_text,
+    comparison_text,
+    excess_text,
+    failure_text,
+    fit_text,
+    recommendation,
+    stability_text,
+    sweep_text,
+    verification_data,
+    verification_markdown,
+    verification_text,
+)
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
+from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.storage import save_accuracy, save_fit, save_stability
+from exudyn_flexlink.shipped import benchmark_files
+from exudyn_flexlink.source import Document, Mistake, SceneError
+from exudyn_flexlink.storage import (
+    load,
+    save,
+    save_accuracy,
+    save_against,
+    save_comparison,
+    save_fit,
+    save_stability,
+)
+from exudyn_flexlink.storage.documents import in_json
+from exudyn_flexlink.verification import Benchmark, VerifiedRun, judged, read_benchmark
+
+OF_MODELS = {"settings": "set", "impact": "impact", "without": "without", "engine": "engine"}
+"""Options that change a model, which a saved run no longer is."""
+UNCOMPARED = "interrupted before two runs were compared; nothing was written"
+
+
+def compare_command(options: argparse.Namespace) -> int:
+    """Run both scenes or engines, write both and what they differ in; returns the exit code."""
+    if options.other is not None:
+        return _compare_saved(options)
+    if options.column or options.shift != 0:
+        return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
+    options.model = model_path(str(options.model))
+    if options.model.is_dir():
+        told = f"'{options.model}' is a folder: give what to compare it with, too"
+        return complain(f"{told}, another folder of a run or a CSV file", BAD_INPUT)
+    place = Place(options, "-compare", "comparison")
+    if options.engine is not None and not options.without:
+        return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
+    if options.without:
+        refuse_idle_integrator(options, options.engine or "exudyn")
+    try:
+        # The folder is staged first: one that can't be written is no news for the end of a run.
+        with place.written() as folder:
+            found, whole = _without_effects(options) if options.without else _both_engines(options)
+            drew = _write_comparison(found, folder, options, whole=whole)
+    except KeyboardInterrupt:
+        return complain(UNCOMPARED, INTERRUPTED)
+    return _tell_comparison(found, place, options, drew if whole else INTERRUPTED)
+
+
+def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
+    """Compare Exudyn with the Lagrangian; tells whether both runs are whole, too."""
+    scene = read_scene(options)
+    require_length("--tolerance", options.tolerance, scene)
+    # The Lagrangian first: it represents less, and what it refuses should cost no time.
+    try:
+        judge, _ = _run(scene, "lagrangian", "lagrangian", options, last=False)
+    except SceneError as error:
+        more = [own for own in [removable(scene)] if own]
+        told = [replace(one, hint="; ".join([one.hint, *more])) for one in error.mistakes]
+        raise SceneError(error.document, told) from error
+    result, whole = _run(scene, "exudyn", "exudyn", options)
+    return compare(result, judge), whole
+
+
+def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
+    """Compare the scene without some effects, the paper's (a), with the scene itself, its (b)."""
+    engine = options.engine or "exudyn"
+    given = load_scene(options.model, options.settings, options.allow_outside)
+    require_length("--tolerance", options.tolerance, given)
+    whole = changed(given, options.impact, [])
+    effects = present(given, options.without)
+    if not effects:
+        told = "nothing to compare: both scenes would be the same"
+        offered = removable(given)
+        raise argparse.ArgumentTypeError(f"{told}\nhint: {offered}" if offered else told)
+    ideal = changed(given, options.impact, effects)
+    what = " and ".join(effects)
+    point, other = watched_point(whole), watched_point(ideal)
+    if point != other:
+        told = f"can't compare: the point watched is {point}, but {other} without {what}"
+        raise argparse.ArgumentTypeError(told)
+    names = f"without {what}", f"with {what}"
+    first, _ = _run(ideal, engine, names[0], options, last=False)
+    second, ended = _run(whole, engine, names[1], options)
+    return compare(first, second, names=names), ended
+
+
+def _run(
+    scene: Scene, engine: str, what: str, options: argparse.Namespace, *, last: bool = True
+) -> tuple[Result, bool]:
+    """Run one of the two that are compared, and measure it; of the `last` a part will do.
+
+    Tells whether the user let it end.
+
+    Raises:
+        KeyboardInterrupt: the user had enough before there was anything of both.
+
+    """
+    measure = options.measure
+    with Beside(scene, engine) as beside:
+        result, enough = run(scene, engine, options, what, beside if measure else None)
+        if measure and not enough:
+            result, enough = measured(result, options, beside, f"{what}, to measure errors")
+    if enough and not (last and len(result.time) > 1):
+        raise KeyboardInterrupt
+    return result, not enough
+
+
+def _write_comparison(
+    compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool
+) -> int:
+    """Write numbers, then figures if it is `whole`; returns the exit code, see `kept`."""
+    places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in compared.both]
+
+    def save_all() -> None:
+        for result, place in places:
+            save(result, place)
+        save_comparison(compared, folder, options.tolerance, whole=whole)
+
+    def draw() -> None:
+        for result, place in places:
+            look_of(options).save_run(result, place)
+        draw_figure(options, "comparison", compared, folder)
+
+    return kept(save_all, draw if whole and not options.no_plots else None, folder)
+
+
+def _tell_comparison(
+    found: Comparison, place: Place, options: argparse.Namespace, drew: int
+) -> int:
+    """Print the table; warnings, failures and an excess also where the table is not wanted."""
+    place.tell(comparison_text(found))
+    code = drew
+    for seen in found.both:
+        for warning in seen.result.warnings:
+            complain(f"warning: {seen.name}: {warning}")
+        if not seen.result.outcome.completed:
+            code = complain(f"{seen.name}: {failure_text(seen.result)}", FAILED)
+    if options.tolerance is not None and found.exceeds(options.tolerance):
+        code = complain(excess_text(found, options.tolerance), FAILED)
+    code = INTERRUPTED if drew == INTERRUPTED else code
+    return place.ended(code, "what was compared until then is kept")
+
+
+def _compare_saved(options: argparse.Namespace) -> int:
+    """Compare a saved run with another, or with a measured series; returns the exit code."""
+    first, second = options.model, options.other
+    measured = not second.is_dir()
+    idle = [f"--{name}" for key, name in OF_MODELS.items() if getattr(options, key)]
+    idle += [] if options.measure else ["--no-measure"]
+    of_series = options.column or options.shift != 0
+    for is_so, why in (
+        (idle, f"'{', '.join(idle)}' is for models: runs are compared as they were made"),
+        (not first.is_dir(), f"with '{second}' goes the folder of a saved run, not '{first}'"),
+        (measured and options.tolerance is not None, "'--tolerance' is for two runs"),
+        (not measured and of_series, "'--column' and '--shift' are for a CSV file"),
+    ):
+        if is_so:
+            raise argparse.ArgumentTypeError(why)
+    place = Place(options, f"-compare-{second.stem if measured else second.name}", "comparison")
+    run = load(first)
+    found: Against | Comparison
+    try:
+        if measured:
+            series = read_series(run.scene, second, pairs("--column", options.column))
+            found = against(run, series, options.shift)
+        else:
+            other = load(second)
+            other = later(other, other.scene.initial.clock - run.scene.initial.clock)
+            found = compare(run, other, (str(first), str(second)))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    with place.written() as folder:
+        if measured:
+            code = written(found, folder, options, save_against, "against")
+        else:
+            save = partial(save_comparison, tolerance=options.tolerance)
+            code = written(found, folder, options, save, "comparison")
+    place.tell(against_text(found) if isinstance(found, Against) else comparison_text(found))
+    code = place.ended(code, "the comparison is whole")
+    most = options.tolerance
+    if isinstance(found, Comparison) and most is not None and found.exceeds(most):
+        return complain(excess_text(found, most), FAILED)
+    return code
+
 
 DEFAULT_TARGET = 1e-4  # m, where the model gives a step
 IMPOSSIBLE = stability.ImpossibleLapsError, stability.NoRhythmError, stability.TooShortError
@@ -190,3 +410,163 @@ def _studied(scene: Scene, options: argparse.Namespace) -> stability.Stability:
     )
     with single_runs(scene, options, "stability") as (simulate, bar):
         return stability.study(scene, simulate, asked, bar)
+
+
+def sweep_command(options: argparse.Namespace) -> int:
+    """Run a model at many points, write a table of them; returns the exit code."""
+    if options.resume and options.force:
+        return complain("'--resume' goes on, '--force' begins anew: give one of both", BAD_INPUT)
+    try:
+        executor = sweeps.executor_of(options.workers, options.scheduler)
+    except ValueError as error:
+        return refuse(error)
+    plan = _planned(options)
+    refuse_idle_integrator(options, plan.engine)
+    folder: Path = options.out or Path("runs") / run_name(options, "-sweep")
+    table, code = _swept(plan, executor, folder, options)
+    return _tell(table, folder, options, code)
+
+
+def _planned(options: argparse.Namespace) -> sweeps.Sweep:
+    """Make the plan that a study file, or the options, ask for."""
+    if options.over:
+        options.model = model_path(options.source)
+        mistakes: list[Mistake] = []
+        given = _varied(options.over, mistakes)
+        design = sweeps.grid(given, (), mistakes)
+        scene, document = read_scene(options), Document("--over")
+        engine = options.engine or "exudyn"
+    else:
+        options.model = Path(options.source)
+        study = sweeps.read_study(options.model, options.settings, options.allow_outside)
+        scene = changed(study.scene, options.impact, options.without)
+        design, document, mistakes = study.design, study.document, [*study.mistakes]
+        engine = options.engine or study.engine
+    return sweeps.planned(
+        scene,
+        design,
+        document,
+        engine=engine,
+        measure=options.measure,
+        observed=f"{sweeps.standard_row.__module__}.{sweeps.standard_row.__qualname__}",
+        allow_outside=options.allow_outside,
+        mistakes=mistakes,
+    )
+
+
+def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
+    """Read '--over path=values'; a path twice would be varied by one of them alone."""
+    found: dict[str, str] = {}
+    for text in texts:
+        path, equals, values = (part.strip() for part in text.partition("="))
+        if not equals or not all(path.split(".")):
+            hint = "for example --over 'drives.motor.value=6:14:9 rad/s'"
+            mistakes.append(Mistake((text,), "expected path=values", hint))
+        elif path in found:
+            mistakes.append(Mistake((path,), "is varied twice"))
+        else:
+            found[path] = values
+            if not {":", ","} & set(values):  # '5-15' is a difference
+                examples = "a range is '6:14:9', a list '6, 14'"
+                complain(f"hint: {path} has one value, '{values}'; {examples}")
+    return found
+
+
+def _swept(
+    plan: sweeps.Sweep, executor: sweeps.Executor, folder: Path, options: argparse.Namespace
+) -> tuple[sweeps.SweepTable, int]:
+    """Carry a sweep out and write its table; returns the exit code, too."""
+    work = sweeps.work_of(
+        plan,
+        partial(engines.simulate, engine=plan.engine, measure=plan.measure),
+        sweeps.OneRun(sweeps.standard_row),
+        storage.SeriesKeeper(folder.resolve()) if options.series else None,
+    )  # fmt: skip
+    with storage.open_journal(
+        folder, plan, resume=options.resume, force=options.force, series=options.series
+    ) as journal:
+        made = Counter(row.status for row in journal.known.values())
+        if journal.known and not options.quiet:
+            rest = "going on with the rest" if len(journal.known) < len(plan) else "none is missing"
+            complain(f"{len(journal.known)} of {len(plan)} rows are there; {rest}")
+        with progress_bar(options.quiet, _progress(made, len(plan))) as bar:
+
+            def keep(row: sweeps.Row, count: int) -> None:
+                journal.add(row)
+                made[row.status] += 1
+                bar.say(_progress(made, len(plan)))
+                bar(count / len(plan))
+
+            table = sweeps.carried_out(plan, work, executor, journal.known, keep)
+        return table, _write(plan, table, folder, options)
+
+
+def _progress(count: Counter[str], points: int) -> str:
+    """Rows that are there, and how many have no numbers."""
+    failed = f", {count[sweeps.FAILED]} failed" if count[sweeps.FAILED] else ""
+    return f"sweep: {count.total()} of {points} runs{failed}"
+
+
+def _write(
+    plan: sweeps.Sweep, table: sweeps.SweepTable, folder: Path, options: argparse.Namespace
+) -> int:
+    """Write the table, then its figure; returns the exit code, see `kept`."""
+    with storage.staged_folder(folder, force=options.force) as staged:
+        wanted = table.whole and not (options.no_plots or options.ending.asked)
+        draw = partial(draw_figure, options, "sweep", table, staged) if wanted else None
+        code = kept(partial(storage.save_table, plan, table, staged), draw, staged)
+    return code if table.whole else INTERRUPTED
+
+
+def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, code: int) -> int:
+    """Print the summary; that rows are missing, or all failed, also where it is not wanted."""
+    if not options.quiet:
+        tell(sweep_text(table))
+        tell(f"\nWritten to {folder}{os.sep}:\n  {contents(folder)}")
+    if not table.whole:
+        there = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
+        return complain(f"interrupted: {there}; with '--resume' they are not made again", code)
+    if code == INTERRUPTED:
+        return complain(f"interrupted: the sweep is whole, in {folder}{os.sep}", code)
+    if table.count(sweeps.FAILED) == len(table.rows):
+        return complain("no row has numbers", FAILED)
+    return code
+
+
+def verify_command(options: argparse.Namespace) -> int:
+    """Run benchmarks and print how far they are off; code 1: one by more than is allowed."""
+    found: list[VerifiedRun] = []
+    files = options.benchmarks or benchmark_files().values()
+    # All are read before the first is run: a mistake is no news for the end.
+    whole = _verify([read_benchmark(file) for file in files], options, found)
+    if found:
+        tell(_printed(found, options.form))
+    if not whole:
+        return complain("interrupted: runs are missing", INTERRUPTED)
+    code = DONE if all(one.fine for one in found) else FAILED
+    if options.figure is None:
+        return code
+    from exudyn_flexlink.plots import differences
+
+    return write_figure(options.figure, partial(differences, found), force=options.force) or code
+
+
+def _verify(
+    benchmarks: Sequence[Benchmark], options: argparse.Namespace, found: list[VerifiedRun]
+) -> bool:
+    """Make all runs, and add what comes of each to `found`; tells whether the user let them end."""
+    pairs = [(benchmark, one) for benchmark in benchmarks for one in benchmark.runs]
+    for i, (benchmark, one) in enumerate(pairs, 1):
+        what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"
+        result, enough = run(one.scene, one.engine, options, what)
+        if result.outcome.reason != STOPPED:
+            found.append(judged(benchmark, one, result))
+        if enough:
+            return False
+    return True
+
+
+def _printed(found: Sequence[VerifiedRun], form: str) -> str:
+    if form == "json":
+        return in_json(verification_data(found), indent=2).decode().rstrip()
+    return verification_markdown(found) if form == "markdown" else verification_text(found)

@@ -9,7 +9,7 @@ from math import inf, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
 
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS
+from exudyn_flexlink.cli.keeping import FIGURE_FORMATS
 from exudyn_flexlink.cli.terminal import complain, how_called
 
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
@@ -45,8 +45,7 @@ def _size(dimension: str, bare: Callable[[float], float] = float) -> Callable[[s
     def read(text: str) -> float:
         with suppress(ValueError):
             return bare(float(text))
-        from exudyn_flexlink.quantities import to_si
-        from exudyn_flexlink.units import Dimension
+        from exudyn_flexlink.quantities import Dimension, to_si
 
         return to_si(text, Dimension[dimension])
 
@@ -107,7 +106,7 @@ page_file = _file("html", "htm")
 
 def slow(text: str) -> Any:
     """Read around what a film is slow: the name of a contact, or one of its strikes."""
-    from exudyn_flexlink.animation.slowing import Slow
+    from exudyn_flexlink.animation.film import Slow
 
     try:
         return Slow.of(text)

@@ -15,9 +15,9 @@ from math import cos, hypot, sin
 
 import numpy as np
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves.base import NODES, WEIGHTS, Curve
-from exudyn_flexlink.curves.pieces import Arc, LineSegment
-from exudyn_flexlink.curves.spline import Spline, SplinePiece
+from exudyn_flexlink.curves.pieces import Arc, LineSegment, Spline, SplinePiece
 
 Place = tuple[float, float, float, float, float, float]
 Evaluator = Callable[[float], Place]
@@ -205,3 +205,84 @@ def _spline(spline: Spline) -> Evaluator:
         )
 
     return at
+
+
+STRAIGHT = 1e-6  # curvature times size: less is a straight stretch
+FINER = 8  # than the samples of a curve: where its curvature is looked at
+
+
+class Farthest(Closest):
+    """As `Closest`, but x, y are a direction (unit vector) in which the curve reaches farthest."""
+
+    def __init__(self, curve: Curve) -> None:
+        super().__init__(curve)
+        self._shifts = [
+            float(b) - p.start for b, p in zip(curve.breaks[:-1], curve.pieces, strict=True)
+        ]
+
+    def parameters(self, directions: FloatArray) -> FloatArray:
+        """Parameters (...) of the whole curve, by directions (..., 2)."""
+        flat = [self.on_curve(x, y) for x, y in directions.reshape(-1, 2).tolist()]
+        found = [u + self._shifts[piece] for piece, u in flat]
+        return np.array(found).reshape(directions.shape[:-1])
+
+    def _nearest(self, x: float, y: float) -> int:
+        return int(np.argmax(self._x * x + self._y * y))
+
+    def _slope(self, piece: int, u: float, x: float, y: float) -> float:
+        return self._fall(piece, u, x, y)[0]
+
+    def _fall(self, piece: int, u: float, x: float, y: float) -> tuple[float, float]:
+        _, _, dx, dy, ddx, ddy = self.at[piece](u)
+        return -(dx * x + dy * y), -(ddx * x + ddy * y)
+
+    def _foot(self, piece: int, x: float, y: float, near: float) -> float:
+        """By Newton's method; beyond its end a piece goes on as a conic, or as its last cubic."""
+        u = near
+        for _ in range(NEWTON_STEPS):
+            slope, growth = self._fall(piece, u, x, y)
+            step = slope / growth if growth > 0 else 0.0
+            u -= step
+            if abs(step) <= ROUNDING * (1 + abs(u)):
+                break
+        return u
+
+
+def is_convex(curve: Curve) -> bool:
+    """Tell whether a curve is closed, and bends one way everywhere, with no straight stretch."""
+    if not curve.closed:
+        return False
+    u = np.unique(np.concatenate([curve.samples[0], curve.breaks]))
+    u = np.unique(u[:-1, None] + np.diff(u)[:, None] * np.arange(FINER) / FINER)
+    bends = curve.curvature(u) * curve.size
+    one_way = bends.min() > STRAIGHT or bends.max() < -STRAIGHT
+    # What bends one way but turns twice crosses itself.
+    ways = np.unwrap(np.arctan2(*curve.tangent(np.append(u, curve.end)).T[::-1]))
+    return bool(one_way and abs(ways[-1] - ways[0]) < 3 * np.pi)
+
+
+MOST_SAMPLES = 500  # of a curve, between which a neck is looked for
+
+
+def reach(curve: Curve, side: float, radius: float) -> float:
+    """Smallest radius (m) of the line that the centre of a roller on a side of a curve can't cross.
+
+    `side` is 1 on the left of the curve, -1 on its right; `radius` (m) is the roller's, 0 of a
+    point. Half the width of a neck counts as a radius. 0: the roller does not fit everywhere.
+    H. Federer, Curvature measures, Trans. Amer. Math. Soc. 93 (1959) 418, theorem 4.18.
+    """
+    u = curve.samples[0]
+    u = u[: -1 if curve.closed else None : 1 + len(u) // MOST_SAMPLES]
+    at, tangent = (of @ [1, 1j] for of in (curve.point(u), curve.tangent(u)))
+    between = at - at[:, None]
+    seen = between * tangent.conj()[:, None]
+    across = np.abs(seen.imag)
+    if not curve.closed:  # beyond its ends there is no tangent
+        across[0] = np.where(seen[0].real < 0, np.abs(seen[0]), across[0])
+        across[-1] = np.where(seen[-1].real > 0, np.abs(seen[-1]), across[-1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        radii = np.abs(between) ** 2 / (2 * across) - np.sign(side * seen.imag) * radius
+        np.fill_diagonal(radii, np.inf)
+        bend = side * curve.curvature(u)
+        bends = 1 / np.abs(bend) - np.sign(bend) * radius
+    return max(0.0, min(float(radii.min()), float(bends.min())))

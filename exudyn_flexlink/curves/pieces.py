@@ -4,11 +4,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
+from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves.base import OVERLAP, ROUNDING, Curve, Places, cross
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
+from exudyn_flexlink.curves.base import (
+    DIRECTION_TOLERANCE,
+    OVERLAP,
+    POSITION_TOLERANCE,
+    ROUNDING,
+    Composite,
+    Curve,
+    CurveError,
+    Knots,
+    Places,
+    angle_between,
+    candidates,
+    cross,
+    left,
+)
 
 TURN = 2 * math.pi
 STEPS_PER_TURN = 128
@@ -111,3 +127,444 @@ class LineSegment(Curve):
             return np.array([self.start, self.end]) if inside else np.empty(0)
         u, slack = offset / slant, OVERLAP * self.period
         return np.array([u]) if -slack <= u <= self.end + slack else np.empty(0)
+
+
+@dataclass(frozen=True)
+class Joined(Composite):
+    """``pieces`` in order, each starting where the one before ends, in the same direction.
+
+    The parameter starts with the first piece's own and goes on by the ranges of the following ones.
+    Closed when the end meets the start; the direction must be the same there too. Joined curves
+    among the pieces are taken apart into theirs.
+
+    Raises:
+        CurveError: a gap, or a kink; ``piece`` is the index of the later of the two.
+
+    """
+
+    pieces: tuple[Curve, ...]
+
+    def __post_init__(self) -> None:
+        given = tuple(self.pieces)
+        size = max(piece.size for piece in given)
+        for index in range(1, len(given)):
+            self._check_gap(given, index, size)
+            _check_kink(given[index - 1], given[index], index, (index, index + 1))
+        closed = _gap(given[-1], given[0]) <= _tolerance(size)
+        if closed:
+            _check_kink(given[-1], given[0], 0, (len(given), 1))
+        flat = tuple(smooth for piece in given for smooth in piece.pieces)
+        self._lay(flat, flat[0].start, closed)
+
+    @staticmethod
+    def _check_gap(given: tuple[Curve, ...], index: int, size: float) -> None:
+        gap = _gap(given[index - 1], given[index])
+        if gap > _tolerance(size):
+            end, start = _last(given[index - 1]), _first(given[index])
+            raise CurveError(
+                f"piece {index + 1} starts at {_show(start)}, {gap:.3g} m away from the end of "
+                f"piece {index} at {_show(end)}",
+                piece=index,
+                hint="let each piece start where the one before ends",
+            )
+
+
+@dataclass(frozen=True)
+class Laps(Composite):
+    """A different closed curve in each lap, in turn, for ever: lap 1 on the first, and so on.
+
+    All pass through the point ``meet`` (default: where the first curve starts), in the same
+    direction, and there the next takes over. The parameter starts at 0 at ``meet``; in each lap it
+    goes on by the range of that lap's curve. One ``period`` is one turn through all ``curves``.
+    ``firsts`` are the first pieces of the laps, and at last the number of all pieces.
+
+    Raises:
+        CurveError: an open curve, one that misses ``meet`` or passes it in another
+            direction; ``piece`` is the index of that curve.
+
+    """
+
+    curves: tuple[Curve, ...]
+    meet: tuple[float, float] | None = None
+    firsts: tuple[int, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        curves = tuple(self.curves)
+        meet = np.array(_first(curves[0]) if self.meet is None else self.meet)
+        # Where the first curve starts is one pass of it, even if it passes the point again.
+        cut = curves[0].start if self.meet is None else None
+        heading: FloatArray | None = None
+        laps = []
+        for index, curve in enumerate(curves):
+            _check_closed(curve, index)
+            cut = _cut_place(curve, index, meet, heading) if cut is None else cut
+            heading = curve.tangent(cut) if heading is None else heading
+            laps.append(_rotated(curve, cut))
+            cut = None
+        object.__setattr__(self, "curves", curves)
+        self._lay(tuple(piece for lap in laps for piece in lap), 0.0, closed=True)
+        object.__setattr__(self, "firsts", tuple(accumulate(map(len, laps), initial=0)))
+
+
+def next_lap(lap: int, way: int) -> int:
+    """Lap that a point comes into over the seam, forwards (`way` 1) or backwards (-1).
+
+    A lap of a closed curve goes from its seam once around. From where lap 1 begins they are 1, 2,
+    .. forwards and -1, -2, .. backwards, without a lap 0. Of `Laps` lap -k is on the same curve as
+    lap k: a point takes the curves in the same order whichever way it leaves that place.
+    """
+    return lap + way or way
+
+
+def next_piece(curve: Curve, piece: int, lap: int, way: int) -> tuple[int, int] | None:
+    """Piece and lap after the end of a piece (`way` 1) or before its start (-1).
+
+    None at an end of an open curve.
+    """
+    first, last = _pieces_of_lap(curve, lap)
+    if first <= piece + way <= last:
+        return piece + way, lap
+    if not curve.closed:
+        return None
+    lap = next_lap(lap, way)
+    first, last = _pieces_of_lap(curve, lap)
+    return (first if way > 0 else last), lap
+
+
+def ends_of_lap(curve: Curve, lap: int) -> tuple[float, float]:
+    """Parameters at which a lap begins and ends; those of the whole curve if it has no laps."""
+    first, last = _pieces_of_lap(curve, lap)
+    return float(curve.breaks[first]), float(curve.breaks[last + 1])
+
+
+def _pieces_of_lap(curve: Curve, lap: int) -> tuple[int, int]:
+    """First and last piece that a lap runs on; of the whole curve if it has no laps."""
+    if not isinstance(curve, Laps):
+        return 0, len(curve.pieces) - 1
+    number = (abs(lap) - 1) % len(curve.curves)
+    return curve.firsts[number], curve.firsts[number + 1] - 1
+
+
+def _check_closed(curve: Curve, index: int) -> None:
+    if not curve.closed:
+        raise CurveError(
+            f"curve {index + 1} of the laps is open: its ends {_show(_first(curve))} and "
+            f"{_show(_last(curve))} are {_gap(curve, curve):.3g} m apart",
+            piece=index,
+            hint="a lap needs a closed curve",
+        )
+
+
+def _cut_place(curve: Curve, index: int, meet: FloatArray, heading: FloatArray | None) -> float:
+    """Parameter at which ``curve`` passes ``meet``, along ``heading`` if it is given."""
+    feet = candidates(curve, meet)
+    distances = np.linalg.norm(curve.point(feet) - meet, axis=1)
+    if distances[0] > _tolerance(curve.size):
+        raise CurveError(
+            f"curve {index + 1} of the laps passes the meeting point {_show(meet)} "
+            f"at a distance of {distances[0]:.3g} m",
+            piece=index,
+            hint="all curves must pass through the point where the laps change",
+        )
+    passes = feet[distances <= _tolerance(curve.size)]
+    if heading is None:
+        return _snapped(curve, float(passes[0]))
+    turns = [angle_between(heading, curve.tangent(u)) for u in passes]
+    best = int(np.argmin(turns))
+    _check_turn(turns[best], index, meet)
+    return _snapped(curve, float(passes[best]))
+
+
+def _check_turn(angle: float, index: int, meet: FloatArray) -> None:
+    if angle <= DIRECTION_TOLERANCE:
+        return
+    opposite = math.pi - angle <= DIRECTION_TOLERANCE
+    if opposite:
+        message = f"curve {index + 1} of the laps runs through {_show(meet)} the other way round"
+        hint = "give its pieces or points in the opposite order"
+    else:
+        message = (
+            f"curve {index + 1} of the laps passes the meeting point {_show(meet)} "
+            f"at {math.degrees(angle):.4g} degrees to the first"
+        )
+        hint = "all curves must have the same tangent where the laps change"
+    raise CurveError(message, piece=index, hint=hint)
+
+
+def _snapped(curve: Curve, u: float) -> float:
+    """Return the break at u if there is one: a cut there makes no sliver of a piece."""
+    ways = np.abs(curve.breaks - u) * float(np.linalg.norm(curve.derivative(u)))
+    closest = int(np.argmin(ways))
+    return float(curve.breaks[closest]) if ways[closest] <= POSITION_TOLERANCE else u
+
+
+def _rotated(curve: Curve, cut: float) -> tuple[Curve, ...]:
+    """Pieces of the closed ``curve`` from ``cut`` once around; the piece at the cut is split."""
+    index, local = curve.locate(cut)
+    piece = curve.pieces[index]
+    after, before = curve.pieces[index + 1 :], curve.pieces[:index]
+    if local == piece.start:
+        return (piece, *after, *before)
+    if len(curve.pieces) == 1:
+        return (piece.part(local, local + piece.period),)
+    return (piece.part(local, piece.end), *after, *before, piece.part(piece.start, local))
+
+
+def _check_kink(before: Curve, after: Curve, index: int, numbers: tuple[int, int]) -> None:
+    one, two = before.pieces[-1], after.pieces[0]
+    # Of the pieces themselves: the end of a closed one is not wrapped to its start.
+    angle = angle_between(one._raw(np.asarray(one.end), 1), two._raw(np.asarray(two.start), 1))
+    if angle > DIRECTION_TOLERANCE:
+        raise CurveError(
+            f"pieces {numbers[0]} and {numbers[1]} meet at {_show(_first(after))} with a kink of "
+            f"{math.degrees(angle):.4g} degrees",
+            piece=index,
+            hint="a point on it needs a continuous tangent: round the corner with an arc",
+        )
+
+
+def _first(curve: Curve) -> FloatArray:
+    piece = curve.pieces[0]
+    return piece._raw(np.asarray(piece.start), 0)
+
+
+def _last(curve: Curve) -> FloatArray:
+    # the piece's own end, which a nearly closed curve does not share with its start
+    piece = curve.pieces[-1]
+    return piece._raw(np.asarray(piece.end), 0)
+
+
+def _gap(before: Curve, after: Curve) -> float:
+    return float(np.linalg.norm(_first(after) - _last(before)))
+
+
+def _tolerance(size: float) -> float:
+    return POSITION_TOLERANCE * max(1.0, size)
+
+
+def _show(point: FloatArray) -> str:
+    x, y = (round(float(value), 12) + 0.0 for value in point)
+    return f"({x:.6g}, {y:.6g})"
+
+
+FEWEST_POINTS, MOST_POINTS = 4, 20_000
+STEPS_PER_SPAN = 4
+# With chord length as parameter |dP/du| is about 1; this much less is a cusp.
+SLOWEST = 1e-3
+# Of the mean of the chords beside it: a chord this short is none. The curve passes along it, and an
+# error across it turns the curve: nearby it is off by 0.2 / SHORT times that (measured on circles).
+SHORT = 1e-2
+LIKE = 1.5  # times as long, or as short: so far a chord is like those beside it
+
+
+@dataclass(frozen=True, eq=False)
+class SplinePiece(Curve):
+    """The stretch ``first <= u <= last`` of a spline; ``u`` in m as on the whole spline.
+
+    A closed spline may be cut open anywhere: then ``last`` goes up to ``first`` + its period.
+    """
+
+    spline: Spline
+    first: float
+    last: float
+
+    def __post_init__(self) -> None:
+        whole = abs(self.last - self.first - self.spline.period) <= ROUNDING * self.spline.period
+        last = self.first + self.spline.period if whole else self.last
+        self._range(self.first, last, self.spline.closed and whole)
+
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the whole spline."""
+        return self.spline.places(u)
+
+    def grid(self) -> FloatArray:
+        """Take the spline's grid within the stretch."""
+        base = self.spline.grid()
+        laps = [base, base[1:] + self.spline.period] if self.spline.closed else [base]
+        every = np.concatenate(laps)
+        # a grid value a hair inside the ends would make an empty step
+        slack = ROUNDING * self.period
+        inside = (every > self.start + slack) & (every < self.end - slack)
+        return np.concatenate([[self.start], every[inside], [self.end]])
+
+    @property
+    def knots(self) -> Knots:
+        """Those of the spline that lie inside the stretch."""
+        return self.spline.knots_between(self.start, self.end)
+
+    def part(self, first: float, last: float) -> SplinePiece:
+        """Cut out the stretch ``first <= u <= last``."""
+        return SplinePiece(self.spline, first, last)
+
+    def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
+        """Those of the spline that lie on the stretch."""
+        found = self.spline.crossings(origin, direction)
+        slack = OVERLAP * self.period
+        if self.spline.closed:
+            ahead = np.mod(found - self.start + slack, self.spline.period)
+            found = self.start + ahead - slack
+        return np.asarray(found[(found >= self.start - slack) & (found <= self.end + slack)])
+
+
+@dataclass(frozen=True, eq=False)
+class Spline(Curve):
+    """Cubic spline (continuous curvature) through ``points`` (N, 2) in m, 4 to 20,000 of them.
+
+    The parameter is the length of the polygon through the points, in m. Open: not-a-knot ends.
+    Closed: periodic, from the last point back to the first, which is not repeated.
+
+    Raises:
+        CurveError: too few or too many points, neighbours that nearly coincide, a cusp.
+
+    """
+
+    points: FloatArray
+    closed: bool = field(default=False, kw_only=True)
+    _polynomial: Any = field(init=False, repr=False)
+    _complex: ComplexArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        points = np.array(self.points, dtype=float)
+        _check(points)
+        _refuse_short_chords(points, self.closed)
+        points.flags.writeable = False
+        object.__setattr__(self, "points", points)
+        through = np.concatenate([points, points[:1]]) if self.closed else points
+        chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
+        knots = np.concatenate([[0.0], np.cumsum(chords)])
+        cubic = _fit(knots, through, self.closed)
+        object.__setattr__(self, "_polynomial", cubic)
+        object.__setattr__(self, "_complex", cubic.c[..., 0] + 1j * cubic.c[..., 1])
+        self._range(0.0, float(knots[-1]), self.closed)
+        self._refuse_cusps()
+
+    def _refuse_cusps(self) -> None:
+        u = self.grid()
+        speeds = np.linalg.norm(self._raw(u, 1), axis=1)
+        slowest = int(np.argmin(speeds))
+        if speeds[slowest] < SLOWEST:
+            x, y = self._raw(u[slowest], 0)
+            raise CurveError(
+                f"the spline has a cusp near ({x:.6g}, {y:.6g})",
+                hint="place the points there closer together, or take out a stray one",
+            )
+
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the cubics; an open spline goes on with its last ones."""
+        u = np.mod(u, self.period) if self.closed else u
+        knots = self._polynomial.x
+        index = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
+        w, (c3, c2, c1, c0) = u - knots[index], self._complex[:, index]
+        first = (3 * c3 * w + 2 * c2) * w + c1
+        return ((c3 * w + c2) * w + c1) * w + c0, first, 6 * c3 * w + 2 * c2
+
+    def cubics(self) -> tuple[list[float], list[list[list[float]]]]:
+        """Knots, and for every span the coefficients [x, y] of w^3, w^2, w, 1 (w from its knot)."""
+        coefficients = np.moveaxis(self._polynomial.c, 0, 1)
+        return self._polynomial.x.tolist(), coefficients.tolist()
+
+    def grid(self) -> FloatArray:
+        """Four steps between neighbouring points."""
+        knots = self._polynomial.x
+        steps = np.arange(STEPS_PER_SPAN) / STEPS_PER_SPAN
+        inner = knots[:-1, None] + np.diff(knots)[:, None] * steps
+        return np.append(inner.ravel(), knots[-1])
+
+    @property
+    def knots(self) -> Knots:
+        """The given points but for the ends: there one cubic follows another."""
+        return self.knots_between(self.start, self.end)
+
+    def knots_between(self, first: float, last: float) -> Knots:
+        """Knots in ``first < u < last``, also of the next lap of a closed spline."""
+        places, cubes = self._polynomial.x, 6 * self._polynomial.c[0]
+        jumps = np.diff(cubes, axis=0)
+        if self.closed:  # where the spline ends its next lap begins
+            jumps = np.concatenate([jumps, cubes[:1] - cubes[-1:]])
+            jumps = np.concatenate([jumps, jumps])
+            places = np.concatenate([places[1:], places[1:] + self.period])
+        else:
+            places = places[1:-1]
+        slack = ROUNDING * (last - first)
+        inside = (places > first + slack) & (places < last - slack)
+        return Knots(places[inside], jumps[inside])
+
+    def part(self, first: float, last: float) -> SplinePiece:
+        """Cut out the stretch ``first <= u <= last``."""
+        return SplinePiece(self, first, last)
+
+    def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
+        """Roots of the cubics ``normal . (P - origin)``, span by span."""
+        from scipy.interpolate import PPoly  # noqa: PLC0415 - see _fit
+
+        normal = left(direction)
+        across = PPoly(self._polynomial.c @ normal, self._polynomial.x)
+        # the end spans are continued, lest rounding push a root at an end beyond it
+        roots = np.asarray(across.solve(float(normal @ origin), False, True), dtype=float)
+        slack = OVERLAP * self.period
+        inside = np.isfinite(roots) & (roots >= -slack) & (roots <= self.end + slack)
+        return np.asarray(np.clip(roots[inside], 0.0, self.end))
+
+
+def _fit(knots: FloatArray, points: FloatArray, closed: bool) -> Any:
+    # scipy takes a second to import, which a model without splines should not wait for
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
+    return CubicSpline(knots, points, bc_type="periodic" if closed else "not-a-knot")
+
+
+def _check(points: FloatArray) -> None:
+    if not FEWEST_POINTS <= len(points) <= MOST_POINTS:
+        raise CurveError(
+            f"a spline needs {FEWEST_POINTS} to {MOST_POINTS} points, got {len(points)}"
+        )
+
+
+def _refuse_short_chords(points: FloatArray, closed: bool) -> None:
+    chords, beside = _chords(points, closed)
+    short = np.flatnonzero(chords <= SHORT * beside.mean(axis=0)).tolist()
+    if short:
+        last = len(points) - 1
+        other = "first point" if short[0] == last else "point before"
+        raise CurveError(
+            f"{chords[short[0]]:.3g} m from the {other}, a small part of the chords beside that",
+            min(short[0] + 1, last),
+            "the curve turns there by errors of digits: leave one of the two points out",
+        )
+
+
+def closing(points: FloatArray, closed: bool | None) -> tuple[FloatArray, bool]:
+    """Return the points of a spline (N, 2), m, and whether it is closed; None: where it looks so.
+
+    A last point that nearly repeats the first closes it, and is left out.
+
+    Raises:
+        CurveError: it looks neither closed nor nearly closed, and `closed` is None; or these are
+            too few or too many points.
+
+    """
+    _check(points)
+    if closed is False:
+        return points, False
+    chords, beside = _chords(points, True)
+    gap, (before, after) = chords[-1], beside[:, -1]
+    if gap <= SHORT * (before + after) / 2:
+        return points[:-1], True
+    if closed is None and not min(before, after) / LIKE <= gap <= max(before, after) * LIKE:
+        raise CurveError(
+            f"{gap:.3g} m from the first point, while chords beside are {before:.3g} and "
+            f"{after:.3g} m: is the last point joined to the first?",
+            len(points) - 1,
+            "write 'closed: true' or 'closed: false'",
+        )
+    return points, True
+
+
+def _chords(points: FloatArray, closed: bool) -> tuple[FloatArray, FloatArray]:
+    """Lengths (n,) of chords, and of those before and after each (2, n), m; one at an end twice."""
+    chords = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    chords = chords if closed else chords[:-1]
+    beside = np.array([np.roll(chords, 1), np.roll(chords, -1)])
+    if not closed:
+        beside[:, [0, -1]] = beside[[[1], [0]], [0, -1]]
+    return chords, beside

@@ -12,14 +12,18 @@ from types import ModuleType
 
 from threadpoolctl import ThreadpoolController
 
-from exudyn_flexlink.engines.beside import Beside
 from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.finer import given_up, measured_by, partner, retuned, unmeasured
-from exudyn_flexlink.engines.interrupts import LateInterruptError, aside, deferrable_interrupts
+from exudyn_flexlink.engines.interrupts import (
+    Beside,
+    LateInterruptError,
+    aside,
+    deferrable_interrupts,
+)
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.versions import THIS, version_of
+from exudyn_flexlink.shipped import THIS, version_of
 
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""

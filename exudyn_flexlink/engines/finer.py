@@ -8,13 +8,34 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.measured_error import NOT_ASKED, MeasuredError
-from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.mechanism import Assembly, extent, least_tolerance
 from exudyn_flexlink.observables import error_between
-from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.result import INTERRUPTED, NOT_ASKED, MeasuredError, Result
 from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Accuracy, Scene
+
+ROUNDING = 1e-15  # of the mechanism's extent: about what the sums of a run round a place by
+SMALL = 1e-3  # of the largest length: what moves by less is no lever arm
+LATE = 1e-14  # s: about how exactly an event is located; what happens there happens a little later
+
+
+def seeded(
+    assembly: Assembly, start: tuple[FloatArray, FloatArray], lengths: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and speeds (n,) at time 0, off by rounding; signs and sizes differ.
+
+    A unit of each coordinate moves a point by `lengths` (n,) m. What rests still rests.
+    """
+    q, v = start
+    number = np.arange(len(q))
+    ways = ROUNDING * (-1.0) ** number * (1 + number / (1 + len(q)))
+    lengths = np.maximum(lengths, SMALL * lengths.max(initial=1.0))
+    return q + extent(assembly) * ways / lengths, v * (1 + ways)
+
 
 # Tolerance of the finer run over that of the first. A method of order 2 would need three times as
 # many steps for a tenth of the error; half as long ones leave a quarter.

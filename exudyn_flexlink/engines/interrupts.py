@@ -6,17 +6,35 @@ thread, while the main one waits. There Python raises KeyboardInterrupt, and nev
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from contextvars import ContextVar, copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf, pi
+from multiprocessing import parent_process
+from pathlib import Path
 from queue import Empty, SimpleQueue
+from shutil import rmtree
+from tempfile import mkdtemp
 from threading import Thread, current_thread, main_thread
-from typing import Any
+from time import perf_counter
+from typing import Any, TypeVar
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism import Contact, Mechanism, cut_off
 from exudyn_flexlink.raising import Sendable
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Integrator, Outcome, Result
+from exudyn_flexlink.scene import Scene
 
 
 class LateInterruptError(Sendable, KeyboardInterrupt):
@@ -138,3 +156,176 @@ def _follow(
                 return
             if progress is not None:
                 progress(done)
+
+
+RADAU = Integrator("Radau IIA", 9)
+TOO_DEEP_ADVICE = "take a law without such a bound: 'formula: sphere', or one with a stiffness"
+
+
+class DepthBounds:
+    """Penetrations (m) of contacts (c,) beyond which their laws have no force."""
+
+    def __init__(self, contacts: Sequence[Contact]) -> None:
+        self._names = [contact.name for contact in contacts]
+        laws = [contact.law for contact in contacts]
+        bounds = [inf if isinstance(law, Impulse) else law.deepest for law in laws]
+        self._bounds = np.array(bounds, dtype=np.float64)
+        self.any = bool(np.isfinite(self._bounds).any())
+
+    def passed(self, depths: FloatArray) -> str:
+        """Say which contact is too deep, of depths (c,), m; empty if none is."""
+        beyond = np.flatnonzero(depths > self._bounds)
+        if not len(beyond):
+            return ""
+        k = int(beyond[0])
+        bound = f"beyond {self._bounds[k]:.4g} m its law has no force"
+        return f"'{self._names[k]}' was pressed {depths[k]:.4g} m deep: {bound}"
+
+
+def outcome_of(
+    scene: Scene,
+    mechanism: Mechanism,
+    time: float,
+    left: float | None,
+    reasons: Sequence[tuple[str, str]],
+) -> Outcome:
+    """Outcome of a run that came to `time` (s): failed, if turns are still to be made.
+
+    `left` is the angle still to turn (rad); None where the end was known beforehand. It failed for
+    the first of `reasons` that is not empty; each has an advice.
+    """
+    for reason, advice in reasons:
+        if reason:
+            return Outcome(False, time, reason, advice)
+    missing = cut_off(scene, mechanism) if left is None else left
+    if missing <= 0:
+        return Outcome(True, time)
+    run = scene.run
+    turns = run.turns or 0.0
+    return Outcome(
+        False,
+        time,
+        f"'at_most' was reached when joint '{run.of}' had made {turns - missing / (2 * pi):.3g} "
+        f"turns of {turns:g}",
+        "raise 'at_most', or a drive's value" if scene.drives else "raise 'at_most'",
+    )
+
+
+Prepared = TypeVar("Prepared")
+Complaint = TypeVar("Complaint")
+
+
+def timed(
+    prepare: Callable[[], Prepared],
+    solve: Callable[[Prepared], Complaint],
+    finish: Callable[[Prepared, Complaint], Result],
+) -> Result:
+    """Make a run, and take the time of its three parts."""
+    began = perf_counter()
+    prepared = prepare()
+    ready = perf_counter()
+    complaint = solve(prepared)
+    solved = perf_counter()
+    result = finish(prepared, complaint)
+    done = perf_counter()
+    timings = {"prepare": ready - began, "solve": solved - ready, "process": done - solved}
+    return replace(result, timings=timings)
+
+
+COMMAND = "exudyn_flexlink.cli.second"
+ASKED, DONE, MADE = "asked", "done", "made"
+"""Files: scene and engine; part that is done; result, or an exception."""
+SURE = 1.0  # s: after which the length of a run is foreseen
+WORTH = 3.0  # s: of a run that takes longer; that process needs one to start
+BETWEEN_LOOKS = 0.02  # s: between two looks at the process
+
+
+class Beside:
+    """The second run of a scene by an engine.
+
+    It is begun as the first one, which `watch` follows, turns out to be long; as a context it ends
+    with what is inside. Where it never began `made` returns None, and so it does in processes that
+    others have started, who know better what to run at once, and on one core.
+    """
+
+    def __init__(self, scene: Scene, engine: str) -> None:
+        self._asked = scene, engine
+        self._began = time.monotonic()
+        self._folder: Path | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+        alone = parent_process() is None and bool(sys.executable) and cores != 1
+        self._possible = alone and scene.accuracy.tolerance is not None
+
+    def __enter__(self) -> Beside:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+        if self._folder is not None:
+            rmtree(self._folder, ignore_errors=True)
+
+    def watch(self, progress: Callable[[float], None] | None) -> Callable[[float], None]:
+        """Return what is to be called with the part of the first run that is done, 0 to 1."""
+
+        def told(done: float) -> None:
+            passed = time.monotonic() - self._began
+            if self._possible and passed > max(SURE, WORTH * done):
+                self._possible = False
+                with suppress(OSError):  # no room for files or processes: one after the other
+                    self._start()
+            if progress is not None:
+                progress(done)
+
+        return told
+
+    def made(self, progress: Callable[[float], None] | None) -> Result | None:
+        """Wait for the run; None if it never began, or its process came to no end.
+
+        Raises:
+            LateInterruptError: the user ended it late; the result, which is whole, is in it.
+            MemoryError: there was not enough memory for it.
+
+        """
+        if self._process is None or self._folder is None:
+            return None
+        with interrupts(self._interrupt):
+            while self._process.poll() is None:
+                if progress is not None:
+                    progress(_number(self._folder / DONE))
+                time.sleep(BETWEEN_LOOKS)
+        try:
+            made = pickle.loads((self._folder / MADE).read_bytes())
+        except OSError:
+            return None
+        if isinstance(made, BaseException):
+            raise made
+        assert isinstance(made, Result)
+        return made
+
+    def _start(self) -> None:
+        self._folder = Path(mkdtemp(prefix="flexlink-second-"))
+        (self._folder / ASKED).write_bytes(pickle.dumps(self._asked))
+        here = str(Path(__file__).parents[2])
+        before = os.environ.get("PYTHONPATH")
+        path = here if before is None else f"{here}{os.pathsep}{before}"
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", COMMAND, str(self._folder)], cwd=self._folder,
+            env={**os.environ, "PYTHONPATH": path}, stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+        )  # fmt: skip
+
+    def _interrupt(self) -> None:
+        """End the run after the step that is under way."""
+        if self._process is not None:
+            self._process.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
+
+
+def _number(file: Path) -> float:
+    """Part of the run that is done; 0 where that is just being written."""
+    try:
+        return float(file.read_text())
+    except (OSError, ValueError):
+        return 0.0

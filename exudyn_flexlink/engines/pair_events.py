@@ -22,10 +22,15 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import EVENT_TIME, GAP_ROUNDING, first_fall
-from exudyn_flexlink.integrate.turning import StepPolynomial, chebyshev_sum
+from exudyn_flexlink.integrate.events import (
+    EVENT_TIME,
+    GAP_ROUNDING,
+    StepPolynomial,
+    chebyshev_sum,
+    first_fall,
+    instant,
+)
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
 EXACT = 1e-12

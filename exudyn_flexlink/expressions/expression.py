@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions.ranges import Addend
-from exudyn_flexlink.expressions.resolving import zeros
+from exudyn_flexlink.expressions.resolving import Addend, zeros
 from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Sensed, Tape, Values
+from exudyn_flexlink.quantities import Powers
 from exudyn_flexlink.raising import Sendable
-from exudyn_flexlink.units import Powers
 
 ORDERS = "value", "derivative", "second derivative"
 

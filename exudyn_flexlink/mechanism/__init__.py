@@ -6,22 +6,34 @@ from exudyn_flexlink.mechanism.assembly import (
     State,
     always_redundant,
     assemble,
+    beyond_redundant,
 )
-from exudyn_flexlink.mechanism.bodies import beam_of, chain_of
-from exudyn_flexlink.mechanism.build import build_mechanism
-from exudyn_flexlink.mechanism.closing import CLOSED, CannotAssembleError, closest
-from exudyn_flexlink.mechanism.constraints import joint_residuals
-from exudyn_flexlink.mechanism.contact_pairs import (
-    Channel,
-    CircleContact,
-    Contact,
-    CurveContact,
-    FaceContact,
-    FlatContact,
-    TurnStop,
-    deepest_allowed,
-    pair_sides,
-    pairs,
+from exudyn_flexlink.mechanism.build import (
+    build_curves,
+    build_mechanism,
+    tooth_pushes,
+    without_teeth,
+)
+from exudyn_flexlink.mechanism.closing import CLOSED, CannotAssembleError, Start, closest
+from exudyn_flexlink.mechanism.constraints import (
+    anchor_jacobian,
+    anchor_position,
+    anchor_velocity,
+    angle_of,
+    force_at,
+    joint_residuals,
+    joint_speed,
+    left_of,
+    length_along,
+    line_of,
+    motor_place,
+    sensed,
+    size_at,
+    sizes_at,
+    slot_point,
+    speed_along,
+    turned,
+    turning,
 )
 from exudyn_flexlink.mechanism.contacts import (
     TOUCHING,
@@ -37,6 +49,8 @@ from exudyn_flexlink.mechanism.dynamics import (
     EnergyMeter,
     accelerations,
     applied_forces,
+    beam_of,
+    chain_of,
     constraints_at,
     contact_mass,
     demanded_accelerations,
@@ -44,32 +58,24 @@ from exudyn_flexlink.mechanism.dynamics import (
     spring_force,
     wound_at_start,
 )
-from exudyn_flexlink.mechanism.equilibrium import rest_of
-from exudyn_flexlink.mechanism.gears import tooth_pushes, without_teeth
-from exudyn_flexlink.mechanism.input_checks import drive_mistakes, input_notes
-from exudyn_flexlink.mechanism.kinematics import (
-    anchor_jacobian,
-    anchor_position,
-    anchor_velocity,
-    angle_of,
-    force_at,
-    joint_speed,
-    left_of,
-    length_along,
-    line_of,
-    motor_place,
-    sensed,
-    size_at,
-    sizes_at,
-    slot_point,
-    speed_along,
-    turned,
-    turning,
+from exudyn_flexlink.mechanism.equilibrium import NoRestError, Rest, rest_of
+from exudyn_flexlink.mechanism.mobility import (
+    inertia_with_welded,
+    moved_by_forces,
+    other_branches,
+    shared_forces,
+    welded_to,
 )
-from exudyn_flexlink.mechanism.laying_out import Start
-from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches, shared_forces
 from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
     Apart,
+    Channel,
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
+    FlatContact,
     Gear,
     JointFriction,
     LinearSpring,
@@ -78,6 +84,7 @@ from exudyn_flexlink.mechanism.model import (
     Pin,
     Placed,
     PointForce,
+    RigidPart,
     RotarySpring,
     Sense,
     Size,
@@ -86,23 +93,26 @@ from exudyn_flexlink.mechanism.model import (
     Slot,
     TorqueMotor,
     Turning,
+    TurnStop,
     Weld,
+    deepest_allowed,
+    pair_sides,
+    pairs,
 )
-from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
-from exudyn_flexlink.mechanism.pulses import with_pulses
-from exudyn_flexlink.mechanism.resting import NoRestError, Rest
 from exudyn_flexlink.mechanism.schedule import (
     Resolution,
     TurnGoal,
     coarse_tolerance,
     cut_off,
+    drive_mistakes,
     end_of_run,
     extent,
     fittest,
     formulation,
     half_period,
     half_periods,
+    input_notes,
     kept_interval,
     least_tolerance,
     resolutions,
@@ -110,7 +120,5 @@ from exudyn_flexlink.mechanism.schedule import (
     sample_times,
     turn_goal,
     wanted_interval,
+    with_pulses,
 )
-from exudyn_flexlink.mechanism.tracks import build_curves
-from exudyn_flexlink.mechanism.unknown_to_exudyn import beyond_redundant
-from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to

@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from math import pi
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import cos, hypot, pi, sin
 from typing import TypeVar
 
+import numpy as np
+
 from exudyn_flexlink import scene as specs
-from exudyn_flexlink.curves import Curve
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.curves import (
+    Arc,
+    Curve,
+    CurveError,
+    Joined,
+    Laps,
+    LineSegment,
+    Spline,
+    circle_arc,
+    closing,
+    is_convex,
+)
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
-from exudyn_flexlink.laws import Friction
-from exudyn_flexlink.mechanism.bodies import Bodies
-from exudyn_flexlink.mechanism.contact_pairs import (
+from exudyn_flexlink.laws import Friction, PressingLaw, SpringDamper, SpringTable
+from exudyn_flexlink.mechanism.constraints import anchor_position, left_of, line_of
+from exudyn_flexlink.mechanism.contacts import penalty_of, pressing_law
+from exudyn_flexlink.mechanism.dynamics import Bodies
+from exudyn_flexlink.mechanism.mobility import inertia_with_welded
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
     Channel,
     CircleContact,
     Contact,
     CurveContact,
     FaceContact,
     FlatContact,
-)
-from exudyn_flexlink.mechanism.gears import build_gears
-from exudyn_flexlink.mechanism.model import (
+    Gear,
+    Geared,
     JointFriction,
     LinearSpring,
     Mechanism,
@@ -31,20 +50,302 @@ from exudyn_flexlink.mechanism.model import (
     RotarySpring,
     Sense,
     Size,
+    Slide,
     Sliding,
     Slot,
     TorqueMotor,
     Turning,
+    TurnStop,
     Weld,
 )
-from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-from exudyn_flexlink.mechanism.penalties import penalty_of, pressing_law
-from exudyn_flexlink.mechanism.prescribed import Formula, Ramp, SpeedOf, Tabled
-from exudyn_flexlink.mechanism.stops_and_ropes import rope, spring_law, stop
-from exudyn_flexlink.mechanism.tracks import build_curves, hollow_mistakes
-from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded
+from exudyn_flexlink.mechanism.prescribed import (
+    Formula,
+    PlaceTable,
+    Ramp,
+    SpeedOf,
+    SpringLaw,
+    Tabled,
+)
 from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.scene import (
+    BeltJoint,
+    CircleSpec,
+    CurveSpec,
+    EllipseSpec,
+    ForceTable,
+    GearJoint,
+    JoinedSpec,
+    LapsSpec,
+    LineOnCurve,
+    LineSpec,
+    Mesh,
+    PointsJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    Scene,
+    SplineSpec,
+    ends_of,
+    meshes_of,
+)
+from exudyn_flexlink.source import KeyPath, Mistake, SceneError
+
+COAXIAL = 1e-9  # of how far two axes are from the arm's origin: nearer ones are one
+
+
+def build_gears(bodies: Bodies) -> Iterator[Gear]:
+    """Return the gears, racks and belts of a scene, in its order."""
+    joints = bodies.scene.joints
+    for name, spec in joints.items():
+        if not isinstance(spec, GearJoint | BeltJoint):
+            continue
+        arm, meshes = meshes_of(joints, spec)
+        one, other = (_geared(bodies, arm, mesh) for mesh in meshes)
+        first, second = spec.weights((joints[spec.joints[0]], joints[spec.joints[1]]))
+        first, second = first * one.side, second * other.side
+        if isinstance(spec, BeltJoint):
+            yield Gear(name, (one, other), (first, second), spec.radii, meshes=False)
+            continue
+        radii, beyond = _radii(spec, one, other), 1.0
+        if spec.radius is None and radii[0]:
+            first, second = radii[0] * first, radii[0] * second
+            beyond = -1.0 if spec.internal and spec.turns > 1 else 1.0
+        yield Gear(name, (one, other), (first, second), radii, beyond=beyond)
+
+
+def _geared(bodies: Bodies, arm: str, mesh: Mesh) -> Geared:
+    joints = bodies.scene.joints
+    near, far = _end(bodies, mesh.hinges[-1], arm), _end(bodies, mesh.joint, mesh.body)
+    if isinstance(joints[mesh.joint], PrismaticJoint):
+        return Geared(near, far, bodies.slide(mesh.joint), ())
+    hinges = tuple((name, _on_second(joints[name], arm, mesh)) for name in mesh.hinges)
+    return Geared(near, far, None, hinges)
+
+
+def _on_second(joint: object, arm: str, mesh: Mesh) -> bool:
+    """Whether the second part of a hinge is on the gear's side of it."""
+    assert isinstance(joint, PointsJoint)  # the scene's names are checked
+    first, second = ends_of(joint)
+    return first == arm if arm in (first, second) else second == mesh.body
+
+
+def _end(bodies: Bodies, joint: str, body: str) -> Anchor:
+    """Anchor by which a joint holds a body, or the ground."""
+    spec = bodies.scene.joints[joint]
+    assert isinstance(spec, PointsJoint)  # the scene's names are checked
+    return bodies.ends(spec)[ends_of(spec).index(body)]
+
+
+def _radii(spec: GearJoint, one: Geared, other: Geared) -> tuple[float | None, float | None]:
+    """Radii (m) of pitch circles: of a pinion as given, of gears by how far apart their axes are.
+
+    There are none where both turn about one axis, or on an arm that bends, and none of racks.
+    """
+    if one.slide is not None or other.slide is not None:
+        return None if one.slide else spec.radius, None if other.slide else spec.radius
+    near, beside = one.near, other.near
+    apart = hypot(beside.x - near.x, beside.y - near.y)
+    both = abs(1.0 - spec.turns) if spec.internal else 1.0 + spec.turns
+    size = max(hypot(near.x, near.y), hypot(beside.x, beside.y))
+    if near.part != beside.part or apart <= COAXIAL * size or both == 0:
+        return None, None
+    return apart / both, apart / both * spec.turns
+
+
+@dataclass(frozen=True)
+class ToothPush:
+    """Force (n, 2) of teeth on a part, N, and the hinges that lead from that to the arm."""
+
+    force: FloatArray
+    part: int
+    hinges: tuple[tuple[str, bool], ...]
+
+
+def tooth_pushes(
+    gears: Iterable[Gear], forces: Mapping[str, FloatArray], q: FloatArray
+) -> list[ToothPush]:
+    """What teeth push on their gears, by tangential forces (n,), N, at coordinates (n, parts, 3).
+
+    Nothing is told of a belt, whose pull on a wheel depends on how tight it is, nor of gears
+    without a pitch circle.
+    """
+    found = []
+    for gear in gears:
+        if not (gear.meshes and gear.in_newtons):
+            continue
+        force = forces[gear.name][:, None]
+        first, second = (
+            None if tie.slide is None else weight * tie.side * force * line_of(tie.slide, q)
+            for tie, weight in zip(gear.ties, gear.weights, strict=True)
+        )
+        if first is None:
+            first = gear.beyond * force * _across(gear, q) if second is None else -second
+        pushes = first, -first if second is None else second
+        found += [
+            ToothPush(push, tie.far.part, tie.hinges)
+            for push, tie in zip(pushes, gear.ties, strict=True)
+        ]
+    return found
+
+
+def _across(gear: Gear, q: FloatArray) -> FloatArray:
+    """Directions (n, 2) left of the line from the first gear's axis to the second's."""
+    one, other = (anchor_position(tie.far, q) for tie in gear.ties)
+    return left_of((other - one) / np.linalg.norm(other - one, axis=-1, keepdims=True))
+
+
+def without_teeth(joint: str, force: FloatArray, teeth: Iterable[ToothPush]) -> FloatArray:
+    """Force (n, 2) of a joint on its second point, N, where teeth push what it holds.
+
+    `force` is what it would be were gears pairs of torques.
+    """
+    for push in teeth:
+        for name, on_second in push.hinges:
+            if name == joint:
+                force = force - push.force if on_second else force + push.force
+    return force
+
+
+FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
+
+
+def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
+    """Return a hinge's stop, or a face across a slide at a length of it."""
+    way, law = 1.0 if spec.end == "from" else -1.0, pressing_law(bodies.scene, spec.law)
+    joint = bodies.scene.joints[spec.joint]
+    if isinstance(joint, RevoluteJoint):
+        return TurnStop(name, *bodies.ends(joint), spec.at, way, law)
+    face = _face_across(bodies, bodies.slide(spec.joint), spec.at)
+    return FaceContact(name, *face, -way, law, across=True)
+
+
+def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
+    """Return a rope or a buffer: a point in or outside a circle, or a face across a slide."""
+    pulls, length = spec.acts == "tension", spec.length or 0.0
+    law: PressingLaw = SpringDamper(spec.stiffness, spec.damping, spec.preload)
+    if isinstance(spec.force, ForceTable):
+        rows = sorted((abs(place - length), abs(force)) for place, force in spec.force.points or ())
+        depths, forces = zip(*rows, strict=True)
+        law = SpringTable(depths, forces, spec.damping)
+    if spec.joint is not None:
+        face = _face_across(bodies, bodies.slide(spec.joint), length)
+        return FaceContact(name, *face, 1.0 if pulls else -1.0, law, across=True)
+    assert spec.points is not None  # the scene checks that there is one of both
+    first, second = (bodies.anchor(point, spec.at) for point in spec.points)
+    return CircleContact(name, first, second, (0.0, length), pulls, law)
+
+
+def _face_across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
+    """Return what slides, and a face across its line at a length (m); right of it is longer."""
+    half = FACE / 2 * max(part.reach for part in bodies.parts) or FACE
+    along_x, along_y = cos(slide.direction), sin(slide.direction)
+    x, y = slide.first.x + at * along_x, slide.first.y + at * along_y
+    start, end = (
+        Anchor(slide.first.part, x - side * along_y, y + side * along_x) for side in (-half, half)
+    )
+    return slide.second, start, end
+
+
+def spring_law(name: str, given: specs.ForceLaw | specs.TorqueLaw | None) -> SpringLaw | None:
+    """Return the force of a spring by a table or a formula."""
+    if given is None:
+        return None
+    if isinstance(given, Expression):
+        return SpringLaw(Formula(given))
+    return SpringLaw(PlaceTable(name, given.points or (), given.rule))
+
+
+def build_curves(
+    specs: Mapping[str, CurveSpec | None],
+) -> tuple[dict[str, Curve], list[Mistake]]:
+    """Build every named curve that can be; the others are left out, with a mistake each.
+
+    Only mistakes of geometry are reported: a curve that has none of its own, but contains one that
+    is invalid (None), unknown, cyclic or can't be built, is left out in silence.
+    """
+    builder = _CurveBuilder(specs)
+    built = {name: builder.named(name) for name in specs}
+    return {name: curve for name, curve in built.items() if curve is not None}, builder.mistakes
+
+
+def hollow_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mistake]:
+    """Refuse curves on which a straight face would have no one place, or an end."""
+    for name, contact in scene.contacts.items():
+        if isinstance(contact, LineOnCurve) and contact.curve in curves:
+            path, curve = ("contacts", name, "curve"), curves[contact.curve]
+            if not curve.closed:
+                yield Mistake(path, f"'{contact.curve}' is open: a face lies on a closed curve")
+            elif not is_convex(curve):
+                message = f"'{contact.curve}' is not convex everywhere, or straight somewhere"
+                hint = "a face touches hollows nowhere, and straight stretches all along"
+                yield Mistake(path, message, f"{hint}; 'point_on_curve' is for them")
+
+
+class _CurveBuilder:
+    """Builds every curve once; one under construction counts as None, which ends a cycle."""
+
+    def __init__(self, specs: Mapping[str, CurveSpec | None]) -> None:
+        self.specs = specs
+        self.built: dict[str, Curve | None] = {}
+        self.mistakes: list[Mistake] = []
+
+    def named(self, name: str) -> Curve | None:
+        if name not in self.built:
+            self.built[name] = None
+            self.built[name] = self._build(("curves", name), self.specs.get(name))
+        return self.built[name]
+
+    def _inner(self, path: KeyPath, spec: CurveSpec | str) -> Curve | None:
+        """Curve that is a piece or a lap of another, written there or named."""
+        curve = self.named(spec) if isinstance(spec, str) else self._build(path, spec)
+        return None if isinstance(curve, Laps) else curve  # laps have no inner laps
+
+    def _build(self, path: KeyPath, spec: CurveSpec | None) -> Curve | None:
+        if spec is None or (isinstance(spec, SplineSpec) and spec.points is None):
+            return None  # invalid, or its file of points can't be read
+        if not isinstance(spec, (JoinedSpec, LapsSpec)):
+            return self._try(path, lambda: _simple(spec), "points")
+        key = "pieces" if isinstance(spec, JoinedSpec) else "curves"
+        inner = spec.pieces if isinstance(spec, JoinedSpec) else spec.curves
+        curves = [self._inner((*path, key, i), each) for i, each in enumerate(inner)]
+        whole = tuple(curve for curve in curves if curve is not None)
+        if len(whole) < len(curves):
+            return None
+        if isinstance(spec, JoinedSpec):
+            return self._try(path, lambda: Joined(whole), key)
+        return self._try(path, lambda: Laps(whole, meet=spec.meet), key)
+
+    def _try(self, path: KeyPath, make: Callable[[], Curve], key: str = "") -> Curve | None:
+        """Make a curve, or note its mistake: at the entry of the list `key` at fault."""
+        try:
+            return make()
+        except CurveError as error:
+            at = (*path, key, error.piece) if key and error.piece is not None else path
+            self.mistakes.append(Mistake(at, error.message, error.hint))
+            return None
+
+
+def _simple(spec: EllipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
+    """Build a curve that contains no other.
+
+    Raises:
+        CurveError: the curve can't be.
+
+    """
+    if isinstance(spec, EllipseSpec):
+        return Arc(spec.centre, spec.semi_axes, spec.rotation, *_angles(spec))
+    if isinstance(spec, CircleSpec):
+        return circle_arc(spec.centre, spec.radius, *_angles(spec))
+    if isinstance(spec, LineSpec):
+        return LineSegment(spec.from_, spec.to)
+    points, closed = closing(np.reshape(np.array(spec.points, dtype=float), (-1, 2)), spec.closed)
+    return Spline(points, closed=closed)
+
+
+def _angles(spec: EllipseSpec | CircleSpec) -> tuple[float, float]:
+    if spec.from_ is None or spec.to is None:
+        return 0.0, 2 * pi
+    return spec.from_, spec.to
+
 
 Spec = TypeVar("Spec")
 

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import e, exp, inf, pi, sqrt
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.contact_pairs import (
-    CircleContact,
-    Contact,
-    CurveContact,
-    FaceContact,
-    FlatContact,
-    TurnStop,
+from exudyn_flexlink.laws import (
+    Impulse,
+    LineContact,
+    Penalty,
+    PowerPenalty,
+    PressingLaw,
+    RestitutionPenalty,
+    SpringDamper,
 )
-from exudyn_flexlink.mechanism.kinematics import (
+from exudyn_flexlink.mechanism.constraints import (
     anchor_position,
     anchor_velocity,
     angle_of,
@@ -27,10 +28,86 @@ from exudyn_flexlink.mechanism.kinematics import (
     turned,
     turning,
 )
-from exudyn_flexlink.mechanism.model import Mechanism, Slide
-from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-from exudyn_flexlink.mechanism.weld_groups import inertia_with_welded, welded_to
-from exudyn_flexlink.scene import Scene, SleeveJoint
+from exudyn_flexlink.mechanism.mobility import inertia_with_welded, welded_to
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
+    FlatContact,
+    Mechanism,
+    Slide,
+    TurnStop,
+)
+from exudyn_flexlink.scene import (
+    ContactLaw,
+    DampedLaw,
+    HertzLaw,
+    ImpulseLaw,
+    PenaltyLaw,
+    RubbingImpulse,
+    Scene,
+    SleeveJoint,
+    StopLaw,
+)
+
+
+def pressing_law(
+    scene: Scene, law: PenaltyLaw | StopLaw, radii: tuple[float, float] | None = None
+) -> PressingLaw:
+    """As `penalty_of`, also of stops of joints, and of impulses."""
+    if isinstance(law, ImpulseLaw):
+        slip = law.tangential_restitution if isinstance(law, RubbingImpulse) else 0.0
+        return Impulse(law.restitution, slip)
+    if isinstance(law, PenaltyLaw):
+        return penalty_of(scene, law, radii)
+    if law.restitution is None:
+        return SpringDamper(law.stiffness, law.damping or 0.0)
+    slow = law.transition_speed or RestitutionPenalty.transition_speed
+    return RestitutionPenalty(law.stiffness, law.restitution, slow)
+
+
+def penalty_of(scene: Scene, law: PenaltyLaw, radii: tuple[float, float] | None = None) -> Penalty:
+    """Return the pressing force of a law; `radii` (m) are those that the contact itself has.
+
+    That of a hollow is negative.
+    """
+    if isinstance(law, ContactLaw):
+        return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)
+    if isinstance(law, DampedLaw):
+        return PowerPenalty(law.stiffness, law.exponent, law.factor, law.transition_speed)
+    if law.stiffness is not None:
+        return PowerPenalty(law.stiffness, law.exponent or 1.5)
+    return _by_materials(scene, law, law.radii or radii or ())
+
+
+def _by_materials(scene: Scene, law: HertzLaw, radii: tuple[float, ...]) -> Penalty:
+    """Force of elastic bodies: ``4/3 E sqrt(R) d^1.5``, or that of parallel cylinders.
+
+    Spheres by H. Hertz (1882), which H. M. Lankarani and P. E. Nikravesh use for a pin in a bore,
+    too. Cylinders by K. L. Johnson (1985), ``d = q/(pi E) [ln(4 pi E D/q) - 1]``, and by
+    E. I. Radzimovsky (1953), ``d = q/(pi E) [2/3 + ln(16 R1 R2/b^2)]`` with the width
+    ``b = 1.6 sqrt(2 q R1 R2/(D E))``; D is the sum of the radii, in a hollow their difference.
+    """
+    assert law.materials is not None  # the scene checks that there is one of both
+    modulus = 1 / sum(_compliance(scene, name) for name in law.materials)
+    if law.formula not in ("johnson", "radzimovsky"):
+        return PowerPenalty(4 / 3 * modulus / sqrt(sum(1 / radius for radius in radii)))
+    assert law.length is not None  # the scene checks it
+    apart = abs(sum(radii))
+    johnson = law.formula == "johnson"
+    bound = modulus * apart * (4 * pi / e if johnson else 8 / 1.6**2 * exp(2 / 3))
+    return LineContact(modulus, law.length, bound)
+
+
+def _compliance(scene: Scene, name: str) -> float:
+    """(1 - nu^2)/E of a material, 1/Pa."""
+    material = scene.materials[name]
+    assert material.poissons_ratio is not None  # the scene checks it
+    return (1 - material.poissons_ratio**2) / material.youngs_modulus
+
 
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck

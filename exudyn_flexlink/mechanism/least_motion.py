@@ -19,8 +19,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.constraints import Constraints
-from exudyn_flexlink.mechanism.model import Mechanism
-from exudyn_flexlink.mechanism.parts import GROUND
+from exudyn_flexlink.mechanism.model import GROUND, Mechanism
 
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them

@@ -3,24 +3,134 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from math import ceil, copysign, floor, hypot, inf, isfinite, log10, pi, sqrt
+from typing import Any
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.curves import closing
+from exudyn_flexlink.expressions import Addend, NoValueError, pole, pulses, resolved
 from exudyn_flexlink.laws import Impulse, OneSided
-from exudyn_flexlink.mechanism.assembly import Assembly
-from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact, pairs
+from exudyn_flexlink.mechanism.assembly import Assembly, beyond_redundant, rubbing_joints
+from exudyn_flexlink.mechanism.closing import CLOSED
+from exudyn_flexlink.mechanism.constraints import anchor_jacobian, motor_place, motor_speed, turning
 from exudyn_flexlink.mechanism.contacts import swings
-from exudyn_flexlink.mechanism.dynamics import contact_mass
-from exudyn_flexlink.mechanism.kinematics import turning
-from exudyn_flexlink.mechanism.model import Mechanism
-from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.prescribed import Ramp
-from exudyn_flexlink.mechanism.unknown_to_exudyn import beyond_redundant, rubbing_joints
-from exudyn_flexlink.scene import Scene, SpeedDrive
+from exudyn_flexlink.mechanism.dynamics import contact_mass, pushed
+from exudyn_flexlink.mechanism.model import GROUND, Channel, Contact, Mechanism, Motor, Size, pairs
+from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
+from exudyn_flexlink.source import KeyPath, Mistake
+
+SHARE = 0.1  # of the tolerance: what may be hidden of each term
+WITHOUT_TOLERANCE = 1e-6  # of the mechanism's reach: a tolerance, where the scene gives a step
+
+
+def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Assembly:
+    """Let the mechanism of an assembly know its pulses up to `end` (s); `tolerance` is in m."""
+    mechanism = assembly.mechanism
+    if not isfinite(end):
+        return assembly
+    length = max(part.reach for part in mechanism.parts) or 1.0
+    allowed = SHARE * (tolerance or WITHOUT_TOLERANCE * length)
+    knots, told, motors = list[FloatArray](), list[str](), list[Motor]()
+    for motor in mechanism.speed_motors:
+        formula = motor.speed.motion if isinstance(motor.speed, SpeedOf) else motor.speed
+        if isinstance(formula, Formula):
+            expression, clock = formula.expression, formula.clock
+            terms = expression.addends if formula is motor.speed else expression.rate_addends
+            cost = 1.0 if motor.slide else length
+            edges, short, left = _parts(formula, terms, end, (cost, 0.0), allowed)
+            knots.append(short)
+            told += _told(motor.name, left)
+            if formula is motor.speed:
+                speed = Formula(expression, clock, (clock + edges).tolist())
+                motors.append(replace(motor, speed=speed))
+                continue
+        motors.append(motor)
+    for name, size, rows, alone in _loads(assembly):
+        if isinstance(size.value, Formula):
+            terms = [term for term in size.value.expression.addends if term.of_time]
+            mobility = max(alone, *(_moved(assembly, row) for row in rows))
+            _, short, left = _parts(size.value, terms, end, (mobility * end, -mobility), allowed)
+            knots.append(short)
+            told += _told(name, left)
+    found = np.unique(np.concatenate([np.zeros(0), *knots]))
+    within, unfound = tuple(found.tolist()), tuple(dict.fromkeys(told))
+    return replace(
+        assembly,
+        mechanism=replace(mechanism, speed_motors=tuple(motors), pulses=within, unfound=unfound),
+    )
+
+
+def _parts(
+    formula: Formula,
+    terms: list[Addend],
+    end: float,
+    cost: tuple[float, float],
+    allowed: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Edges (s) of the parts of all terms, those of pulses, and parts (n, 2) not looked into.
+
+    `cost` (m) of an area that is hidden is at time 0, and how it changes with time.
+    """
+    clock = formula.clock
+    bends = np.array([0.0, *formula.knots(end), end]) + clock
+    edges, short, left = [bends], [np.zeros(0)], [np.zeros((0, 2))]
+    for term in terms:
+        found, rest = resolved(term, bends, lambda t: cost[0] + cost[1] * (t - clock), allowed)
+        edges.append(found)
+        at = np.searchsorted(found, bends).tolist()  # no step goes over a bend
+        short += [pulses(found[i : j + 1]) for i, j in pairwise(at) if j > i + 1]
+        left.append(rest)
+    of_pulses = np.unique(np.concatenate(short)) - clock
+    return np.unique(np.concatenate(edges)) - clock, of_pulses, np.concatenate(left) - clock
+
+
+def _told(name: str, left: FloatArray) -> Iterator[str]:
+    if len(left):
+        shortest = float((left[:, 1] - left[:, 0]).min())
+        yield (
+            f"drive '{name}' varies too fast to look for pulses shorter than {shortest:.2g} s from "
+            f"{left[:, 0].min():.4g} to {left[:, 1].max():.4g} s: step control may miss one there"
+        )
+
+
+def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, list[FloatArray], float]]:
+    """Sizes of torques and forces, their generalised forces by unit, and their mobility alone.
+
+    That is how much (m/s^2) a unit accelerates its body without joints: at the start all may be in
+    line with a force that moves much later.
+    """
+    mechanism, q = assembly.mechanism, assembly.state.q
+    masses = {
+        body: sum(mechanism.parts[part].mass for part in parts) or inf
+        for body, parts in mechanism.bodies.items()
+    }
+    for motor in mechanism.torque_motors:
+        row, alone = np.zeros(q.shape), 0.0
+        for part, sign in ((motor.first, -1.0), (motor.second, 1.0)):
+            if part != GROUND:
+                row[part, 2] += sign
+                own = mechanism.parts[part]
+                alone = max(alone, 1.0 / (masses[own.body] * (own.reach or 1.0)))
+        yield motor.name, motor.size, [row.ravel()], alone
+    for force in mechanism.forces:
+        rows = list(anchor_jacobian(force.point, q).reshape(2, -1))
+        alone = 1.0 / masses[mechanism.parts[force.point.part].body]
+        yield from ((force.name, size, rows, alone) for size in force.sizes)
+
+
+def _moved(assembly: Assembly, force: FloatArray) -> float:
+    """How much (m/s^2) a generalised force (3 parts,) accelerates anything at the start."""
+    state, mechanism = assembly.state, assembly.mechanism
+    found = pushed(mechanism, state.q, state.places, force)
+    reach = np.array([part.reach or 1.0 for part in mechanism.parts])
+    return float((np.hypot(found[:, 0], found[:, 1]) + reach * np.abs(found[:, 2])).max())
+
 
 FEWEST = 2000  # of a run, however short: enough for any figure
 PER_TURN = 500  # of a drive, or of what turns as the run starts
@@ -272,3 +382,174 @@ def coarse_tolerance(scene: Scene, assembly: Assembly) -> Iterator[str]:
             f"the tolerance of {asked:.3g} m is more than {NO_SMALL_PART:.0%} of the size of the "
             f"mechanism, {extent(assembly):.3g} m; is a unit missing, as in '1 um'?"
         )
+
+
+PARTS_LOOKED_AT = (
+    200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
+)
+BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
+JUMP = 1e-6  # of the largest value: a difference that is no rounding
+LEAP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
+STILL = 1e-2  # rad/s, m/s or m: what is less may be nothing but for a run's errors
+MOVED = 0.1  # of the tolerance: so far a place may give way to joints without a word
+
+
+def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
+    """Return the drives of time alone that have no value up to `end` (s), or jump where none may.
+
+    `end` is that of the run at the latest.
+    """
+    found: list[Mistake] = []
+    for motor in mechanism.speed_motors:
+        path = ("drives", motor.name, "value")
+        missing = list(_missing(path, motor.speed, end, motor.speed.rates))
+        found += missing or _jumps(path, motor, end)
+    for torque in mechanism.torque_motors:
+        if not torque.size.senses:
+            found += _missing(("drives", torque.name, "value"), torque.size.value, end)
+    for force in mechanism.forces:
+        for i, size in enumerate(force.sizes):
+            if not size.senses:
+                found += _missing(("drives", force.name, "value", i), size.value, end)
+    return found
+
+
+def _missing(
+    path: KeyPath, function: Applied, end: float, *others: Callable[[FloatArray], FloatArray]
+) -> Iterator[Mistake]:
+    """Say where a function of time has no value, or no value of `others` of it."""
+    if isinstance(function, Ramp) or end == inf:
+        return
+    table = function.motion if isinstance(function, SpeedOf) else function
+    if isinstance(table, Tabled):
+        last = table.times[-1]
+        if last < end * (1 - 1e-12):
+            message = f"the table ends at {last:g} s, the run at {end:g} s"
+            yield Mistake(path, message, "more rows, or a shorter run")
+        return
+    try:
+        looks = np.concatenate([_looks(end), *_sides(function, end)]).clip(0.0, end)
+        for values in (function.values, *others):
+            values(looks)
+        if isinstance(function, SpeedOf):
+            function.integrals(looks)
+        if isinstance(table, Formula):
+            _require_bounds(table, end)
+    except NoValueError as error:
+        yield Mistake(path, str(error), "where(t < 1, one, other) takes other formulas elsewhere")
+
+
+def _require_bounds(formula: Formula, end: float) -> None:
+    """Refuse a formula of time that has a pole: values on both sides of it tell nothing of it.
+
+    Raises:
+        NoValueError: it grows without bound.
+
+    """
+    for addend in formula.expression.addends:
+        time = pole(addend, formula.clock, formula.clock + end)
+        if time is not None:
+            raise NoValueError(formula.expression.text, time)
+
+
+def _looks(end: float) -> FloatArray:
+    """Instants (n,) s of a run up to `end` at which values are looked at."""
+    return np.linspace(0.0, end, PARTS_LOOKED_AT + 1)
+
+
+def _sides(function: Applied, end: float) -> tuple[FloatArray, FloatArray]:
+    """Instants (knots,) s just before and just after every knot."""
+    knots = np.array(function.knots(end))
+    beside = np.maximum(BESIDE, BESIDE * knots)
+    return knots - beside, knots + beside
+
+
+def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
+    """A speed can't jump, nor can an angle: no finite force would do that."""
+    speed = motor.speed
+    if isinstance(speed, (Ramp, Tabled)):
+        return
+    kinds = [("speed", speed.values, speed.rates)]
+    if isinstance(speed, SpeedOf):
+        kinds = [("value", speed.motion.values, speed.values), *kinds]
+    first, last = _sides(speed, end)
+    for name, values, rates in kinds:
+        before, after = values(first), values(last)
+        steep = np.maximum(np.abs(rates(first)), np.abs(rates(last)))
+        least = 2 * (last - first) * steep + JUMP * np.abs(values(_looks(end))).max()
+        jumps = np.flatnonzero(np.abs(after - before) > least)
+        if len(jumps):
+            k = jumps[0]
+            time = (first[k] + last[k]) / 2
+            yield Mistake(
+                path,
+                f"the {name} jumps from {before[k]:.6g} to {after[k]:.6g} at t = {time:.6g} s",
+                "formulas must meet where one follows the other",
+            )
+            return
+
+
+def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
+    """Say which splines are closed by their last point, which places moved, which drives jump."""
+    mechanism = assembly.mechanism
+    for name, curve in scene.curves.items():
+        for gap in _repeats(curve):
+            told = "closes the curve, and is left out"
+            yield f"curves.{name}: the last point, {gap:.3g} m from the first, {told}"
+    if scene.initial.states:
+        yield from list(_set_otherwise(scene, mechanism)) or _closed_otherwise(scene, assembly)
+    held = {} if scene.initial.at_rest else scene.initial.positions  # or it is where a search began
+    for body, given in held.items():
+        found = assembly.state.q[mechanism.bodies[body][0], :2]
+        away = float(np.hypot(*(found - given)))
+        if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+            yield (
+                f"initial.positions.{body}: moved by {away:.2g} m, to [{found[0]:.12g}, "
+                f"{found[1]:.12g}], which its joints allow"
+            )
+
+
+def _set_otherwise(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
+    """Say which drives set another place or speed than the run had that a scene goes on from."""
+    q, v = _states(scene, mechanism)
+    for motor in mechanism.speed_motors:
+        unit, axes = ("m", slice(0, 2)) if motor.slide else ("rad", slice(2, 3))
+        largest = np.abs(v[:, axes]).max(), np.abs(q[:, :2]).max() if motor.slide else 1.0
+        speeds = f"{unit}/s", motor_speed(motor, q, v), motor.speed.at(0.0), largest[0]
+        places = unit, motor_place(motor, q), motor.start, largest[1]
+        for of, was, now, size in (speeds, places):
+            if now is not None and abs(now - was) > LEAP * max(abs(now), size, STILL):
+                yield (
+                    f"drives.{motor.name}: sets {now:.6g} {of} where the run that this one goes on "
+                    f"from had {was:.6g} {of}: it jumps as it begins"
+                )
+
+
+def _closed_otherwise(scene: Scene, assembly: Assembly) -> Iterator[str]:
+    """Say how far joints move bodies from where the run had them that a scene goes on from."""
+    mechanism = assembly.mechanism
+    moves = np.hypot(*(assembly.state.q - _states(scene, mechanism)[0])[:, :2].T)
+    of_bodies = {body: moves[list(parts)].max() for body, parts in mechanism.bodies.items()}
+    farthest, away = max(of_bodies.items(), key=lambda item: item[1])
+    if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+        yield (
+            f"initial.states: joints are not where the run that this one goes on from had them: "
+            f"{farthest} is moved by {away:.2g} m as it begins"
+        )
+
+
+def _states(scene: Scene, mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and velocities (parts, 3) of all parts that a scene goes on from."""
+    rows = [row for name in mechanism.bodies for row in scene.initial.states[name]]
+    q, v = np.split(np.array(rows, dtype=float), 2, axis=1)
+    return q, v
+
+
+def _repeats(curve: Any) -> Iterator[float]:
+    """How far first and last points are apart, m, of splines in a curve that leave the last out."""
+    if isinstance(curve, SplineSpec):
+        points = np.array(curve.points)
+        if len(closing(points, curve.closed)[0]) < len(points):
+            yield float(np.linalg.norm(points[-1] - points[0]))
+    for inner in (*getattr(curve, "pieces", ()), *getattr(curve, "curves", ())):
+        yield from _repeats(inner)

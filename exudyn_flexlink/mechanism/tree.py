@@ -14,9 +14,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.model import Gear, Mechanism, Motor, Pin, Slide, Slot, Weld
-from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame, weld_groups, with_at_origin
+from exudyn_flexlink.mechanism.mobility import ROOT, Frame, weld_groups, with_at_origin
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    Gear,
+    Mechanism,
+    Motor,
+    Pin,
+    Slide,
+    Slot,
+    Weld,
+)
 
 HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 

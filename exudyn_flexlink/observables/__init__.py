@@ -5,24 +5,6 @@ number of samples. What a scene does not have, a point, a contact, a joint with 
 joint where a crank is asked for, is a ValueError that says so.
 """
 
-from exudyn_flexlink.observables.answers import (
-    ANGLE,
-    DISPLACEMENT,
-    Measure,
-    carrying_joint,
-    measures,
-)
-from exudyn_flexlink.observables.crank import (
-    crank_angle,
-    crank_column,
-    crank_joint,
-    first_passes,
-    joint_angle,
-    laps,
-    steady_speeds,
-    turned_since_start,
-    turns,
-)
 from exudyn_flexlink.observables.forces import (
     Force,
     force_peaks,
@@ -30,7 +12,17 @@ from exudyn_flexlink.observables.forces import (
     momentary_forces,
 )
 from exudyn_flexlink.observables.joints import JointForce, force_error, joint_force
-from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
+from exudyn_flexlink.observables.levers import (
+    ANGLE,
+    DISPLACEMENT,
+    LeverResponse,
+    Measure,
+    Watched,
+    carrying_joint,
+    lever_response,
+    measures,
+    struck_bodies,
+)
 from exudyn_flexlink.observables.parting import (
     STILL,
     Deviation,
@@ -52,30 +44,46 @@ from exudyn_flexlink.observables.points import (
     PointPath,
     between_samples,
     body_motion,
+    crank_angle,
+    crank_column,
+    crank_joint,
+    first_passes,
+    joint_angle,
     judged_points,
+    laps,
     name_of,
     path,
     paths,
     point_anchor,
     point_names,
     room,
+    steady_speeds,
     still_text,
     straight_between,
+    turned_since_start,
+    turns,
     watched_point,
 )
 from exudyn_flexlink.observables.signals import (
     Signal,
+    Vibration,
+    on_axis,
     own_columns,
+    perturbation,
     signals,
+    spectrum,
+    strongest_line,
     unknown_signal,
+    vibration,
 )
-from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, strikes
 from exudyn_flexlink.observables.touching import (
+    SAME_STRIKE,
     TWO_POINTS,
     ContactStates,
     ContactTotals,
     PairTotals,
     State,
+    Strike,
     contact_states,
     contact_totals,
     deepest,
@@ -84,13 +92,5 @@ from exudyn_flexlink.observables.touching import (
     lap_starts,
     pair_totals,
     sleeves_with_play,
+    strikes,
 )
-from exudyn_flexlink.observables.vibration import (
-    Vibration,
-    on_axis,
-    perturbation,
-    spectrum,
-    strongest_line,
-    vibration,
-)
-from exudyn_flexlink.observables.watched import Watched

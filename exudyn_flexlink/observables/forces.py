@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.observables.levers import extremes_of
 from exudyn_flexlink.observables.touching import sleeves_with_play
-from exudyn_flexlink.observables.watched import extremes_of
 from exudyn_flexlink.result import Result
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,17 +13,190 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
+    CircleContact,
     Contact,
     Mechanism,
+    Pin,
+    Slide,
     anchor_position,
+    anchor_velocity,
     approach,
     build_mechanism,
+    length_along,
+    speed_along,
+    turning,
 )
-from exudyn_flexlink.observables.answers import Measure, Moved, Slid, Turned, answer_of, rest_of
-from exudyn_flexlink.observables.points import between_samples, require_inside
+from exudyn_flexlink.observables.points import (
+    between_samples,
+    point_anchor,
+    require_inside,
+    watched_point,
+)
+from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Extremes, Result
-from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.units import Dimension
+from exudyn_flexlink.scene import Scene, SleeveJoint
+
+Carrying = Pin | CircleContact | Slide
+Motion = tuple[FloatArray, FloatArray]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A quantity, by its word and SI unit, and what its greatest less its least is called.
+
+    `digits` is how Python writes its numbers.
+    """
+
+    word: str
+    unit: str
+    span: str
+    digits: str
+
+    @property
+    def name(self) -> str:
+        """The quantity with its unit, as columns are named."""
+        return f"{self.word}_{self.unit}"
+
+    @property
+    def rate_name(self) -> str:
+        """Its rate with the unit."""
+        return f"rate_{self.unit}_per_s"
+
+    def number(self, value: float) -> str:
+        """Write a value without its unit."""
+        return f"{value:{self.digits}}"
+
+    def told(self, value: float) -> str:
+        """Write a value with its unit."""
+        return f"{self.number(value)} {self.unit}"
+
+
+ANGLE = Measure("angle", "rad", "swing", "+.5f")
+DISPLACEMENT = Measure("displacement", "m", "stroke", "+.5g")
+
+
+@dataclass(frozen=True)
+class Turned:
+    """The part turns on `carrier`: its angle, counter-clockwise. `hinge` is on the struck body."""
+
+    measure: ClassVar[Measure] = ANGLE
+    carrier: int
+    part: int
+    hinge: Anchor
+
+    def motion(self, q: FloatArray, v: FloatArray) -> Motion:
+        """Angle (...), rad, and its rate, rad/s, at poses and rates (..., parts, 3)."""
+        return turning(self.carrier, self.part, q), turning(self.carrier, self.part, v)
+
+
+@dataclass(frozen=True)
+class Slid:
+    """The body slides along the line of a joint: how far, along the joint's axis.
+
+    `sign` is -1 if the body carries the line, so that the other part goes the opposite way.
+    """
+
+    measure: ClassVar[Measure] = DISPLACEMENT
+    slide: Slide
+    sign: float
+
+    def motion(self, q: FloatArray, v: FloatArray) -> Motion:
+        """Place (...) along the line, m, and its rate, m/s, at poses and rates (..., parts, 3)."""
+        slide = self.slide
+        return self.sign * length_along(slide, q), self.sign * speed_along(slide, q, v)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """No one joint says how the body moves: how far an anchor goes along a `normal` (2,)."""
+
+    measure: ClassVar[Measure] = DISPLACEMENT
+    anchor: Anchor
+    normal: tuple[float, float]
+
+    def motion(self, q: FloatArray, v: FloatArray) -> Motion:
+        """Place (...) along the normal, m, and its rate, m/s: see `Slid.motion`."""
+        at, going = anchor_position(self.anchor, q), anchor_velocity(self.anchor, q, v)
+        return np.dot(at, self.normal), np.dot(going, self.normal)
+
+
+Answer = Turned | Slid | Moved
+
+
+def answer_of(scene: Scene, mechanism: Mechanism, contact: Contact, start: FloatArray) -> Answer:
+    """By what the motion of the body is told that a contact strikes.
+
+    `start` (parts, 3) are the poses at time 0. What is free is told by the last anchor of what is
+    struck, along the normal at time 0.
+    """
+    part = contact.parts[1]
+    body = mechanism.parts[part].body
+    joint = carrying_joint(scene, mechanism, body)
+    if joint is None:
+        x, y = approach(contact, start, np.zeros_like(start)).normal.tolist()
+        return Moved(contact.anchors[1][-1], (x, y))
+    second = joint.second.part in _moving_as_one(mechanism, body)
+    if isinstance(joint, Slide):
+        return Slid(joint, 1.0 if second else -1.0)
+    hinge, other = (joint.second, joint.first) if second else (joint.first, joint.second)
+    return Turned(other.part, part, hinge)
+
+
+def rest_of(answer: Answer, mechanism: Mechanism) -> float | None:
+    """Angle (rad), or place (m), at which the spring of what a body moves on is at rest, if any."""
+    if isinstance(answer, Turned):
+        ends = answer.carrier, answer.part
+        for spring in mechanism.springs:
+            if spring.rest_angle is not None and {spring.first, spring.second} == set(ends):
+                return spring.rest_angle * (1.0 if spring.second == answer.part else -1.0)
+    if isinstance(answer, Slid):
+        found = (own for own in mechanism.linear_springs if own.slide is answer.slide)
+        return next((answer.sign * own.length for own in found if own.length is not None), None)
+    return None
+
+
+def measures(scene: Scene) -> dict[str, Measure]:
+    """By what the motion of every struck body is told."""
+    mechanism, found = build_mechanism(scene), {}
+    for contact in scene.contacts.values():
+        body = contact.struck
+        if body is not None:
+            hinged = isinstance(carrying_joint(scene, mechanism, body), (Pin, CircleContact))
+            found[body] = ANGLE if hinged else DISPLACEMENT
+    return found
+
+
+def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | None:
+    """Return the joint on which a body, with what is welded to it, turns or slides.
+
+    One that holds it on the ground, else the first of the scene; None without one.
+    """
+    own = _moving_as_one(mechanism, body)
+    found = [
+        joint
+        for joint in _joints(scene, mechanism, own)
+        if (joint.first.part in own) != (joint.second.part in own)
+    ]
+    grounded = (joint for joint in found if GROUND in (joint.first.part, joint.second.part))
+    return next(grounded, found[0] if found else None)
+
+
+def _moving_as_one(mechanism: Mechanism, body: str) -> set[int]:
+    """Parts of a body, and those welded to them; none if they are welded to the ground."""
+    welds = [{weld.first.part, weld.second.part} for weld in mechanism.welds]
+    own, reached = set[int](), set(mechanism.bodies[body])
+    while reached > own:
+        own = reached
+        reached = own.union(*(weld for weld in welds if weld & own))
+    return set() if GROUND in own else own
+
+
+def _joints(scene: Scene, mechanism: Mechanism, own: set[int]) -> Iterator[Carrying]:
+    """Hinges and slides of the scene's joints, in its order; a guide is not carried by its link."""
+    found = {joint.name: joint for joint in (*mechanism.hinges, *mechanism.slides)}
+    for name, joint in scene.joints.items():
+        if name in found and not (isinstance(joint, SleeveJoint) and found[name].first.part in own):
+            yield found[name]
 
 
 @dataclass(frozen=True)
@@ -169,3 +343,79 @@ def _farthest(anchors: Sequence[Anchor], hinge: Anchor | None, q: FloatArray) ->
         return anchors[-1]
     at = anchor_position(hinge, q)
     return max(anchors[::-1], key=lambda own: float(np.linalg.norm(anchor_position(own, q) - at)))
+
+
+def extremes_of(scene: Scene, contact: str) -> tuple[str, str]:
+    """Names of the force and penetration of a contact, or of what a hinge's stop has of both."""
+    turns = scene.unit_of(contact, "m") == "rad"
+    names = ("torque_N_m", "penetration_rad") if turns else ("force_N", "penetration_m")
+    return f"{contact}.{names[0]}", f"{contact}.{names[1]}"
+
+
+class Watched:
+    """What is watched of a scene, whose parts are at `start` (parts, 3) at time 0.
+
+    Of every struck body its angle or displacement and the rate of that, of the watched point x, y,
+    distance from O and speed; of `contacts`, those of joints with clearance among them, force and
+    penetration, which an engine finds by itself. `names` (k,) tell quantity and unit.
+    """
+
+    def __init__(self, scene: Scene, mechanism: Mechanism, start: FloatArray) -> None:
+        self._scene, point, told = scene, watched_point(scene), measures(scene).items()
+        self._anchor = point_anchor(scene, mechanism, point)
+        self._answers = [
+            answer_of(scene, mechanism, struck_by(mechanism, contact), start)
+            for contact in struck_bodies(scene).values()
+        ]
+        places = [f"{body}.{measure.name}" for body, measure in told]
+        places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
+        speeds = [f"{body}.{measure.rate_name}" for body, measure in told]
+        self.names = (*places, *speeds, f"{point}.speed_m_per_s")
+        self.contacts = tuple(contact.name for contact in mechanism.touching)
+        # Distance and speed are watched as squares, which are smooth even where they are 0.
+        self._squared = (len(places) - 1, len(self.names) - 1)
+
+    def of_contact(self, name: str) -> tuple[str, str]:
+        """Names of a contact's force and penetration: see `extremes_of`."""
+        return extremes_of(self._scene, name)
+
+    def of(
+        self, poses: FloatArray, rates: FloatArray, slopes: Callable[[FloatArray], FloatArray]
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Values at poses and rates (m, n, parts, 3): places, their rates, speeds, their slopes.
+
+        (m, n, places) twice and (m, n, speeds) twice, in the order of `names`; squared where `told`
+        takes the root. `slopes` differentiates velocities (m, n, c) within a step.
+        """
+        at = anchor_position(self._anchor, poses)
+        going = anchor_velocity(self._anchor, poses, rates)
+        motions = [own.motion(poses, rates) for own in self._answers]
+        answers, moving = [own[0] for own in motions], [own[1] for own in motions]
+        distance, growing = np.sum(at * at, axis=-1), 2 * np.sum(at * going, axis=-1)
+        velocities = np.stack([*moving, going[..., 0], going[..., 1]], axis=-1)
+        slope = slopes(velocities)
+        # The square has twice the degree of the velocity: its values alone do not tell its slope.
+        square = np.sum(going * going, axis=-1)
+        bend = 2 * np.sum(going * slope[..., -2:], axis=-1)
+        return (
+            np.stack([*answers, at[..., 0], at[..., 1], distance], axis=-1),
+            np.stack([*moving, going[..., 0], going[..., 1], growing], axis=-1),
+            np.concatenate([velocities[..., :-2], square[..., None]], axis=-1),
+            np.concatenate([slope[..., :-2], bend[..., None]], axis=-1),
+        )
+
+    def sizes(self, poses: FloatArray) -> FloatArray:
+        """Sizes (places,) of what the places are differences of, at poses (m, n, parts, 3).
+
+        They have the rounding of these: a length that of the farthest one, an angle that of the
+        largest, but of a radian at least, as sines and cosines have it.
+        """
+        ends = poses[..., :2], anchor_position(self._anchor, poses)
+        far = max(float(np.abs(end).max()) for end in ends)
+        angle = max(float(np.abs(poses[..., 2]).max()), 1.0)
+        answers = [angle if own.measure is ANGLE else far for own in self._answers]
+        return np.array([*answers, far, far, far**2])
+
+    def told(self, which: int, values: FloatArray) -> FloatArray:
+        """Values in the unit of their name."""
+        return np.sqrt(np.maximum(values, 0.0)) if which in self._squared else values

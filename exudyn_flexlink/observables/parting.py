@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
-from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
 from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE, forces_of
 from exudyn_flexlink.observables.points import (
@@ -25,7 +24,7 @@ from exudyn_flexlink.observables.points import (
     still_text,
     straight_between,
 )
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError, Result
 
 STILL = 1e-13  # m: rounding; what moves by less stands still
 ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
@@ -195,8 +194,8 @@ def _in_touches(
             parts.append((begins[0] + time, _between(after, one)(time), other[: len(time)]))
     if not parts:
         return None, None
-    columns = map(np.concatenate, zip(*parts, strict=True))
-    return _spread(*columns, share=MOST_SAMPLES), max(instants)
+    time, one, other = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return _spread(time, one, other, MOST_SAMPLES), max(instants)
 
 
 def _between(time: FloatArray, values: FloatArray) -> Any:

@@ -5,22 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from math import inf, pi
+
+import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables.answers import ANGLE, measures
-from exudyn_flexlink.observables.levers import lever_response, struck_bodies
+from exudyn_flexlink.mechanism import anchor_position, build_mechanism
+from exudyn_flexlink.observables.levers import ANGLE, lever_response, measures, struck_bodies
+from exudyn_flexlink.observables.parting import common_times
 from exudyn_flexlink.observables.points import (
     between_samples,
     body_motion,
     path,
+    point_anchor,
     point_names,
     straight_between,
     watched_point,
 )
+from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import FlexibleBody, RodBody, Scene, SleeveJoint, split_point
 from exudyn_flexlink.source import did_you_mean
-from exudyn_flexlink.units import Dimension
 
 MOST_NAMED = 12  # in a message
 _UNITS = {Dimension.LENGTH: "m", Dimension.ANGLE: "rad", Dimension.ANGULAR_SPEED: "rad/s"}
@@ -101,3 +106,145 @@ def unknown_signal(name: str, known: Iterable[str]) -> str:
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     near = did_you_mean(name, names) or f"; there are: {', '.join(names[:MOST_NAMED])}{more}"
     return f"the scene has no quantity '{name}'{near}"
+
+
+SEGMENT = 0.5  # of the record: the spectrum's segments, which overlap by half
+MOST_LINES = 3
+WEAK = 0.01  # of the strongest line's power: weaker ones are not named
+GRID = 8  # trial frequencies for each one over the length of the record: a peak is 4 / T wide
+NARROWER = 8  # points to each side of the best, in each of
+ZOOMS = 8  # steps that narrow the search as many times: to a part 1e-7 of the grid
+FEWEST = 32  # samples of a spectrum
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Power by frequency: `frequency` (K,) Hz, `power` (K,) unit^2/Hz, by Welch's method.
+
+    `lines` (Hz) are its highest peaks, strongest first, told to +- half of `resolution` (Hz). All
+    is empty where the record is too short, or still.
+    """
+
+    frequency: FloatArray
+    power: FloatArray
+    lines: tuple[float, ...]
+    resolution: float
+
+
+def spectrum(time: FloatArray, values: FloatArray) -> Spectrum:
+    """Spectrum of values (N,) at even instants (N,) s; the last, the run's end, may be uneven."""
+    # scipy takes a second to import, which `check` should not wait for
+    from scipy.signal import find_peaks, welch  # noqa: PLC0415
+
+    count = max(1, int(SEGMENT * len(time)))
+    resolution = float(1 / (count * (time[1] - time[0]))) if len(time) > 1 else inf
+    values = values[:-1]
+    if len(values) < FEWEST or not np.ptp(values):
+        return Spectrum(np.zeros(0), np.zeros(0), (), resolution)
+    count = int(SEGMENT * len(values))
+    frequencies, power = welch(values, 1 / (time[1] - time[0]), nperseg=count)
+    peaks, _ = find_peaks(power, height=WEAK * power.max())
+    strongest = peaks[np.argsort(power[peaks])[::-1][:MOST_LINES]]
+    return Spectrum(frequencies, power, tuple(frequencies[strongest].tolist()), resolution)
+
+
+def strongest_line(time: FloatArray, signal: FloatArray, lowest: float, highest: float) -> float:
+    """Angular frequency (rad/s) between two at which a record has its strongest line.
+
+    `time` (N,) s is even. Hann's window keeps other lines away: at a distance of k / T, for a
+    record of T seconds, they count by 1 / k^3.
+    """
+    shape = (signal - signal.mean()) * np.hanning(len(signal))
+
+    def strength(omega: float) -> float:
+        return float(np.abs(np.exp(-1j * omega * time) @ shape))
+
+    length = float(time[-1] - time[0])
+    trial = np.linspace(lowest, highest, 2 + int(GRID * (highest - lowest) * length / (2 * pi)))
+    best, width = max(trial, key=strength), float(trial[1] - trial[0])
+    for _ in range(ZOOMS):
+        near = np.linspace(best - width, best + width, 2 * NARROWER + 1)
+        best = max(np.clip(near, lowest, highest), key=strength)
+        width /= NARROWER
+    return float(best)
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """Spectra (m^2/Hz) of `moved` (N, 2) m, the watched point's motion along x and y.
+
+    With `off_ideal` that is what the point is off from where a straight link on its guide's axis
+    would have it (see `perturbation`); where there is no such place, where it is.
+    """
+
+    moved: FloatArray
+    x: Spectrum
+    y: Spectrum
+    off_ideal: bool
+
+    @property
+    def rms(self) -> FloatArray:
+        """Roots of the mean squares (2,) of x and y, m."""
+        return np.asarray(np.sqrt(np.mean(self.moved**2, axis=0)))
+
+    @property
+    def peak(self) -> FloatArray:
+        """Largest absolute values (2,) of x and y, m."""
+        return np.asarray(np.abs(self.moved).max(axis=0))
+
+
+def vibration(result: Result, after: float = 0.0) -> Vibration:
+    """Vibration of the watched point from `after` (s) on.
+
+    Raises:
+        ValueError: the run has ended by then.
+
+    """
+    if after > result.time[-1]:
+        raise ValueError(
+            f"nothing vibrates after {after:.9g} s: the run ends at {result.time[-1]:.9g} s"
+        )
+    point, time = watched_point(result.scene), common_times(result, result)
+    time = time[time >= after]
+    off = perturbation(result, point, time)
+    moved = path(result, point).at(time) if off is None else off
+    x, y = (spectrum(time, column) for column in moved.T)
+    return Vibration(moved, x, y, off is not None)
+
+
+def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | None:
+    """Distance (N, 2) m of 'body.point', in x and y, from its ideal place at instants (N,) s.
+
+    That is on a straight link on the axis of its guide, see `on_axis`; None if there is none.
+    """
+    ideal = on_axis(result, point)
+    if ideal is None:
+        return None
+    return straight_between(result.time, path(result, point).position - ideal, time)
+
+
+def on_axis(result: Result, point: str) -> FloatArray | None:
+    """Where the end of a link would be, (N, 2) m, if it lay straight on the axis of its guide.
+
+    Its start is taken where it is along the guide; what it and the link are off the axis, and what
+    the link is bent, is what the place misses. None if the point is no end of a link in a guide.
+    """
+    body, inner = split_point(point)
+    scene = result.scene
+    spec = scene.bodies.get(body)
+    joints = [
+        name
+        for name, joint in scene.joints.items()
+        if isinstance(joint, SleeveJoint) and joint.link == body
+    ]
+    if not joints or inner != "end" or not isinstance(spec, (RodBody, FlexibleBody)):
+        return None
+    mechanism = build_mechanism(scene)
+    # The x-axis of this anchor is the axis of the guide.
+    guides = {slide.name: slide.first for slide in mechanism.slides}
+    guide = (guides | {one.name: one.guide for one in mechanism.channels})[joints[0]]
+    start = anchor_position(point_anchor(scene, mechanism, f"{body}.start"), result.poses)
+    origin, angle = anchor_position(guide, result.poses), result.poses[:, guide.part, 2]
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    reach = np.sum((start - origin) * along, axis=-1) + spec.length
+    return np.asarray(origin + reach[:, None] * along)

@@ -4,4 +4,4 @@
 say where each stands; nothing is computed in them.
 """
 
-from exudyn_flexlink.page.rendering import PAGE, is_page, page_of, write_page
+from exudyn_flexlink.page.contents import PAGE, is_page, page_of, write_page

@@ -7,17 +7,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from exudyn_flexlink.plots.comparison import comparison
-from exudyn_flexlink.plots.drawing import mechanism
-from exudyn_flexlink.plots.fits import against, fit
-from exudyn_flexlink.plots.forces import energy, forces
-from exudyn_flexlink.plots.given import Given, listed, told_apart
-from exudyn_flexlink.plots.motion import coordinates, polar
-from exudyn_flexlink.plots.response import lever
-from exudyn_flexlink.plots.sleeve import guide_contact
-from exudyn_flexlink.plots.start import start
-from exudyn_flexlink.plots.studies import bifurcation, differences, stability, work_precision
-from exudyn_flexlink.plots.style import (
+from exudyn_flexlink.plots.drawing import mechanism, start
+from exudyn_flexlink.plots.forces import energy, forces, guide_contact
+from exudyn_flexlink.plots.frame import (
     ENGINE_COLOURS,
     FORMATS,
     PRINT,
@@ -28,7 +20,18 @@ from exudyn_flexlink.plots.style import (
     is_figure,
     save_figure,
 )
-from exudyn_flexlink.plots.sweep import sweep
+from exudyn_flexlink.plots.motion import coordinates, lever, polar
+from exudyn_flexlink.plots.panels import Given, listed, told_apart
+from exudyn_flexlink.plots.studies import (
+    against,
+    bifurcation,
+    comparison,
+    differences,
+    fit,
+    stability,
+    sweep,
+    work_precision,
+)
 from exudyn_flexlink.result import Result
 
 FIGURES = {

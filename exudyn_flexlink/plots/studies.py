@@ -3,39 +3,114 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite, log10
+from dataclasses import dataclass
+from math import ceil, isfinite, log10, nan
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
 
 from exudyn_flexlink.accuracy import Errors, Method, Point, Study
-from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import name_of
-from exudyn_flexlink.plots.frame import framed_figure, links_of, new_figure
-from exudyn_flexlink.plots.panels import BEYOND, legend_outside, letter, sized
-from exudyn_flexlink.plots.style import (
+from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.comparison import Comparison
+from exudyn_flexlink.fitting import Against, Fit
+from exudyn_flexlink.observables import Measure, name_of
+from exudyn_flexlink.plots.frame import (
     BLACK,
     BLUE,
     ENGINE_COLOURS,
     GREEN,
     GREY,
     ORANGE,
+    OTHERS,
     PURPLE,
     RED,
     SCREEN,
     SERIES,
     SKY,
     Style,
+    doubts_of,
+    error_of,
+    framed_figure,
+    links_of,
+    new_figure,
+    settle,
     styled,
 )
-from exudyn_flexlink.plots.style import (
+from exudyn_flexlink.plots.frame import (
     FAILED as OF_FAILED,
 )
+from exudyn_flexlink.plots.panels import (
+    BEYOND,
+    along,
+    colours_of_both,
+    engine_colour,
+    legend_outside,
+    length_unit,
+    letter,
+    limits,
+    logarithmic,
+    mark_doubt,
+    shade_beyond,
+    shown_in,
+    sized,
+)
+from exudyn_flexlink.source import did_you_mean
 from exudyn_flexlink.stability import Branches, Stability
+from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, Scalar, SweepTable, in_si, label_of
 from exudyn_flexlink.verification import VerifiedRun
+
+
+@styled
+def against(found: Against, *, style: Style = SCREEN) -> Figure:
+    """Each quantity of a series and of the run beside it, and the run less the series."""
+    what = f"{found.result.engine} and {found.series.source}"
+    shift = f", shifted by {found.shift:.4g} s" if found.shift else ""
+    return _drawn(found, f"{what}{shift}, and their difference", "difference", style)
+
+
+@styled
+def fit(found: Fit, *, style: Style = SCREEN) -> Figure:
+    """Each fitted quantity with what was measured, and the residuals."""
+    own = " and ".join(found.values) if len(found.values) < 3 else f"{len(found.values)} values"
+    subject = f"Fit of {own} to {found.against.series.source}"
+    return _drawn(found.against, subject, "residual", style)
+
+
+def _drawn(found: Against, subject: str, difference: str, style: Style) -> Figure:
+    """Two panels for each quantity: the run and the series; what the run is more, by its name."""
+    result = found.result
+    figure = new_figure(result, subject, 0.4 + 2.9 * len(found.measured), style)
+    ratios = (1.7, 1) * len(found.measured)
+    rows = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    shown = (result.time >= found.time[0]) & (result.time <= found.time[-1])
+    time, marks = result.time[shown], {"color": BLACK, "markersize": sized(2)}
+    for both, below, (name, measured) in zip(
+        rows[::2], rows[1::2], found.measured.items(), strict=True
+    ):
+        signal = found.series.signals[name]
+        factor, unit = shown_in(signal.unit, measured)
+        line = factor * signal.at(result, time)
+        both.plot(found.time, factor * measured, ".", label=found.series.source, **marks)
+        both.plot(time, line, color=engine_colour(result), label=result.engine)
+        both.set_ylabel(f"{name}\n({unit})")
+        apart = found.differences[name]
+        small, unit = shown_in(signal.unit, apart)
+        below.plot(found.time, small * apart, ".", **marks)
+        below.axhline(0.0, color=GREY, linewidth=sized(0.8))
+        below.set_ylabel(f"{difference}\n({unit})")
+        for axes in (both, below):
+            shade_beyond(axes, result, result.time, named=axes is rows[0])
+    legend_outside(rows[0])
+    rows[-1].set_xlabel("time (s)")
+    limits(rows[-1], np.asarray(found.time))
+    letter(rows)
+    return figure
+
 
 LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
          "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
@@ -259,3 +334,316 @@ def bifurcation(found: Branches, *, axis: str = "y", style: Style = SCREEN) -> F
     axes.set_xlabel(f"{found.path} (SI)")
     axes.set_ylabel(f"{axis} of {point} (mm)")
     return figure
+
+
+MOST_PANELS = 6
+NOTICEABLE = 1e-4  # of a number: the summary prints numbers that differ by less alike
+ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
+FEW = 8  # values that all have a tick
+LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Places (N,) of the rows along an axis, its label, and the words at whole places, if any."""
+
+    places: FloatArray
+    label: str
+    words: tuple[str, ...] = ()
+
+
+@styled
+def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN) -> Figure | None:
+    """Draw observables by their columns' `names`, or the first that differ from row to row.
+
+    Over one value that varied as lines, over two as maps, over each of more as dots. Rows that
+    failed or are doubtful are marked; None if no row has numbers.
+
+    Raises:
+        ValueError: there is no such column.
+
+    """
+    # Those that differ to the eye, if there are any.
+    chosen = list(names) or _differing(table, NOTICEABLE) or _differing(table, ROUNDING)
+    unknown = [name for name in chosen if name not in table.observables]
+    if unknown:
+        near = did_you_mean(unknown[0], table.observables)
+        raise ValueError(f"the sweep has no column '{unknown[0]}'{near}")
+    if not chosen:
+        return None
+    along = [_along(table, i) for i in range(len(table.varied))]
+    columns = table.columns()
+    seen = [_scale(columns[name], *label_of(name)) for name in chosen]
+    draw = _maps if len(along) == 2 else _lines
+    return draw(table, along, seen[: max(MOST_PANELS, len(names))], style)
+
+
+def _differing(table: SweepTable, part: float) -> list[str]:
+    """Observables that are numbers and differ from row to row by more than a part of them.
+
+    What differs by nearly nothing in SI does not.
+    """
+    columns = table.columns()
+    found = []
+    for name in table.observables:
+        values = [value for value in columns[name] if value is not None]
+        numbers = [float(value) for value in values if isinstance(value, float | int)]
+        if not numbers or len(numbers) < len(values):
+            continue
+        if np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST_CHANGE):
+            found.append(name)
+    return found
+
+
+def _along(table: SweepTable, i: int) -> Scale:
+    """Values that varied, in the unit in which the user gave them."""
+    varied = table.varied[i]
+    values = [row[i] for row in table.values]
+    one = in_si(f"1 {varied.given}", varied.unit) if varied.given else 1.0
+    if isinstance(one, float) and all(isinstance(value, float) for value in values):
+        return _scale([float(v) / one for v in values], varied.path, varied.given or varied.unit)
+    return _scale(values, varied.path, "")
+
+
+def _scale(values: Sequence[Scalar], name: str, unit: str) -> Scale:
+    """Values with their label; nan where there is none that can be drawn."""
+    label = f"{name} ({unit})" if unit else name
+    if any(isinstance(value, str) for value in values):
+        words = tuple(dict.fromkeys(str(value) for value in values))
+        return Scale(np.array([words.index(str(v)) for v in values], dtype=float), label, words)
+    numbers = [nan if v is None or isinstance(v, str) else float(v) for v in values]
+    return Scale(np.where(np.isfinite(numbers), numbers, nan), label)
+
+
+def _of(table: SweepTable, status: str) -> BoolArray:
+    return np.array([row.status == status for row in table.rows], dtype=bool)
+
+
+def _frame(
+    table: SweepTable, subject: str, height: float, style: Style, marks: tuple[str, str] = ("", "")
+) -> Figure:
+    """Title, and how many runs failed or are doubtful, with how each of both is marked."""
+    crossed, ringed = marks
+    failed, missing = table.count(FAILED), table.points - len(table.rows)
+    notes = [f"{failed} of {len(table.rows)} runs failed{crossed}: see 'reason' in the table"]
+    notes *= failed > 0
+    notes += [f"{missing} of {table.points} runs are missing"] * (missing > 0)
+    doubtful = table.count(DOUBTFUL)
+    told = f"; {doubtful} doubtful{ringed}, which their 'reason' explains" if doubtful else ""
+    caption = [(f"{len(table.rows)} runs by {table.engine}{told}", GREY)]
+    return framed_figure((table.title, subject), height, style, notes=notes, caption=caption)
+
+
+def _ticked(axes: Axes, scale: Scale, which: str) -> None:
+    """Label an axis, and name its places, if they are words."""
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    axis.set_label_text(scale.label, parse_math=False)
+    given = np.unique(scale.places)
+    if scale.words:
+        axis.set_ticks(range(len(scale.words)), scale.words)
+    elif len(given) <= FEW:
+        axis.set_ticks(given, [f"{place:.4g}" for place in given])
+
+
+def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
+    """A row of panels for each observable, a column for each value that varied.
+
+    Lines join the rows where one value varied alone.
+    """
+    alone = len(along) == 1
+    subject = f"over {along[0].label}" if alone else f"over each of {len(along)} values"
+    figure = _frame(table, subject, 0.5 + LINES * len(seen), style)
+    count = len(seen), len(along)
+    panels = figure.subplots(*count, sharex="col", sharey="row", squeeze=False)
+    for row, own in zip(panels, seen, strict=True):
+        for axes, x in zip(row, along, strict=True):
+            if alone:
+                order = np.argsort(x.places, kind="stable")
+                axes.plot(x.places[order], own.places[order], color=BLUE, alpha=0.6)
+            _dots(axes, table, x, own)
+        row[0].set_title(own.label, parse_math=False)
+        if not own.words:  # no number that would have to be added to each
+            row[0].yaxis.get_major_formatter().set_useOffset(False)
+    for axes, x in zip(panels[-1], along, strict=True):
+        _ticked(axes, x, "x")
+        if not alone:  # there is no room for long names, in print not even for short ones
+            name = x.label.replace(".", ".\n").replace(" (", "\n(")
+            axes.set_xlabel(name, rotation=90 * style.narrow, parse_math=False)
+            axes.tick_params("x", rotation=90 * style.narrow)
+    letter(panels[:, 0])
+    if table.count(FAILED) or table.count(DOUBTFUL):
+        legend_outside(panels[0, -1], below=not alone)
+        settle(figure)
+    return figure
+
+
+def _dots(axes: Axes, table: SweepTable, x: Scale, own: Scale) -> None:
+    """A dot for each row, hollow if it is doubtful; a line across for one that failed."""
+    failed, doubtful = _of(table, FAILED), _of(table, DOUBTFUL)
+    for chosen, filled, label in ((~failed & ~doubtful, BLUE, "done"),
+                                  (doubtful, "white", "doubtful")):  # fmt: skip
+        if chosen.any():
+            axes.plot(x.places[chosen], own.places[chosen], "o", color=BLUE, label=label,
+                      markerfacecolor=filled, markersize=sized(4))  # fmt: skip
+    for k, place in enumerate(x.places[failed]):
+        axes.axvline(place, color=OF_FAILED, linestyle=":", label="failed" if k == 0 else None)
+
+
+def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
+    """One map for each observable over both values: cells of a grid, or else dots."""
+    x, y = along
+    columns = 1 if style.narrow or len(seen) == 1 else 2
+    rows = ceil(len(seen) / columns)
+    size, words = 0.4 + MAP * rows, (" (crosses)", " (white dots)")
+    figure = _frame(table, f"over {x.label} and {y.label}", size, style, words)
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    cells = len(np.unique(x.places)) * len(np.unique(y.places))
+    grid = len(x.places) > 1 and cells <= 2 * len(x.places)  # interrupted, it has holes
+    marks = ((_of(table, FAILED), "x", OF_FAILED), (_of(table, DOUBTFUL), "o", BLACK))
+    for axes, own in zip(panels.flat, seen, strict=False):
+        if grid:
+            shown = axes.pcolormesh(*_cells(x.places, y.places, own.places), shading="nearest")
+        else:
+            shown = axes.scatter(x.places, y.places, c=own.places, s=sized(5) ** 2)
+        figure.colorbar(shown, ax=axes)
+        for of, shape, colour in marks:
+            axes.plot(x.places[of], y.places[of], shape, color=colour, markerfacecolor="white",
+                      markersize=sized(4))  # fmt: skip
+        axes.set_title(own.label, parse_math=False)
+        axes.grid(visible=False)
+    for axes in panels.flat[len(seen) :]:
+        axes.set_visible(False)
+    for axes in panels[-1]:
+        _ticked(axes, x, "x")
+    for axes in panels[:, 0]:
+        _ticked(axes, y, "y")
+    letter(panels.flat[: len(seen)])
+    return figure
+
+
+def _cells(
+    x: FloatArray, y: FloatArray, values: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Columns, rows and a matrix of values, nan where there is none."""
+    columns, i = np.unique(x, return_inverse=True)
+    rows, k = np.unique(y, return_inverse=True)
+    found = np.full((len(rows), len(columns)), nan)
+    found[k, i] = values
+    return columns, rows, found
+
+
+@styled
+def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
+    """Watched point and struck bodies of both runs; below, their differences on log axes.
+
+    Strikes are marked, and the horizon from which on instants can't be compared. None if there is
+    nothing but one instant.
+    """
+    if len(compared.time) < 2:
+        return None
+    runs = compared.both
+    subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
+    notes = [f"{seen.name}: {told}" for seen in runs if (told := doubts_of(seen.result))]
+    title = runs[1].result.scene.title
+    count = 3 + len(_kinds(compared)) + len(compared.levers)
+    height, caption = 0.3 + 1.6 * count, _caption(compared)
+    figure = framed_figure((title, subject), height, style, notes=notes, caption=caption)
+    rows = figure.subplots(count, 1, sharex=True)
+    turns, label = along(runs[0].result)
+    x = np.interp(compared.time, runs[0].result.time, turns)
+    _motions(rows, compared, x)
+    _differences(rows[2 + len(compared.levers) :], compared, x)
+    for axes in rows:
+        _marks(axes, compared, x, named=axes is rows[0])
+    for axes in (rows[0], rows[-1]):
+        legend_outside(axes)
+    rows[-1].set_xlabel(label)
+    limits(rows[-1], x)
+    letter(rows)
+    return figure
+
+
+def _caption(compared: Comparison) -> list[tuple[str, str]]:
+    """Lines with their colours: the links, then the settings of both runs."""
+    runs = compared.both
+    links = ["; ".join(links_of(seen.result.scene)) for seen in runs]
+    alike = links[0] == links[1]
+    told = [(links[0], GREY)] if alike else []
+    for seen, own, style in zip(runs, links, _styles(compared), strict=True):
+        engine = seen.result.engine
+        words = ["" if engine in seen.name else engine, "" if alike else own, seen.accuracy,
+                 error_of(seen.result.error)]  # fmt: skip
+        told.append((f"{seen.name}: {'; '.join(word for word in words if word)}", style["color"]))
+    return told
+
+
+def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The first run is a broad pale band, on which the second is a thin line."""
+    one, other = colours_of_both(compared.first.result, compared.second.result)
+    line = float(mpl.rcParams["lines.linewidth"])
+    return (
+        {"color": one, "linewidth": 2.6 * line, "alpha": 0.45},
+        {"color": other, "linewidth": 0.8 * line},
+    )
+
+
+def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
+    """Draw both coordinates and the motions of struck bodies, of both runs."""
+    factor, unit = length_unit(compared.first.position)
+    answers = compared.first.answers
+    scales = {body: shown_in(compared.measures[body].unit, answers[body]) for body in answers}
+    for seen, style in zip(compared.both, _styles(compared), strict=True):
+        motions = (scales[body][0] * values for body, values in seen.answers.items())
+        shown = [*(factor * seen.position.T), *motions]
+        for axes, values in zip(rows, shown, strict=False):
+            axes.plot(x, values, label=seen.name, **style)
+    for axes, coordinate in zip(rows, "xy", strict=False):
+        axes.set_ylabel(f"${coordinate}$ of {compared.point}\n({unit})")
+    for axes, body in zip(rows[2:], compared.levers, strict=False):
+        axes.set_ylabel(f"{compared.measures[body].word} of\n{body} ({scales[body][1]})")
+
+
+def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
+    """Draw the distance of the points and, below, how far answers of struck bodies are apart."""
+    factor, unit = length_unit(compared.first.position)
+    away = {"": factor * compared.deviation.distance}
+    logarithmic(rows[0], x, away, OTHERS[::-1], "no difference")
+    rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)}\n({unit})")
+    for axes, measure in zip(rows[1:], _kinds(compared), strict=True):
+        apart = {
+            body: values
+            for body, values in compared.answer_differences.items()
+            if compared.measures[body] is measure
+        }
+        factor, unit = shown_in(measure.unit, [compared.first.answers[body] for body in apart])
+        shown = {body * (len(apart) > 1): factor * values for body, values in apart.items()}
+        logarithmic(axes, x, shown, OTHERS[::-1], "no difference")
+        axes.set_ylabel(f"difference of\n{measure.word}s\n({unit})")
+
+
+def _kinds(compared: Comparison) -> list[Measure]:
+    """Quantities by which motions of struck bodies are told, each once."""
+    return list(dict.fromkeys(compared.measures.values()))
+
+
+def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> None:
+    """Mark the first touch of every strike, and the horizon; `named` once, for the legend."""
+    begins = [
+        strike.begin
+        for seen in compared.both
+        for found in seen.strikes.values()
+        for strike in found
+        if strike.begin <= compared.time[-1]
+    ]
+    if begins:
+        places, height = np.interp(begins, compared.time, x), axes.get_xaxis_transform()
+        look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0, "zorder": 1}
+        axes.vlines(places, 0, 1, label="strike" * named, transform=height, **look)
+    for i, seen in enumerate(compared.both):
+        mark_doubt(axes, seen.result, compared.time, x, named=named and i == 0)
+    if compared.horizon is None:
+        return
+    place = float(np.interp(compared.horizon, compared.time, x))
+    label = "beyond the horizon" if named else None
+    axes.axvline(place, color=BLACK, linestyle="--", linewidth=0.8)
+    axes.axvspan(place, float(x[-1]), label=label, zorder=0, **BEYOND)

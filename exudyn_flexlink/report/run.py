@@ -2,32 +2,280 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from collections.abc import Mapping
+from itertools import islice, pairwise
+from math import degrees, inf, isfinite
 
 import numpy as np
 
-from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
     STILL,
+    ContactTotals,
+    PairTotals,
+    State,
+    Strike,
+    contact_totals,
+    crank_joint,
+    deepest,
+    force_peaks,
     forces_of,
     joints_with_play,
     judged_points,
+    lap_contacts,
+    lever_response,
     name_of,
+    pair_totals,
     room,
     still_text,
+    strikes,
+    struck_bodies,
     worst_force,
 )
-from exudyn_flexlink.observables.forces import NO_FORCE
-from exudyn_flexlink.report.contacts import (
-    BESIDES,
-    force_error_table,
-    guide_lines,
-    response_table,
-    strike_table,
-)
+from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
 from exudyn_flexlink.report.parts import restitution_table
-from exudyn_flexlink.report.text import Table, in_blocks, lines_of, number
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.report.text import (
+    Column,
+    Table,
+    in_blocks,
+    instant,
+    left_out,
+    lines_of,
+    number,
+    table,
+    table_of_items,
+)
+from exudyn_flexlink.result import ForceDeviation, Interval, MeasuredError, Result
+from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
+
+MOST_ROWS = 12  # more than that scroll the rest away
+MOST_LAPS = 12
+MOST_PAIRS = 3
+NO_PLAY = "no clearance"
+BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
+"""Columns that have no room in a terminal."""
+
+
+def _part_of_time(state: State) -> Column[ContactTotals]:
+    return "%", lambda totals: f"{100 * totals.fractions[state]:.1f}"
+
+
+_COLUMNS: dict[str, Column[ContactTotals]] = {
+    **{state.told: _part_of_time(state) for state in State},
+    "touches": ("", lambda totals: str(totals.touches)),
+    "impacts": ("", lambda totals: str(totals.impacts)),
+    "impulse": ("N s", lambda totals: f"{totals.impulse:.3g}"),
+    "energy lost": ("J", lambda totals: f"{totals.energy_lost:.2g}"),
+}
+"""All that is told of a stretch of time."""
+
+
+def guide_lines(result: Result, joint: str) -> list[str]:
+    """How the link stood in its guide, lap by lap and in all, and where it touched longest."""
+    whole = lines_of(guide_table(result, joint), units_above=True)
+    return [*whole, *table([*guide_facts(result, joint).rows, *_longest_pairs(result, joint)])]
+
+
+def guide_table(result: Result, joint: str) -> Table:
+    """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
+    whole = contact_totals(result, joint)
+    laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
+    told = [(str(i), lap) for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
+    told += [("all", whole)] if len(laps) != 1 else []
+    rows = [[name, *(cell(totals) for _, cell in _COLUMNS.values())] for name, totals in told]
+    more = len(laps) - MOST_LAPS
+    if joint in result.bearings:
+        what = f"Journal in '{joint}': time free, on one point; touches and impacts"
+    else:
+        what = f"Link in '{joint}': time free, on one point, on two; touches of all points; impacts"
+        what += " of the free link"
+    return Table(
+        what,
+        rows,
+        ["lap" if laps else "", *_COLUMNS],
+        ["", *(unit for unit, _ in _COLUMNS.values())],
+        f"'all' includes {more} laps more" if more > 0 else "",
+    )
+
+
+def guide_facts(result: Result, joint: str) -> Table:
+    """Return how deep the link was in the walls of its guide, and its longest touch, if any."""
+    own, depth = result.scene.joints[joint], deepest(result, joint)
+    assert isinstance(own, (SleeveJoint, RevoluteJoint))
+    # Where it is no small part of the clearance, the walls are too soft.
+    part = f"{100 * depth / own.clearance:.3g} % of the clearance"
+    rows = [["deepest in a wall", f"{depth:.2g} m, {part}"]]
+    if len(result.intervals[joint]):
+        rows.append(["longest touch", f"{contact_totals(result, joint).longest:.3g} s"])
+    return Table("", rows)
+
+
+def pair_table(result: Result, joint: str, most: int) -> Table:
+    """Return what can touch in a joint and did, those that touched longest in all first."""
+    found = pair_totals(result, joint)
+    columns: dict[str, Column[PairTotals]] = {
+        "": ("", lambda pair: pair.pair.removeprefix(f"{joint}: ")),
+        "touches": ("", lambda pair: str(pair.touches)),
+        "in all": ("s", lambda pair: f"{pair.time:.3g}"),
+        "impulse": ("N s", lambda pair: f"{pair.impulse:.3g}"),
+        "energy lost": ("J", lambda pair: f"{pair.energy_lost:.3g}"),
+        "peak force": ("N", lambda pair: f"{pair.peak_force:.4g}"),
+    }
+    caption = f"What touched in '{joint}', the longest first"
+    return table_of_items(caption, columns, found[:most], len(found))
+
+
+def touch_table(result: Result, joint: str, most: int) -> Table:
+    """Return the first touches of a joint with clearance, one by one."""
+    last = float(result.time[-1])
+    pairs = result.sleeves[joint].pairs if joint in result.sleeves else ("journal",)
+    columns: dict[str, Column[Interval]] = {
+        "begins": ("s", lambda touch: instant(touch.begin, last)),
+        "lasts": ("s", lambda touch: f"{min(touch.end, last) - touch.begin:.3g}"),
+        "": ("", lambda touch: pairs[touch.pair].removeprefix(f"{joint}: ")),
+        "approach": ("m/s", lambda touch: f"{touch.approach_speed:.4f}"),
+        "impulse": ("N s", lambda touch: f"{touch.impulse:.3g}"),
+        "energy lost": ("J", lambda touch: f"{touch.energy_lost:.3g}"),
+        "peak force": ("N", lambda touch: "" if touch.impact else f"{touch.peak_force:.4g}"),
+    }
+    touches = result.intervals[joint]
+    first = list(islice(touches, most))
+    return table_of_items(f"Touches in '{joint}'", columns, first, len(touches))
+
+
+def contact_rows(
+    joint: str, one: ContactTotals | None, other: ContactTotals | None
+) -> list[list[str]]:
+    """Rows of a table: contacts of a link with its guide in two runs; one may have no clearance."""
+    return [
+        [
+            f"{joint}: {name}",
+            *(NO_PLAY if own is None else f"{cell(own)} {unit}".rstrip() for own in (one, other)),
+        ]
+        for name, (unit, cell) in _COLUMNS.items()
+    ]
+
+
+def _longest_pairs(result: Result, joint: str) -> list[list[str]]:
+    """The pairs that touch longest in all, if any does."""
+    rows = []
+    for i, pair in enumerate(pair_totals(result, joint)[:MOST_PAIRS]):
+        name = pair.pair.removeprefix(f"{joint}: ")
+        times = f"{pair.touches} touch{'es' if pair.touches > 1 else ''}"
+        rows.append(["" if i else "longest in all", f"{name}: {pair.time:.3g} s in {times}"])
+    return rows
+
+
+def strike_table(result: Result, contact: str, most: int) -> Table:
+    """Return the first `most` strikes of a contact, and how far what is struck goes after each.
+
+    Empty cells: what a strike that still lasts passes on in all, and the force of an impulse.
+    """
+    found, last = strikes(result, contact), float(result.time[-1])
+    struck = result.scene.all_contacts[contact].struck
+    columns: dict[str, Column[Strike]] = {}
+    turning = bool(found) and found[0].lap is not None
+    if turning:
+        columns["lap"] = "", lambda strike: str(strike.lap)
+    if found and found[0].crank_angle is not None:
+        whole = (lambda angle: angle % 360) if turning else float  # -120 deg of a limit are not 240
+        columns[f"angle of {crank_joint(result.scene)}"] = (
+            "deg",
+            lambda strike: f"{whole(degrees(strike.crank_angle or 0.0)):.2f}",
+        )
+    columns |= {
+        "time": ("s", lambda strike: instant(strike.begin, last)),
+        "approach": ("m/s", lambda strike: f"{round(strike.approach_speed, 4) + 0.0:.4f}"),
+        "place": ("m", lambda strike: f"{strike.place:.5f}"),
+    }
+    if contact not in result.scene.contacts:
+        del columns["place"]
+    if struck is not None:
+        response = lever_response(result, contact)
+        begins = [*(strike.begin for strike in found), inf]
+        until = dict(pairwise(begins))  # the next strike
+        columns[f"{struck} peak"] = (
+            response.measure.unit,
+            lambda strike: response.measure.number(
+                response.between(strike.begin, until[strike.begin]).farthest
+            ),
+        )
+    columns |= {
+        "lasts": ("s", lambda strike: instant(strike.end - strike.begin, last)),
+        "touches": ("", lambda strike: str(strike.contacts)),
+        "impulse": ("N s", lambda strike: _known(strike.impulse)),
+        "energy lost": ("J", lambda strike: _known(strike.energy_lost)),
+        "peak force": ("N", lambda strike: _known(strike.peak_force)),
+    }
+    told = {
+        name: (result.scene.unit_of(contact, unit), cell) for name, (unit, cell) in columns.items()
+    }
+    return table_of_items(f"Strikes of contact '{contact}'", told, found[:most], len(found))
+
+
+def response_table(result: Result) -> Table:
+    """Return how far every struck body goes at least and at most, from where it is at time 0."""
+    rows = []
+    for body, contact in struck_bodies(result.scene).items():
+        response = lever_response(result, contact)
+        (low, _), (high, _) = response.least, response.greatest
+        measure = response.measure
+        reach = f"from {measure.number(low)} to {measure.told(high)}"
+        rows.append([body, f"{measure.word} {reach}"])
+    return Table("Motion of struck bodies", rows)
+
+
+def _known(value: float) -> str:
+    return f"{value:.4g}" if isfinite(value) else ""
+
+
+def peak_table(result: Result) -> Table:
+    """Return the largest of every force and torque, when it is reached, and how far it may be off.
+
+    That is left out where no second run tells it.
+    """
+    known = result.error.forces
+    rows = [
+        [
+            name,
+            f"{peak.value:.4g} {peak.unit}",
+            instant(peak.at, float(result.time[-1])) if peak.value else "",
+            _off_by(known.get(name)),
+        ]
+        for name, peak in force_peaks(result).items()
+    ]
+    head, units = ["", "largest", "at", "off by at most"], ["", "", "s", ""]
+    told = Table("Largest forces and torques", rows, head, units)
+    return told if known else told.without(head[3:])
+
+
+def force_error_table(found: Mapping[str, ForceDeviation], caption: str = "") -> Table:
+    """Return how far forces are off: the first of many."""
+    rows = [row for name, own in found.items() for row in _rows(name, own)]
+    head = ["", "largest", "of peak", "at", "rms"]
+    return Table(caption, rows[:MOST_ROWS], head, [""] * 5, left_out(len(rows), MOST_ROWS))
+
+
+def _off_by(own: ForceDeviation | None) -> str:
+    parts = [part.largest for part in (own.free, own.touching) if part] if own else []
+    return f"{max(parts):.2g} {own.unit}" if own and parts else ""
+
+
+def _rows(name: str, own: ForceDeviation) -> list[list[str]]:
+    """Return a row of a force, and one of it in contact; none where it is rounding."""
+    parts = [(when, part) for when, part in (("", own.free), ("in contact", own.touching)) if part]
+    rounding = max([NO_FORCE, *(NEGLIGIBLE * part.size for _, part in parts)])
+    rows: list[list[str]] = []
+    for when, part in parts:
+        if part.size > rounding:
+            told = f"  {when}" if rows else ", ".join(filter(None, (name, when)))
+            largest, rms = (f"{value:.2g} {own.unit}" for value in (part.largest, part.rms))
+            percent = 100 * part.relative
+            relative = f"{percent:.2g}" if percent < 99 else f"{percent:.0f}"
+            rows.append([told, largest, f"{relative} %", f"{part.at:.5f} s", rms])
+    if rows and own.instants is not None:
+        rows.append(["  instants of its touches", f"{own.instants:.2g} s", "", "", ""])
+    return rows
+
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
 _ENERGIES = {

@@ -3,40 +3,40 @@
 from exudyn_flexlink.scene.base import GROUND, FrozenMapping, Part, split_point
 from exudyn_flexlink.scene.bodies import (
     Body,
+    CircleSpec,
+    CurveSpec,
+    EllipseSpec,
     FlexibleBody,
     GeneralSection,
     Hinges,
+    JoinedSpec,
+    LapsSpec,
+    LineSpec,
     Material,
     RectangleSection,
     RigidBody,
     RodBody,
     RoundSection,
     Section,
+    SplineSpec,
 )
-from exudyn_flexlink.scene.contact_laws import (
+from exudyn_flexlink.scene.contacts import (
+    CircleOnCircle,
+    Contact,
     ContactLaw,
     DampedLaw,
     HertzLaw,
     ImpulseLaw,
     Law,
-    PenaltyLaw,
-    RubbingImpulse,
-)
-from exudyn_flexlink.scene.contacts import (
-    CircleOnCircle,
-    Contact,
     LineOnCurve,
+    PenaltyLaw,
     PointOnCurve,
     PointOnLine,
-)
-from exudyn_flexlink.scene.curve_specs import (
-    CircleSpec,
-    CurveSpec,
-    EllipseSpec,
-    JoinedSpec,
-    LapsSpec,
-    LineSpec,
-    SplineSpec,
+    RubbingImpulse,
+    SlidePenalty,
+    Stop,
+    StopLaw,
+    TurnPenalty,
 )
 from exudyn_flexlink.scene.forces import (
     Drive,
@@ -48,9 +48,11 @@ from exudyn_flexlink.scene.forces import (
     TorqueDrive,
     TorsionalSpring,
 )
-from exudyn_flexlink.scene.gears import BeltJoint, GearJoint, Mesh, ends_of, meshes_of
 from exudyn_flexlink.scene.joints import (
+    BeltJoint,
+    GearJoint,
     Joint,
+    Mesh,
     PinFriction,
     PointsJoint,
     PrismaticJoint,
@@ -59,17 +61,19 @@ from exudyn_flexlink.scene.joints import (
     SlideFriction,
     SlotJoint,
     WeldJoint,
+    ends_of,
+    meshes_of,
 )
-from exudyn_flexlink.scene.limits import SlidePenalty, Stop, StopLaw, TurnPenalty
-from exudyn_flexlink.scene.lookup import references
-from exudyn_flexlink.scene.model import Scene
-from exudyn_flexlink.scene.parse import (
+from exudyn_flexlink.scene.model import (
     SECTION_OF,
+    Scene,
     apply_settings,
     check_document,
+    is_schema,
+    json_schema,
     parse_scene,
 )
-from exudyn_flexlink.scene.point_masses import stays_a_point
+from exudyn_flexlink.scene.names import references, stays_a_point
 from exudyn_flexlink.scene.run import (
     FEWEST_STEPS_PER_CONTACT,
     INITIAL_OF_JOINTS,
@@ -79,5 +83,4 @@ from exudyn_flexlink.scene.run import (
     Run,
     Solver,
 )
-from exudyn_flexlink.scene.schema import is_schema, json_schema
 from exudyn_flexlink.scene.varying import ForceLaw, ForceTable, Table, TorqueLaw, Value

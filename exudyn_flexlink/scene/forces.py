@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from exudyn_flexlink import quantities as si
 from exudyn_flexlink.expressions import Expression
+from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.scene.base import (
     DRIVEN,
     GROUND,
@@ -36,7 +37,6 @@ from exudyn_flexlink.scene.varying import (
     Value,
     Varying,
 )
-from exudyn_flexlink.units import Dimension
 
 
 def _as_vector(value: Any) -> Any:

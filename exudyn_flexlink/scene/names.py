@@ -3,28 +3,358 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
+from inspect import isclass
+from itertools import islice
+from typing import Any, NamedTuple, get_args
 
-from exudyn_flexlink.expressions import Expression, in_words
-from exudyn_flexlink.scene.base import GROUND, split_point
-from exudyn_flexlink.scene.bodies import FlexibleBody, RigidBody
-from exudyn_flexlink.scene.contact_laws import HertzLaw
-from exudyn_flexlink.scene.contacts import LineOnCurve, PointOnCurve
-from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
-from exudyn_flexlink.scene.forces import ForceDrive, LinearSpring, SpeedDrive, TorqueDrive
-from exudyn_flexlink.scene.gear_checks import gear_mistakes
+from exudyn_flexlink.expressions import Expression, Sensed, in_words
+from exudyn_flexlink.quantities import Powers
+from exudyn_flexlink.scene.base import (
+    DRIVEN,
+    GROUND,
+    REVOLUTE,
+    SLIDING,
+    Part,
+    Refers,
+    split_point,
+)
+from exudyn_flexlink.scene.bodies import CurveSpec, FlexibleBody, JoinedSpec, LapsSpec, RigidBody
+from exudyn_flexlink.scene.contacts import CircleOnCircle, HertzLaw, LineOnCurve, PointOnCurve
+from exudyn_flexlink.scene.forces import (
+    ForceDrive,
+    LinearSpring,
+    SpeedDrive,
+    TorqueDrive,
+    TorsionalSpring,
+)
 from exudyn_flexlink.scene.joints import (
+    GEARED,
+    BeltJoint,
+    Gear,
+    Joints,
     PointsJoint,
     RevoluteJoint,
     SleeveJoint,
     SlotJoint,
     WeldJoint,
+    arms_of,
+    concentric,
+    ends_of,
+    meshes_of,
 )
-from exudyn_flexlink.scene.lookup import Parts
-from exudyn_flexlink.scene.point_masses import point_masses
 from exudyn_flexlink.scene.varying import OF_DRIVES, Measured, Value
-from exudyn_flexlink.source import KeyPath, Mistake
-from exudyn_flexlink.units import Powers
+from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
+
+_NOUNS = {"materials": "material", "curves": "curve", "bodies": "body", "joints": "joint"}
+
+
+class Parts:
+    """The sections of a scene as far as they are valid, and whether names in them lead anywhere.
+
+    A part that is not valid is `None`: its name is known, its contents are not. A section that
+    can't be read at all is missing, or `None`: no reference into it is a mistake.
+    """
+
+    def __init__(self, sections: Mapping[str, Any]) -> None:
+        self.sections = sections
+        self._unknown = 0  # names met that no part has
+
+    def valid(self, section: str) -> list[tuple[str, Any]]:
+        """Return the parts of a section that are valid, by name."""
+        parts = self.sections.get(section) or {}
+        return [(name, part) for name, part in parts.items() if part is not None]
+
+    def get(self, section: str, name: str | None) -> Any:
+        """Return the part of that name, None if there is none or it is not valid."""
+        return (self.sections.get(section) or {}).get(name)
+
+    def lost_names(self) -> Iterator[Mistake]:
+        """Refuse names that lead nowhere, or to another kind of part than is needed."""
+        for section, own in self.sections.items():
+            for name in references(own, (section,)):
+                yield from self._mistakes(name)
+
+    def missing(
+        self, path: KeyPath, section: str, name: str, on_key: bool = False
+    ) -> Iterator[Mistake]:
+        """Refuse a name that no part of the section has."""
+        known = self.sections.get(section)
+        if known is None or name in known:
+            return
+        # Every unknown name compared with every known one: more are reported than are shown.
+        self._unknown += 1
+        near = did_you_mean(name, known) if self._unknown <= MOST_SHOWN else ""
+        names = [*islice(known, MOST_SHOWN), *(["..."] if len(known) > MOST_SHOWN else [])]
+        hint = f"{section}: {', '.join(names)}" if known else f"no {section} given"
+        yield Mistake(path, f"unknown {_NOUNS[section]} '{name}'{near}", hint, on_key)
+
+    def _mistakes(self, name: Reference) -> Iterator[Mistake]:
+        """Refuse what a name refers to, if that is not there, or is not what is needed."""
+        refers, path = name.refers, name.path
+        if refers.section == "points":
+            yield from self._point(path, name.text)
+        elif refers.section != "frames":
+            yield from self.missing(path, refers.section, name.text, name.on_key)
+        elif name.text != GROUND:
+            yield from self.missing(path, "bodies", name.text)
+        joint = self.get("joints", name.text) if refers.kinds else None
+        if joint is None:
+            return
+        if joint.type not in refers.kinds:
+            message = f"needs {refers.words}; '{name.text}' is of type {joint.type}"
+            slides = joint.type in SLIDING.kinds
+            yield Mistake(path, message, refers.to_slides if slides else "", name.on_key)
+        elif isinstance(joint, SleeveJoint) and joint.clearance > 0 and not refers.play:
+            hint = "the link may lie askew there; it does not just slide"
+            yield Mistake(path, f"needs a sleeve without clearance; '{name.text}' has one", hint)
+
+    def _point(self, path: KeyPath, text: str) -> Iterator[Mistake]:
+        """Refuse a point 'body.point' whose body, or point, is unknown."""
+        try:
+            body, point = split_point(text)
+        except ValueError as error:  # in an expression
+            yield Mistake(path, str(error))
+            return
+        if body == GROUND:
+            return
+        yield from self.missing(path, "bodies", body)
+        part = self.get("bodies", body)
+        if part is not None and point not in part.point_names:
+            message = f"body '{body}' has no point '{point}'"
+            message += did_you_mean(point, part.point_names)
+            yield Mistake(path, message, "its points: " + ", ".join(part.point_names))
+
+
+class Reference(NamedTuple):
+    """A name in a scene: where it stands, as a key or as a value, and what it should refer to."""
+
+    path: KeyPath
+    refers: Refers
+    text: str
+    on_key: bool = False
+
+    @property
+    def body(self) -> str:
+        """The body that it names, or of which it names a point; empty if it is of another kind."""
+        if self.refers.section == "points":
+            return split_point(self.text)[0]
+        return self.text if self.refers.section in ("bodies", "frames") else ""
+
+
+def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> Iterator[Reference]:
+    """Find all names in a part, or in what a key that refers to something holds."""
+    if isinstance(value, Part):
+        for key, alias, inner in _referring(type(value)):
+            yield from references(getattr(value, key), (*path, alias), inner)
+    elif isinstance(value, Mapping):
+        if refers is not None:
+            yield from (Reference((*path, name), refers, name, on_key=True) for name in value)
+        for name, own in value.items():
+            yield from references(own, (*path, name))
+    elif isinstance(value, tuple):
+        for i, own in enumerate(value):
+            yield from references(own, (*path, i), refers)
+    elif isinstance(value, Expression):
+        yield from (
+            Reference(path, _wanted(sensed), sensed.of) for sensed in value.sensed if sensed.of
+        )
+    elif isinstance(value, str) and refers is not None:
+        yield Reference(path, refers, value)
+
+
+@cache
+def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
+    """Fields of a part that may hold names, with their keys, and what these refer to."""
+    found = []
+    for key, info in part.model_fields.items():
+        told = list(_told((info.annotation, *info.metadata)))
+        if told:
+            refers = next((one for one in told if isinstance(one, Refers)), None)
+            found.append((key, info.alias or key, refers))
+    return found
+
+
+def _told(hint: Any) -> Iterator[Any]:
+    """What in a type may hold names: parts and expressions; and to what names in it refer."""
+    if isinstance(hint, Refers) or (isclass(hint) and issubclass(hint, (Part, Expression))):
+        yield hint
+    inner = hint if isinstance(hint, tuple) else get_args(hint)
+    for one in (*inner, *getattr(hint, "__metadata__", ())):
+        yield from _told(one)
+
+
+def _wanted(sensed: Sensed) -> Refers:
+    """What an expression needs for what it senses."""
+    if sensed.axis:
+        return Refers("points")
+    return {"speed": DRIVEN, "place": SLIDING}.get(sensed.kind, REVOLUTE)
+
+
+SAME = 1e-9  # of a ratio: two ways from one gear to another that differ by more lock each other
+
+
+def gear_mistakes(parts: Parts) -> Iterator[Mistake]:
+    """Refuse gears whose joints can't mesh, and those that contradict others."""
+    joints = dict(parts.valid("joints"))
+    ties: dict[str, tuple[str, float]] = {}  # of each gear on its arm: its train, and its speed
+    for name, gear in joints.items():
+        if not isinstance(gear, Gear):
+            continue
+        kinds = [getattr(joints.get(joint), "type", "") for joint in gear.joints]
+        if not all(kind in GEARED.kinds for kind in kinds):
+            continue  # told as a name that leads nowhere, or to another kind
+        path = ("joints", name)
+        mistakes = [*_of_wrong_kinds(path, gear, kinds), *_unheld(path, gear, joints)]
+        yield from mistakes
+        if not mistakes:
+            yield from _contradicting(path, gear, joints, ties)
+
+
+def _of_wrong_kinds(path: KeyPath, gear: Gear, kinds: list[str]) -> Iterator[Mistake]:
+    if isinstance(gear, BeltJoint):
+        if "prismatic" in kinds:
+            hint = "a rack, 'type: gear' with a radius, moves so"
+            yield Mistake((*path, "joints"), "a belt needs two revolute joints", hint)
+    elif kinds[0] != kinds[1] and gear.radius is None:
+        given = "teeth" if gear.teeth else "ratio"
+        message = "a rack and its pinion need a radius, that of the pinion's pitch circle"
+        yield Mistake((*path, given), message, "e.g. radius: 40 mm")
+    elif kinds[0] == kinds[1] and gear.radius is not None:
+        message = "a radius is for a rack: one joint revolute, the other prismatic"
+        yield Mistake((*path, "radius"), message, "give 'teeth' or 'ratio'")
+
+
+def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:
+    """Refuse joints that no one arm carries, with clearance, or that rub by their force."""
+    (one, other), arms = gear.joints, arms_of(joints, gear)
+    if one == other:
+        yield Mistake((*path, "joints"), f"'{one}' can't mesh with itself")
+    elif len(arms) != 1:
+        message = f"no one body carries '{one}' and '{other}'"
+        hint = "both hang on one arm, or the ground; a sun turns where its planets' arm is hinged"
+        yield Mistake((*path, "joints"), message, hint)
+    for joint in gear.joints:
+        if getattr(joints[joint], "clearance", 0.0) > 0:
+            yield Mistake((*path, "joints"), f"'{joint}' has clearance: its gear would come apart")
+        for held in concentric(joints, joint):
+            friction = joints[held].friction
+            if friction is not None and friction.coefficient > 0:
+                message = "the force in this joint is not known: it lacks that of teeth and belts"
+                hint = f"of '{path[-1]}'; give a torque, along a slide a force"
+                yield Mistake(("joints", held, "friction", "coefficient"), message, hint)
+
+
+def _contradicting(
+    path: KeyPath, gear: Gear, joints: Joints, ties: dict[str, tuple[str, float]]
+) -> Iterator[Mistake]:
+    """Refuse a gear that others let turn at another ratio; else join the trains of both gears.
+
+    What is tied are speeds of bodies on an arm; of one joint as its other side sees it, the same.
+    """
+    arm, meshes = meshes_of(joints, gear)
+    sides = [_side(joints[mesh.joint], mesh.body, arm) for mesh in meshes]
+    one, other = (f"{mesh.body} on {arm}" for mesh in meshes)
+    weights = gear.weights((joints[gear.joints[0]], joints[gear.joints[1]]))
+    by_weight = [weight * side for weight, side in zip(weights, sides, strict=True)]
+    (train, speed), (second, behind) = (ties.setdefault(body, (body, 1.0)) for body in (one, other))
+    wanted = -by_weight[0] / by_weight[1] * speed  # of the other, by that of the train's first
+    if train == second:
+        if abs(wanted - behind) > SAME * abs(wanted):
+            message = f"contradicts other gears of {one} and {other}: none could turn"
+            turned = f"{behind / speed:.6g} by the gears above, {wanted / speed:.6g} by this one"
+            yield Mistake(path, message, f"turns of the second for one: {turned}", on_key=True)
+        return
+    for body, (start, own) in list(ties.items()):
+        if start == second:
+            ties[body] = train, own * wanted / behind
+
+
+def _side(joint: Any, body: str, arm: str) -> float:
+    """-1 where a slide counts its arm from its gear; angles count from the arm anyway."""
+    return -1.0 if joint.type == "prismatic" and ends_of(joint) == (body, arm) else 1.0
+
+
+def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
+    """Tell whether all that acts on a body acts at its centre, but perhaps friction.
+
+    Then its angle is nobody's business. A joint, a spring, a drive or a curve that it carries can
+    turn it, and so can forces at its other points.
+    """
+    if any(place != body.centre_of_mass for place in body.points.values()):
+        return False
+    if any(curve.on == name for _, curve in parts.valid("curves")):
+        return False
+    acting = (*parts.valid("springs"), *parts.valid("drives"))
+    turned = {getattr(part, "joint", None) for _, part in acting}
+    turned.update(*(getattr(joint, "joints", ()) for _, joint in parts.valid("joints")))
+    return not any(
+        name in joint.bodies and (own in turned or not isinstance(joint, RevoluteJoint | SlotJoint))
+        for own, joint in parts.valid("joints")
+    )
+
+
+def point_masses(parts: Parts) -> Iterator[Mistake]:
+    """Refuse friction around a point mass, and that it turns at the start.
+
+    What turns has an inertia, and here none is known.
+    """
+    rough = list(_rough(parts))
+    for name, body in parts.valid("bodies"):
+        if not isinstance(body, RigidBody) or body.inertia > 0:
+            continue
+        found = next((what for what, bodies in rough if name in bodies), None)
+        if found is not None and stays_a_point(parts, name, body):
+            yield Mistake(
+                ("bodies", name, "inertia"),
+                f"friction in '{found}' turns '{name}', which has no inertia",
+                "give its moment of inertia, m r^2/2 of a disc; or take the friction away",
+            )
+        if (what := _turned_alone(parts, name, body)) is not None:
+            yield Mistake(
+                ("bodies", name, "inertia"),
+                f"'{what}' turns '{name}' about its own centre, where it has no inertia",
+                "give its moment of inertia, m r^2/2 of a disc",
+            )
+        speed = getattr(parts.sections.get("initial"), "speeds", {}).get(name)
+        if speed and stays_a_point(parts, name, body):
+            yield Mistake(
+                ("initial", "speeds", name),
+                f"'{name}' is a point mass, which has no angular speed",
+                "give its speed under 'velocities', or the body an 'inertia'",
+            )
+
+
+def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
+    """Name of what turns a body about its centre, where only one pin to the ground holds it."""
+    holding = [(own, joint) for own, joint in parts.valid("joints") if name in joint.bodies]
+    if len(holding) != 1 or holding[0][1].bodies != (name,):
+        return None
+    own, joint = holding[0]
+    points = joint.points if isinstance(joint, RevoluteJoint) else ()
+    pinned = [split_point(point)[1] for point in points if split_point(point)[0] == name]
+    if not pinned or body.points.get(pinned[0], body.centre_of_mass) != body.centre_of_mass:
+        return None
+    acting = (*parts.valid("springs"), *parts.valid("drives"))
+    turns = (TorsionalSpring, TorqueDrive)
+    return next((k for k, part in acting if isinstance(part, turns) and part.joint == own), None)
+
+
+def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
+    """Names of contacts and bearings whose friction acts around points, and of their bodies."""
+    for name, contact in parts.valid("contacts"):
+        if getattr(contact.law, "friction", 0.0) > 0:
+            if isinstance(contact, CircleOnCircle):
+                yield name, {split_point(circle.at)[0] for circle in contact.circles}
+            elif isinstance(contact, PointOnCurve) and contact.radius > 0:
+                yield name, {split_point(contact.point)[0]}
+    for name, joint in parts.valid("joints"):
+        law = joint.acting if isinstance(joint, RevoluteJoint) else None
+        dry = joint.friction if isinstance(joint, RevoluteJoint) else None
+        if (law is not None and law.friction > 0) or (dry is not None and dry.acts):
+            yield name, set(joint.bodies)
+
 
 _NAME = re.compile(r"[^\W\d](?:[\w -]*[\w-])?")
 

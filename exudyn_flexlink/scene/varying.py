@@ -21,8 +21,8 @@ from exudyn_flexlink.expressions import (
     parse_expression,
     tokens_of,
 )
+from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.scene.base import NEEDS_QUOTES, TAG, Part, Text, is_cut, listed, refuse
-from exudyn_flexlink.units import Dimension
 
 
 class _Rows(Part):

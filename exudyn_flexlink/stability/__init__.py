@@ -11,31 +11,33 @@ can have (ImpossibleLapsError) or that nothing tells (NoRhythmError), a run that
 """
 
 from exudyn_flexlink.stability.exponent import (
+    Branches,
     Exponent,
     Flow,
-    Neighbours,
-    TooShortError,
-    largest_exponent,
-    trajectory,
-)
-from exudyn_flexlink.stability.laps import (
     ImpossibleLapsError,
     LapDistances,
+    Neighbours,
     NoRhythmError,
     Rhythm,
+    Section,
+    TooShortError,
     lap_distances,
     laps_of_cycle,
+    largest_exponent,
     repeating,
     rhythm_of,
-)
-from exudyn_flexlink.stability.neighbours import StoppedError
-from exudyn_flexlink.stability.sections import (
-    Branches,
-    Section,
     section_by_crank,
     section_by_time,
     section_columns,
     section_of_row,
     section_row,
+    trajectory,
 )
-from exudyn_flexlink.stability.study import Asked, Stability, long_scene, require_possible, study
+from exudyn_flexlink.stability.study import (
+    Asked,
+    Stability,
+    StoppedError,
+    long_scene,
+    require_possible,
+    study,
+)

@@ -9,13 +9,293 @@ is driven by time, time is no direction in which neighbours differ.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, log, sqrt
+from math import inf, lcm, log, pi, sqrt
+from typing import Any
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.observables import (
+    crank_angle,
+    first_passes,
+    path,
+    steady_speeds,
+    straight_between,
+    watched_point,
+)
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import LapsSpec, Scene, SlotJoint
+
+PHASES = 256  # of a lap, at which it is compared
+MOST = 8  # laps: a motion that takes more to repeat itself counts as none that does
+ALIKE = 3.0  # times the run's own error: two laps differ by both their errors
+FALLS = 0.9  # from a distance to the next, where laps settle to a period
+LEAST_FALLS = 2  # in a row
+
+
+class NoRhythmError(ValueError):
+    """Nothing in the scene tells how long a lap takes; the text says what may be given."""
+
+
+class ImpossibleLapsError(ValueError):
+    """Laps so short, so long or so many that they can't be run; the text says which."""
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """A `lap` takes so many s; after `laps` the mechanism is driven the same way again."""
+
+    lap: float
+    laps: int = 1
+
+    @property
+    def cycle(self) -> float:
+        """Time (s) after which the mechanism is driven the same way again."""
+        return self.laps * self.lap
+
+
+def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
+    """Return the rhythm of the first joint that a drive turns at one speed, or of a `lap` (s).
+
+    Curves with laps tell how many laps make a cycle.
+    """
+    turned = list(steady_speeds(scene).values())
+    if lap is None and not turned:
+        raise NoRhythmError(
+            "no drive turns a joint at one speed, so that nothing tells what a lap is: say how "
+            "long it takes, such as the period of a force"
+        )
+    return Rhythm(2 * pi / abs(turned[0]) if lap is None else lap, laps_of_cycle(scene))
+
+
+def laps_of_cycle(scene: Scene) -> int:
+    """Laps after which the mechanism is driven the same way again: those of curves with laps."""
+    slots = (joint for joint in scene.joints.values() if isinstance(joint, SlotJoint))
+    curves = [scene.curves[slot.curve] for slot in slots]
+    return lcm(*(len(own.curves) for own in curves if isinstance(own, LapsSpec)))
+
+
+@dataclass(frozen=True)
+class LapDistances:
+    """How far `point` is in each lap from where it was `before` laps before.
+
+    `laps` (N,) number whole laps from 1, `end` (N,) s are their ends, `before` (M,) the shifts and
+    `largest` (M, N) m the largest distance at the same phases; nan where there is no such lap.
+    """
+
+    point: str
+    laps: IndexArray
+    end: FloatArray
+    before: IndexArray
+    largest: FloatArray
+
+
+@dataclass(frozen=True)
+class Repeating:
+    """What laps tell of a motion, up to `until` (s), to where they are known.
+
+    `laps` is the number after which it repeats itself within `error` (m), the run's own; None
+    where it does not. `settles` is the factor by which the distance of laps so many apart falls
+    from one to the next where it is still on its way to such a period, else None. `least` (m) is
+    the smallest distance of the last laps from earlier ones, that of `nearest` laps before.
+    """
+
+    laps: int | None
+    settles: float | None
+    least: float
+    nearest: int
+    error: float
+    until: float
+
+    @property
+    def told(self) -> str:
+        """In words."""
+        if self.laps is not None:
+            return f"repeats itself every {_count(self.laps)}"
+        if self.settles is not None:
+            return f"settles to a period of {_count(self.nearest)}"
+        return f"does not repeat itself within {_count(MOST)}"
+
+
+def lap_distances(
+    result: Result, lap: float, point: str | None = None, after: float = 0.0
+) -> LapDistances:
+    """Compare each whole lap of `lap` (s), from `after` (s) on, with up to `MOST` laps before.
+
+    With a crank of constant speed that is at the same crank angles. The point is the watched one
+    if left out. Between samples it is interpolated, which may differ from lap to lap; nothing is
+    where a lap is a multiple of `PHASES` samples.
+    """
+    seen = path(result, watched_point(result.scene) if point is None else point)
+    count = max(0, int((float(seen.time[-1]) - after) / lap * (1 + 1e-9)))
+    phases = np.arange(PHASES) / PHASES
+    times = after + lap * (np.arange(count)[:, None] + phases)
+    places = seen.at(times.ravel()).reshape(count, PHASES, 2)
+    before = np.arange(1, min(MOST, max(count - 1, 0)) + 1)
+    largest = np.full((len(before), count), np.nan)
+    for row, shift in enumerate(before.tolist()):
+        away = np.linalg.norm(places[shift:] - places[:-shift], axis=-1)
+        largest[row, shift:] = away.max(axis=-1)
+    numbers = np.arange(1, count + 1)
+    return LapDistances(
+        seen.point, numbers, np.asarray(after + lap * numbers, float), before, largest
+    )
+
+
+def repeating(found: LapDistances, error: float, until: float = inf) -> Repeating | None:
+    """Judge laps that end up to `until` (s) against the error (m) of the run; None if too few."""
+    known = found.end <= until * (1 + 1e-9)
+    rows = {
+        int(shift): row[known & np.isfinite(row)]
+        for shift, row in zip(found.before, found.largest, strict=True)
+    }
+    rows = {shift: row for shift, row in rows.items() if len(row) >= shift}
+    if not rows:
+        return None
+    last = {shift: float(row[-shift:].max()) for shift, row in rows.items()}
+    end = float(found.end[known][-1])
+    alike = [shift for shift, away in last.items() if away <= ALIKE * error]
+    if alike:
+        return Repeating(alike[0], None, last[alike[0]], alike[0], error, end)
+    for shift, row in rows.items():
+        rate = _settling(row, shift)
+        if rate is not None:
+            return Repeating(None, rate, last[shift], shift, error, end)
+    nearest = min(last, key=lambda shift: last[shift])
+    return Repeating(None, None, last[nearest], nearest, error, end)
+
+
+def _settling(row: FloatArray, shift: int) -> float | None:
+    """Factor by which distances fall from one block of `shift` laps to the next, if they do.
+
+    At least from one to the next two, and in each step.
+    """
+    count = len(row) // shift
+    if count < LEAST_FALLS + 1:
+        return None
+    blocks = row[len(row) - count * shift :].reshape(count, shift).max(axis=1)
+    falls = blocks[-LEAST_FALLS:] / blocks[-LEAST_FALLS - 1 : -1]
+    return float(falls.prod() ** (1 / LEAST_FALLS)) if falls.max() < FALLS else None
+
+
+def _count(laps: int) -> str:
+    return "lap" if laps == 1 else f"{laps} laps"
+
+
+COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+"""What tables tell of each point of a section."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """The point once a lap: `time` (N,) s, `position` (N, 2) m and `velocity` (N, 2) m/s.
+
+    `phase` is the crank angle (rad), or the part of a lap of its own length (0 to 1), at which it
+    is looked at; `by_crank` tells which.
+    """
+
+    point: str
+    phase: float
+    by_crank: bool
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+
+    def distinct(self, limit: float) -> int:
+        """Number of places that are more than `limit` (m) apart from each other.
+
+        Of a motion that repeats itself every n laps they are n, or less where it passes one place
+        twice.
+        """
+        kept: list[FloatArray] = []
+        for place in self.position:
+            if all(np.linalg.norm(place - other) > limit for other in kept):
+                kept.append(place)
+        return len(kept)
+
+
+def section_by_crank(
+    result: Result, angle: float = 0.0, point: str | None = None, after: float = 0.0
+) -> Section:
+    """Look at a point whenever the crank passes an angle (rad), from `after` (s) on.
+
+    The point is the watched one if left out.
+    """
+    turned = crank_angle(result)
+    low, high = sorted((float(turned[0]), float(turned[-1])))
+    wanted = angle + 2 * pi * np.arange(
+        np.ceil((low - angle) / (2 * pi)), (high - angle) / (2 * pi) + 1e-12
+    )
+    times = np.sort(first_passes(result.time, turned, wanted))
+    return _at(result, times[times >= after], angle, point, by_crank=True)
+
+
+def section_by_time(result: Result, lap: float, phase: float = 0.0, after: float = 0.0) -> Section:
+    """Look at the watched point once in every lap of its own length (s), from `after` (s) on.
+
+    `phase` (0 to 1) is the part of a lap that is over. For what no crank drives, such as a force
+    with a period.
+    """
+    clock = result.scene.initial.clock
+    times = np.arange(phase, (float(result.time[-1]) + clock) / lap + 1e-12) * lap - clock
+    return _at(result, times[(times >= after) & (times >= 0)], phase, None, by_crank=False)
+
+
+def _at(
+    result: Result, times: FloatArray, phase: float, point: str | None, *, by_crank: bool
+) -> Section:
+    seen = path(result, watched_point(result.scene) if point is None else point)
+    speed = straight_between(seen.time, seen.velocity, times)
+    return Section(seen.point, phase, by_crank, times, seen.at(times), speed)
+
+
+def section_columns(section: Section) -> dict[str, FloatArray]:
+    """Return a section as columns (N,) by name and unit, of a table with a row for each point."""
+    columns = section.time, *section.position.T, *section.velocity.T
+    return dict(zip(COLUMNS, columns, strict=True))
+
+
+def section_row(section: Section) -> dict[str, float | int]:
+    """Return a section as numbers by name, for one row of a table; units end the names."""
+    found: dict[str, float | int] = {"section.points": len(section.time)}
+    for name, column in section_columns(section).items():
+        numbered = enumerate(column.tolist(), start=1)
+        found |= {f"section.{number}.{name}": value for number, value in numbered}
+    return found
+
+
+def section_of_row(row: Mapping[str, Any], point: str, phase: float, *, by_crank: bool) -> Section:
+    """Return the section that a row of a table tells; see `section_row`."""
+    numbers = range(1, int(row["section.points"]) + 1)
+    found = [[float(row[f"section.{number}.{name}"]) for name in COLUMNS] for number in numbers]
+    time, x, y, vx, vy = np.array(found, dtype=float).reshape(-1, len(COLUMNS)).T
+    place, speed = np.stack([x, y], axis=1), np.stack([vx, vy], axis=1)
+    return Section(point, phase, by_crank, time, place, speed)
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Sections of runs of one scene in which one value is varied: a bifurcation diagram.
+
+    `values` (K,) in SI and a section of each; `path` is that of the value in the model file.
+    `failed` are values without a section, and `doubtful` those whose run warned, with the reason.
+    """
+
+    path: str
+    values: FloatArray
+    sections: Sequence[Section]
+    failed: Mapping[float, str]
+    doubtful: Mapping[float, str]
+
+    @property
+    def points(self) -> tuple[FloatArray, FloatArray]:
+        """Value (P,) and place (P, 2) m of every point of the diagram."""
+        counts = [len(own.time) for own in self.sections]
+        places = [own.position for own in self.sections]
+        return np.repeat(self.values, counts), np.concatenate([np.zeros((0, 2)), *places])
+
 
 Flow = Callable[[FloatArray, float, float], FloatArray]
 """State (n,) at a time, from a state (n,) at an earlier time (s)."""

@@ -7,32 +7,30 @@ readers.
 """
 
 from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
-from exudyn_flexlink.storage.errors import StorageError
-from exudyn_flexlink.storage.manifest import own_files
+from exudyn_flexlink.storage.manifest import StorageError, own_files
 from exudyn_flexlink.storage.replacing import (
     KeptBesideError,
     replace_file,
     staged_files,
     staged_folder,
 )
-from exudyn_flexlink.storage.run import load, save
+from exudyn_flexlink.storage.run import (
+    all_columns,
+    lever_columns,
+    load,
+    save,
+    touch_columns,
+    trajectory_columns,
+)
 from exudyn_flexlink.storage.studies import (
+    SeriesKeeper,
+    is_sweep,
+    load_sweep,
+    open_journal,
     save_accuracy,
     save_against,
     save_comparison,
     save_fit,
     save_stability,
-)
-from exudyn_flexlink.storage.sweep import (
-    SeriesKeeper,
-    is_sweep,
-    load_sweep,
-    open_journal,
     save_table,
-)
-from exudyn_flexlink.storage.tables import (
-    all_columns,
-    lever_columns,
-    touch_columns,
-    trajectory_columns,
 )

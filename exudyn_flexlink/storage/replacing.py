@@ -25,11 +25,14 @@ from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from exudyn_flexlink.storage.errors import ARRAYS, MANIFEST, StorageError, cannot_write
 from exudyn_flexlink.storage.manifest import (
+    ARRAYS,
     FIGURES,
     KINDS,
+    MANIFEST,
     Manifest,
+    StorageError,
+    cannot_write,
     folders_to,
     is_folder,
     is_own,

@@ -7,8 +7,13 @@ OSError where the folder can't be written.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+import signal
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
@@ -17,12 +22,46 @@ from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advis
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import Comparison, Statistics
 from exudyn_flexlink.fitting import Against, Fit
-from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import Deviation, Measure, measures
+from exudyn_flexlink.result import ForceDeviation, Result
 from exudyn_flexlink.stability import Exponent, Stability, section_columns
-from exudyn_flexlink.storage.documents import write_document
-from exudyn_flexlink.storage.errors import ACCURACY, COMPARISON, FIT, STABILITY
-from exudyn_flexlink.sweeps import column_of
+from exudyn_flexlink.storage.documents import (
+    JOURNAL,
+    Journal,
+    check_readable,
+    in_json,
+    journal_in,
+    locked,
+    other_version,
+    rows_of,
+    write_csv,
+    write_document,
+)
+from exudyn_flexlink.storage.manifest import (
+    ACCURACY,
+    COMPARISON,
+    FIT,
+    FORMAT,
+    KINDS,
+    MANIFEST,
+    PROGRAM,
+    STABILITY,
+    SWEEP,
+    StorageError,
+    read_manifest,
+)
+from exudyn_flexlink.storage.replacing import check_regular, staged_folder
+from exudyn_flexlink.storage.run import save
+from exudyn_flexlink.sweeps import (
+    FAILED,
+    Row,
+    Sweep,
+    SweepTable,
+    Varied,
+    column_of,
+    table_of,
+    versions,
+)
 
 
 def save_comparison(
@@ -320,3 +359,210 @@ def _held(found: Against) -> dict[str, Any]:
         "own_error_m": found.result.error.largest,
         "horizon_s": found.result.error.known_until,
     }
+
+
+SERIES = "series"
+AGAIN = "sweep again"
+ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+
+
+@dataclass(frozen=True)
+class SeriesKeeper:
+    """Saves runs, each in a folder of its own in ``series``; can be sent to other processes."""
+
+    folder: Path
+
+    def __call__(self, result: Result, name: str) -> None:
+        """Save a run, in place of an earlier one of the same name, before the process may end.
+
+        Raises:
+            StorageError: that can't be written, or this machine does not see the sweep's folder.
+
+        """
+        if not (self.folder / SWEEP).is_file():
+            raise StorageError(f"can't save series: there is no {self.folder / SWEEP} to see here")
+        check_regular(self.folder, f"{SERIES}/{name}/{MANIFEST}")
+        with (
+            _ends_later(),
+            staged_folder(self.folder / SERIES / name, force=True) as staged,
+        ):
+            save(result, staged)
+
+
+@contextmanager
+def _ends_later() -> Iterator[None]:
+    """Let Ctrl-C and requests to end wait for what is inside; only the main thread takes them."""
+    asked: list[int] = []
+    numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
+    taken = numbers if current_thread() is main_thread() else []
+    before = {number: signal.signal(number, lambda n, _: asked.append(n)) for number in taken}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in asked:
+            signal.raise_signal(number)
+
+
+@contextmanager
+def open_journal(
+    folder: Path, sweep: Sweep, *, resume: bool = False, force: bool = False, series: bool = False
+) -> Iterator[Journal]:
+    """Begin a sweep in a folder, or go on with it; two processes never work in one.
+
+    `force` begins anew, whatever stands there. With `series` runs are wanted whole: a row whose run
+    was not saved is made again.
+
+    Raises:
+        StorageError: the folder holds something else, or rows of this sweep without `resume`; it
+            can't be written, or another process sweeps in it.
+
+    """
+    folder = Path(folder)
+    with locked(folder):
+        if series:
+            check_regular(folder, f"{SERIES}/{MANIFEST}")
+        if force or not _goes_on(folder, sweep, resume=resume):
+            with staged_folder(folder, force=force, what=KINDS[SWEEP]) as staged:
+                _write_plan(staged, sweep, completed=False)
+                (folder / JOURNAL).unlink(missing_ok=True)
+        with journal_in(folder, {point.id for point in sweep.points}) as journal:
+            if series:
+                journal.known = {k: x for k, x in journal.known.items() if _has_series(folder, x)}
+            yield journal
+
+
+def load_sweep(folder: Path) -> SweepTable:
+    """Read the table of a sweep, also of one that is not whole.
+
+    Raises:
+        StorageError: the folder holds no sweep, or a file of it is damaged.
+
+    """
+    folder = Path(folder)
+    plan = _read_plan(folder)
+    if plan is None:
+        raise StorageError(f"{folder} has no {SWEEP}; give the folder of a sweep")
+    content = _content(folder / JOURNAL)
+    if content is None:
+        raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there")
+    rows = rows_of(content, folder / JOURNAL)
+    try:
+        varied = [Varied(**one) for one in plan["varied"]]
+        return table_of(plan["title"], plan["engine"], varied, plan["points"], rows)
+    except (KeyError, TypeError, ValueError) as error:
+        why = f"no {error} in it" if isinstance(error, KeyError) else "it is not what was written"
+        raise StorageError(f"{folder / SWEEP} is damaged: {why}; {AGAIN}") from error
+
+
+def is_sweep(folder: Path) -> bool:
+    """Tell whether a folder holds a sweep."""
+    return (Path(folder) / SWEEP).is_file()
+
+
+def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
+    """Write ``sweep.json`` and ``table.csv`` into a folder, or raise OSError."""
+    _write_plan(folder, sweep, completed=table.whole)
+    write_csv(folder / "table.csv", table.columns())
+
+
+def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
+    """Write the plan in one line: its points may be many."""
+    (folder / SWEEP).write_bytes(in_json(_plan(sweep) | {"completed": completed}))
+
+
+def _plan(sweep: Sweep) -> dict[str, Any]:
+    return {
+        "program": PROGRAM,
+        "format": FORMAT,
+        "title": sweep.scene.title,
+        "engine": sweep.engine,
+        "measure": sweep.measure,
+        "observed": sweep.observed,
+        "versions": versions(),
+        "varied": sweep.varied,
+        "scene": sweep.scene.to_data(),
+        "points": [[point.id, point.values] for point in sweep.points],
+    }
+
+
+def _read_plan(folder: Path) -> dict[str, Any] | None:
+    """Read the plan in a folder, None if none is; refuse a damaged one, or of another version."""
+    file = folder / SWEEP
+    content = _content(file)
+    if content is None:
+        return None
+    try:
+        plan = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
+    if not isinstance(plan, dict) or plan.get("program") != PROGRAM:
+        raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a sweep")
+    if other := other_version(plan):
+        raise StorageError(f"{file} was written by {other}; {AGAIN}")
+    return plan
+
+
+def _content(file: Path) -> bytes | None:
+    """Read a file, None if there is none; refuse one that can't be read."""
+    check_readable(file)
+    try:
+        return file.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
+
+
+def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
+    """Tell whether this sweep goes on in a folder, or begins there; refuse where neither may be."""
+    plan, rows = _read_plan(folder), _content(folder / JOURNAL)
+    if plan is None and rows is not None:
+        raise StorageError(
+            f"{folder} has a {JOURNAL}, but no {SWEEP} that tells of which sweep: put that back, "
+            "or force it, which begins anew",
+            forcible=True,
+        )
+    if plan is None:
+        there = read_manifest(folder)
+        if there is not None:
+            raise StorageError(
+                f"{folder} holds a {there.told}; choose another place, or remove that yourself"
+            )
+        return False
+    if difference := _difference(plan, sweep):
+        raise StorageError(
+            f"{folder} holds another sweep, {difference}; choose another place, or "
+            "force it, which begins anew",
+            forcible=True,
+        )
+    count = (rows or b"").count(b"\n")
+    if count and not resume:  # without rows there is nothing to lose
+        raise StorageError(
+            f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
+            "force it, which begins anew",
+            forcible=True,
+        )
+    return True
+
+
+def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
+    """Say in what an earlier sweep differs: the first thing that does; empty if nothing does."""
+    now = json.loads(in_json(_plan(sweep)))
+    words = {
+        "title": "of another model",
+        "engine": "by another engine",
+        "varied": "of other values",
+        "scene": "of another scene",
+        "measure": "measured otherwise",
+        "points": "of other points",
+        "observed": "with other observables",
+        "versions": "by other versions of the packages",
+    }
+    return next((told for key, told in words.items() if plan.get(key) != now[key]), "")
+
+
+def _has_series(folder: Path, row: Row) -> bool:
+    """Tell whether the run of a row is there whole; one that failed may have none."""
+    return row.status == FAILED or (folder / SERIES / row.id).is_dir()

@@ -3,15 +3,6 @@
 No engine here: whoever starts a sweep hands in what runs a scene, and who makes the runs.
 """
 
-from exudyn_flexlink.sweeps.designs import Design, drawn, grid, listed
-from exudyn_flexlink.sweeps.dimensions import (
-    column_of,
-    in_si,
-    label_of,
-    quantity_at,
-    si_unit,
-    symbol_of,
-)
 from exudyn_flexlink.sweeps.executors import (
     CannotStartError,
     Executor,
@@ -19,7 +10,24 @@ from exudyn_flexlink.sweeps.executors import (
     in_this_process,
     local_processes,
 )
-from exudyn_flexlink.sweeps.plan import Sweep, Varied, planned, versions
+from exudyn_flexlink.sweeps.plan import (
+    Design,
+    Sweep,
+    ValuesError,
+    Varied,
+    column_of,
+    drawn,
+    grid,
+    in_si,
+    label_of,
+    listed,
+    planned,
+    quantity_at,
+    range_of,
+    si_unit,
+    symbol_of,
+    versions,
+)
 from exudyn_flexlink.sweeps.rows import (
     DOUBTFUL,
     FAILED,
@@ -28,9 +36,9 @@ from exudyn_flexlink.sweeps.rows import (
     Row,
     Scalar,
     Simulate,
+    Work,
+    shortened,
     standard_row,
+    work_of,
 )
-from exudyn_flexlink.sweeps.study import read_study
-from exudyn_flexlink.sweeps.table import SweepTable, carried_out, table_of
-from exudyn_flexlink.sweeps.values import ValuesError, range_of
-from exudyn_flexlink.sweeps.work import Work, shortened, work_of
+from exudyn_flexlink.sweeps.study import SweepTable, carried_out, read_study, table_of

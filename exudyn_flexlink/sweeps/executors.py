@@ -22,8 +22,7 @@ from multiprocessing import connection, current_process, get_context, parent_pro
 from threadpoolctl import threadpool_limits
 
 from exudyn_flexlink.sweeps.plan import Point, versions
-from exudyn_flexlink.sweeps.rows import FAILED, Row
-from exudyn_flexlink.sweeps.work import Work
+from exudyn_flexlink.sweeps.rows import FAILED, Row, Work
 
 MOST = 61  # processes of a pool, which can have no more on Windows
 AHEAD = 2  # tasks for each worker of Dask: one it does, and the next

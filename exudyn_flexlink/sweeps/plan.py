@@ -4,17 +4,449 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import product
+from math import isfinite, prod
+from sys import float_info
+from typing import Any, get_args
+
+import numpy as np
 
 from exudyn_flexlink.loading import document_of
-from exudyn_flexlink.scene import Scene, apply_settings, check_document
-from exudyn_flexlink.settings import Setting
-from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError, dotted
-from exudyn_flexlink.sweeps.designs import Design
-from exudyn_flexlink.sweeps.dimensions import column_of, in_si, si_unit
-from exudyn_flexlink.sweeps.values import Value, setting_of, unit_of
-from exudyn_flexlink.versions import THIS, version_of
+from exudyn_flexlink.quantities import (
+    NUMBER,
+    UNIT,
+    Dimension,
+    Measure,
+    Quantity,
+    StiffnessOfPower,
+    UnknownUnitError,
+    find_unit,
+    in_words,
+)
+from exudyn_flexlink.scene import Part, Scene, apply_settings, check_document
+from exudyn_flexlink.scene.varying import Measured, Varying
+from exudyn_flexlink.shipped import THIS, version_of
+from exudyn_flexlink.source import (
+    MINUS,
+    Document,
+    HintedError,
+    KeyPath,
+    Mistake,
+    SceneError,
+    Setting,
+    dotted,
+    read_yaml,
+)
+
+MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
+DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
+HINT = "start:stop:count such as '2:40:20' or '0:5:11 mm', or a list such as '1, 2, 5 mm'"
+RANGE_HINT = "lowest:highest such as '2:40' or '0:5 mm'"
+_NUMBER = re.compile(rf"\s*({NUMBER})\s*({UNIT})?\s*")
+_COUNT = re.compile(rf"\s*([0-9]+)\s*({UNIT})?\s*")
+
+Value = float | str
+"""A number, or a text as it stands in a model file, such as '5 mm' or 'beam'."""
+
+
+class Written(str):
+    """A list, a mapping or a truth value, written as JSON."""
+
+    __slots__ = ()
+
+
+class ValuesError(HintedError):
+    """A text that gives no values; `hint` says how they are written, `entry` which is meant."""
+
+    def __init__(self, message: str, hint: str = HINT, entry: int | None = None) -> None:
+        super().__init__(message, hint)
+        self.entry = entry
+
+
+@dataclass(frozen=True)
+class Range:
+    """Numbers from `low` to `high`, both in `unit`; an empty one is that of the SI."""
+
+    low: float
+    high: float
+    unit: str
+
+    def at(self, part: float) -> Value:
+        """Value at a part of the range, 0 to 1."""
+        return self._written(self.low + part * (self.high - self.low))
+
+    def spread(self, count: int) -> tuple[Value, ...]:
+        """Values at equal distances, both ends among them."""
+        return tuple(self._written(x) for x in np.linspace(self.low, self.high, count).tolist())
+
+    def _written(self, value: float) -> Value:
+        number = float(f"{value:.{DIGITS}g}")
+        return f"{number_text(number)} {self.unit}" if self.unit else number
+
+
+def number_text(number: float) -> str:
+    """Return a number as a model file has it; a whole one without a point, as counts need."""
+    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+
+
+def values_of(given: Any) -> tuple[Value, ...]:
+    """Read the values of a path: a text as on the command line, or a sequence of values.
+
+    Raises:
+        ValuesError: they are none.
+
+    """
+    if isinstance(given, str):
+        return _of_text(given)
+    if hasattr(given, "tolist"):  # of numpy
+        given = given.tolist()
+    if isinstance(given, bool | int | float):
+        given = (given,)
+    if not isinstance(given, Sequence) or isinstance(given, bytes | bytearray | memoryview):
+        raise ValuesError(f"expected values, got {in_words(given)}")
+    return _listed([value_of(one, i) for i, one in enumerate(given)])
+
+
+def range_of(given: Any) -> Range:
+    """Read the two ends of a range.
+
+    Raises:
+        ValuesError: they are none.
+
+    """
+    if isinstance(given, str):
+        ends: Sequence[Any] = given.split(":")
+    else:
+        ends = given if isinstance(given, Sequence) else ()
+    if len(ends) != 2:
+        raise ValuesError(f"expected two ends, got {in_words(given)}", RANGE_HINT)
+    found = _range(str(ends[0]), str(ends[1]), RANGE_HINT)
+    if found.low > found.high:
+        raise ValuesError(f"the range {in_words(given)} runs backwards", "give the lower end first")
+    return found
+
+
+def _listed(values: Sequence[Value]) -> tuple[Value, ...]:
+    if not values:
+        raise ValuesError("needs at least one value")
+    seen: set[Value] = set()
+    for i, value in enumerate(values):
+        if value in seen:
+            raise ValuesError(f"{in_words(value)} is there twice", "", i)
+        seen.add(value)
+    return tuple(values)
+
+
+def _of_text(text: str) -> tuple[Value, ...]:
+    if ":" in text:
+        parts = text.split(":")
+        if len(parts) != 3:
+            raise ValuesError(f"expected start:stop:count, got '{text}'")
+        last = _COUNT.fullmatch(parts[2])
+        if last is None or not 2 <= int(last[1]) <= MOST_VALUES:
+            raise ValuesError(
+                f"expected a number of values, 2 to {MOST_VALUES}, after the second colon; "
+                f"got '{parts[2].strip()}'"
+            )
+        return _range(parts[0], parts[1], HINT, last[2] or "").spread(int(last[1]))
+    read = read_yaml(f"[{text}]")
+    if read.problems or not isinstance(read.data, list):
+        raise ValuesError(f"expected values, got '{text}'")
+    return _listed(_with_last_unit([value_of(one, i) for i, one in enumerate(read.data)]))
+
+
+def _with_last_unit(values: list[Value]) -> Sequence[Value]:
+    """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
+    last = parts_of(values[-1]) if values else None
+    if last is None or not all(isinstance(one, float) for one in values[:-1]):
+        return values
+    return [*(f"{number_text(float(one))} {last[1]}" for one in values[:-1]), values[-1]]
+
+
+def _range(low: str, high: str, hint: str, unit: str = "") -> Range:
+    ends = [_NUMBER.fullmatch(text) for text in (low, high)]
+    if not (ends[0] and ends[1]):
+        wrong = high if ends[0] else low
+        raise ValuesError(f"expected a number, or one with a unit, got '{wrong.strip()}'", hint)
+    units = {unit.strip(), *((end[2] or "").strip() for end in ends if end)} - {""}
+    if len(units) > 1:
+        told = " and ".join(f"'{one}'" for one in sorted(units))
+        raise ValuesError(f"the range has the units {told}", "give one, which holds for all")
+    numbers = [float(end[1].replace(MINUS, "-")) for end in ends if end]
+    if not all(map(isfinite, numbers)):
+        raise ValuesError(f"'{low}:{high}' is no finite range", hint)
+    if numbers[0] == numbers[1]:
+        raise ValuesError(f"the range '{low}:{high}' is one value", hint)
+    return Range(numbers[0], numbers[1], units.pop() if units else "")
+
+
+def value_of(given: Any, entry: int | None = None) -> Value:
+    """Return a value as a number, or as the text that a model file would hold.
+
+    Raises:
+        ValuesError: no model file can hold it.
+
+    """
+    if hasattr(given, "tolist"):  # of numpy
+        given = given.tolist()
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        if not abs(given) <= float_info.max:  # nor a whole number beyond
+            raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
+        return float(given)
+    if isinstance(given, str):
+        if given.strip():
+            return given
+    elif isinstance(given, bool | Mapping | Sequence):
+        with suppress(TypeError, ValueError):
+            return Written(json.dumps(given, ensure_ascii=False))
+    raise ValuesError(f"expected a value, got {in_words(given)}", entry=entry)
+
+
+def setting_of(path: str, value: Value) -> tuple[str, Any]:
+    """Return the setting that puts a value into the scene; a text is not read as YAML again."""
+    if isinstance(value, str):
+        return path, json.loads(value) if isinstance(value, Written) else value
+    return path, json.loads(number_text(value))
+
+
+def unit_of(values: Sequence[Value]) -> str:
+    """Return the unit in which all of some values are written; empty if there is no such one."""
+    units = {parts[1] if (parts := parts_of(value)) else "" for value in values}
+    return units.pop() if len(units) == 1 else ""
+
+
+def parts_of(value: Value) -> tuple[float, str] | None:
+    """Number and unit of a text that has both, the unit as it is written; None of all else."""
+    found = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    if found is None or found[2] is None:
+        return None
+    return float(found[1].replace(MINUS, "-")), found[2].strip()
+
+
+_SYMBOLS = {"metres": "m", "radians": "rad", "seconds": "s"}
+_ALL = {_SYMBOLS.get(one.si, one.si) for one in Dimension} - {""}
+_UNITS = sorted(_ALL | {"J", "W", "N s", "1/s"}, key=len, reverse=True)
+"""Units that end the names of columns, the longest first: rad/s is not s."""
+
+
+def si_unit(scene: Scene, path: str) -> str:
+    """Return the SI unit of the number at a path, such as 'rad/s'; empty where it has none."""
+    measured = quantity_at(scene, path)
+    return "" if measured is None else symbol_of(measured.dimension)
+
+
+def symbol_of(dimension: Measure) -> str:
+    """Return the SI unit of a dimension as it is written behind a number."""
+    return _SYMBOLS.get(dimension.si, dimension.si)
+
+
+def column_of(path: str, unit: str) -> str:
+    """Return the name of a path's column, which ends in the unit: 'run.sample_s'."""
+    told = unit.replace("/", "_per_").replace(" ", "_").replace("^", "")
+    return f"{path}_{told}" if told else path
+
+
+def in_si(value: Value, unit: str) -> Value:
+    """Return a number in the SI's `unit`; a text that is no quantity stays as it is."""
+    parts = parts_of(value)
+    measures = (measure for measure in Dimension if symbol_of(measure) == unit)
+    wanted = next(measures, Dimension.NUMBER)
+    try:
+        return value if parts is None else parts[0] * find_unit(parts[1], wanted).factor
+    except UnknownUnitError:
+        return value
+
+
+def quantity_at(scene: Scene, path: str) -> Quantity | None:
+    """Return dimension and limits of the number at a path; None where nothing tells them."""
+    value: Any = scene
+    owner: Any = None
+    hints: tuple[Any, ...] = ()
+    for step in path.split("."):
+        if isinstance(value, Part):
+            fields = type(value).model_fields.items()
+            key = next((key for key, field in fields if step in (key, field.alias)), None)
+            if key is None:
+                return None
+            field = type(value).model_fields[key]
+            owner, hints, value = value, (field.annotation, *field.metadata), getattr(value, key)
+        elif isinstance(value, Mapping):  # what is not there yet is as what may be there
+            value = value.get(step)
+        elif isinstance(value, tuple):
+            value = value[int(step)] if step.isdecimal() and int(step) < len(value) else None
+        else:
+            return None
+    if isinstance(value, Measured):
+        return Quantity(value.dimension)
+    found = next((one for hint in hints for one in _quantities(hint)), None)
+    return found.beside(owner.exponent) if isinstance(found, StiffnessOfPower) else found
+
+
+def _quantities(hint: Any) -> Iterator[Quantity]:
+    """Quantities that the annotations in a type name, if they leave no choice."""
+    if isinstance(hint, Quantity):
+        yield hint
+    elif isinstance(hint, Varying):
+        yield from map(Quantity, hint.dimensions if len(hint.dimensions) == 1 else ())
+    else:
+        for inner in (*get_args(hint), *getattr(hint, "__metadata__", ())):
+            yield from _quantities(inner)
+
+
+def label_of(column: str) -> tuple[str, str]:
+    """Return a column's name without its unit, and the unit as it is written; empty if it has none.
+
+    >>> label_of("lever.swing_rad")
+    ('lever.swing', 'rad')
+    """
+    for unit in _UNITS:
+        ending = column_of("", unit)
+        if column.endswith(ending):
+            return column.removesuffix(ending), unit
+    return column, ""
+
+
+MOST_POINTS = 1_000_000  # the plan of so many takes about a gigabyte
+Read = Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class Design:
+    """Points, each a value for every path; `places` tells where each value of a path is given."""
+
+    paths: tuple[str, ...]
+    points: tuple[tuple[Value, ...], ...]
+    places: tuple[Mapping[Value, KeyPath], ...]
+
+
+def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
+    """Return every value of each path with every value of the others; the last varies fastest.
+
+    `at` is the path of `varied` in the document that mistakes belong to. Paths without values are
+    left out; None if nothing is left.
+    """
+    read = _read_all(values_of, varied, at, mistakes)
+    if not read or not _few(prod(map(len, read.values())), at, mistakes):
+        return None
+    places = tuple(
+        {value: _entry((*at, path), varied[path], k) for k, value in enumerate(values)}
+        for path, values in read.items()
+    )
+    return Design(tuple(read), tuple(product(*read.values())), places)
+
+
+def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
+    """Return points as they are listed, each a mapping of paths to values."""
+    found: dict[tuple[Value, ...], int] = {}  # each point and its number
+    paths: tuple[str, ...] = ()
+    before = len(mistakes)
+    for i, point in enumerate(points):
+        if not isinstance(point, Mapping) or not point:
+            got = "an empty one" if point == {} else in_words(point)
+            message = f"expected a mapping of paths to values, got {got}"
+            mistakes.append(Mistake((*at, i), message))
+            continue
+        if not paths:
+            paths = tuple(point)
+            _refuse_twice(paths, (*at, i), mistakes)
+        if set(point) != set(paths):
+            message = f"gives {', '.join(point)}, the first point {', '.join(paths)}"
+            mistakes.append(Mistake((*at, i), message, "all points give the same paths"))
+            continue
+        values = tuple(_read(value_of, point[path], (*at, i, path), mistakes) for path in paths)
+        if values in found:
+            mistakes.append(Mistake((*at, i), f"is the point {found[values] + 1} again"))
+        found.setdefault(values, i)
+    if not points:
+        mistakes.append(Mistake(at, "needs at least one point"))
+    if len(mistakes) > before or not _few(len(found), at, mistakes):
+        return None
+    places = tuple(
+        {point[i]: (*at, k, path) for point, k in reversed(found.items())}
+        for i, path in enumerate(paths)
+    )
+    return Design(paths, tuple(found), places)
+
+
+def drawn(  # noqa: PLR0913  (all of these make other points)
+    kind: str,
+    ranges: Mapping[str, Any],
+    count: int,
+    at: KeyPath,
+    mistakes: list[Mistake],
+    *,
+    seed: int,
+) -> Design | None:
+    """Return `count` points within their ranges: evenly and independently if the kind is "random".
+
+    A "latin_hypercube" fills them: of each range, cut into `count` equal parts, each holds one.
+    """
+    read = _read_all(range_of, ranges, at, mistakes)
+    if not read or not _few(count, at, mistakes):
+        return None
+    # scipy takes a second to import, which commands that sweep nothing should not wait for
+    from scipy.stats.qmc import LatinHypercube  # noqa: PLC0415
+
+    generator, size = np.random.default_rng(seed), len(read)
+    if kind == "random":
+        parts = generator.random((count, size))
+    else:
+        parts = LatinHypercube(size, rng=generator).random(count)
+    columns = {
+        path: [own.at(part) for part in column]
+        for (path, own), column in zip(read.items(), parts.T.tolist(), strict=True)
+    }
+    places = tuple(dict.fromkeys(own, (*at, path)) for path, own in columns.items())
+    return Design(tuple(columns), tuple(zip(*columns.values(), strict=True)), places)
+
+
+def _read_all(
+    read: Read, varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]
+) -> dict[str, Any]:
+    """Return what was read of each path, without those that have mistakes."""
+    if not varied:
+        mistakes.append(Mistake(at, "nothing is varied", "a path of the model, and its values"))
+    _refuse_twice(varied, at, mistakes)
+    found = {path: _read(read, given, (*at, path), mistakes) for path, given in varied.items()}
+    return {path: one for path, one in found.items() if one is not None}
+
+
+def _refuse_twice(paths: Iterable[str], at: KeyPath, mistakes: list[Mistake]) -> None:
+    """Refuse a path that is another but for blanks, or in it: one is varied, and both are told."""
+    seen: list[str] = []
+    for path in paths:
+        meant = ".".join(step.strip() for step in path.split("."))
+        inside = (p for p in seen if f"{meant}.".startswith(f"{p}.") or p.startswith(f"{meant}."))
+        if (other := next(inside, None)) is not None:
+            both = "" if other == meant else f" with '{other}'"
+            mistakes.append(Mistake((*at, path), f"'{meant}' is varied twice{both}"))
+        seen.append(meant)
+
+
+def _read(read: Read, given: Any, place: KeyPath, mistakes: list[Mistake]) -> Any:
+    """Return what was read, or None after noting the mistake."""
+    try:
+        return read(given)
+    except ValuesError as error:
+        where = place if error.entry is None else _entry(place, given, error.entry)
+        mistakes.append(Mistake(where, error.message, error.hint))
+        return None
+
+
+def _entry(place: KeyPath, given: Any, k: int) -> KeyPath:
+    """Place of a value: its entry, if the values are a list."""
+    return place if isinstance(given, str) else (*place, k)
+
+
+def _few(count: int, at: KeyPath, mistakes: list[Mistake]) -> bool:
+    if not 1 <= count <= MOST_POINTS:
+        mistakes.append(Mistake(at, f"makes {count} points; there may be 1 to {MOST_POINTS}"))
+    return 1 <= count <= MOST_POINTS
+
 
 HASH_DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
 MOST_CHECKED = 1000  # values of a path that are all checked before anything runs: in some seconds

@@ -4,5 +4,10 @@ A benchmark is a model and, beside it, a file ``<name>.published.yaml`` with the
 here runs an engine: who verifies gives the results.
 """
 
-from exudyn_flexlink.verification.judging import Compared, VerifiedRun, judged
-from exudyn_flexlink.verification.reading import Benchmark, read_benchmark
+from exudyn_flexlink.verification.judging import (
+    Benchmark,
+    Compared,
+    VerifiedRun,
+    judged,
+    read_benchmark,
+)

@@ -7,10 +7,10 @@ from contextlib import suppress
 from types import ModuleType
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.ending import RADAU, timed
 from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
+from exudyn_flexlink.engines.interrupts import RADAU, timed
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import beyond_redundant, fittest, formulation
 from exudyn_flexlink.result import Result

@@ -21,11 +21,9 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.engines.lagrangian.equations import Frame
-from exudyn_flexlink.engines.lagrangian.layout import Pivot
-from exudyn_flexlink.engines.lagrangian.model import Model
+from exudyn_flexlink.engines.lagrangian.model import Frame, Model, Pivot
 from exudyn_flexlink.engines.pair_events import Seen
-from exudyn_flexlink.engines.pressing import Laws, rubbing
+from exudyn_flexlink.engines.touching import Laws, rubbing
 from exudyn_flexlink.mechanism import Anchor, FaceContact
 
 

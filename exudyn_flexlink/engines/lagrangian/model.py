@@ -2,17 +2,350 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from types import UnionType
+from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.curves import evaluator
-from exudyn_flexlink.engines.lagrangian.equations import Frame, Numbers
-from exudyn_flexlink.engines.lagrangian.layout import Layout, Pivot, layout_of
-from exudyn_flexlink.mechanism import GROUND, Anchor, Assembly, FaceContact, Mechanism, pairs
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.curves import Places, evaluator
+from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Applied,
+    Assembly,
+    Contact,
+    FaceContact,
+    Mechanism,
+    Motor,
+    Pin,
+    Ramp,
+    TorqueMotor,
+    pairs,
+)
+from exudyn_flexlink.scene import (
+    BeltJoint,
+    FlexibleBody,
+    GearJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    Scene,
+    SleeveJoint,
+    SlotJoint,
+    SpeedDrive,
+    WeldJoint,
+)
+
+ON_AXIS = 1e-12  # m
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """A part hinged to the ground: its joint, the place on the ground, the hinge in its axes.
+
+    `second` tells whether the part is the joint's second body.
+    """
+
+    joint: str
+    part: int
+    at: tuple[float, float]
+    pin: tuple[float, float]
+    second: bool
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which parts are guide, link (its rods in order) and levers, what drives and what is struck.
+
+    With `play` between link and guide rod 1 has an angle of its own, and so has P a place on its
+    track, the last coordinate: `track_coordinate`. Without, the guide's angle determines both.
+    """
+
+    guide: Pivot
+    rods: tuple[int, ...]
+    levers: tuple[Pivot, ...]
+    motor: Motor | None
+    ramp: Ramp | None  # of that motor
+    torques: tuple[tuple[TorqueMotor, Ramp], ...]
+    play: bool
+    faces: tuple[FaceContact, ...]
+
+    @property
+    def track_coordinate(self) -> int:
+        """Coordinate that determines where P is."""
+        return 1 + len(self.rods) + len(self.levers) if self.play else 0
+
+    @property
+    def way(self) -> float:
+        """Which way the motor turns the guide: -1 where the guide is its joint's first part."""
+        return -1.0 if self.motor is not None and self.motor.second == GROUND else 1.0
+
+    @property
+    def count(self) -> int:
+        """Number of coordinates."""
+        return len(self.rods) + len(self.levers) + (2 if self.play else 0)
+
+    def coordinate(self, part: int) -> int:
+        """Coordinate that is the angle of a part; -1 for the ground."""
+        if part == GROUND:
+            return -1
+        if part == self.guide.part:
+            return 0
+        first = 1 if self.play else 0
+        if part in self.rods:
+            return first + self.rods.index(part)
+        return first + len(self.rods) + [lever.part for lever in self.levers].index(part)
+
+
+def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
+    """Find guide, link and levers.
+
+    Raises:
+        NotRepresentableError: the scene has something else, or lacks one of them.
+
+    """
+    for path, lacks in _lacking(scene, mechanism):
+        raise NotRepresentableError(path, f"the Lagrangian engine has {lacks}")
+    pivots = {name: _pivot(mechanism, name) for name in _joints(scene, RevoluteJoint)}
+    sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
+    slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
+    needs = ("joints", slot), "the Lagrangian engine needs"
+    if mechanism.slots[0].carrier != GROUND:
+        raise NotRepresentableError(needs[0], f"{needs[1]} a track that stands still")
+    joint = scene.joints[sleeve]
+    assert isinstance(joint, SleeveJoint)
+    rods = mechanism.bodies[joint.link]
+    if mechanism.slots[0].anchor != Anchor(rods[0], 0.0, 0.0):
+        raise NotRepresentableError(needs[0], f"{needs[1]} '{joint.link}.start' in the slot")
+    guide = _guide(mechanism, joint.guide, sleeve, pivots)
+    levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
+    motor = _motor(scene, mechanism, guide)
+    ramp = None if motor is None else _ramp(motor.name, motor.speed)
+    torques = tuple((own, _ramp(own.name, own.size.value)) for own in mechanism.torque_motors)
+    faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
+    return Layout(guide, rods, levers, motor, ramp, torques, mechanism.has_play, faces)
+
+
+def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Parts of a scene that no mechanism of this engine has, and what it lacks for them."""
+    for bearing in mechanism.bearings:
+        yield ("joints", bearing.name, "clearance"), "no journals in bearings"
+    for stop in scene.stops.values():
+        yield stop.path, "no stops of joints"
+    for kind, lacks in (
+        (WeldJoint, "no welds"),
+        (GearJoint | BeltJoint, "no gears"),
+        (PrismaticJoint, "no such joints"),
+    ):
+        for name in _joints(scene, kind):
+            yield ("joints", name), lacks
+    for friction in mechanism.frictions:
+        yield ("joints", friction.name, "friction"), "no friction in joints"
+    for name, body in scene.bodies.items():
+        if isinstance(body, FlexibleBody) and body.stretch:
+            yield ("bodies", name, "stretch"), "rods that do not stretch"
+    for force in mechanism.forces:
+        yield ("drives", force.name), "no forces at points"
+    yield from _other_springs(scene, mechanism)
+
+
+def _other_springs(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Springs that this engine does not know, and what it lacks for them."""
+    for name in (*scene.ropes, *(spring.name for spring in mechanism.linear_springs)):
+        yield ("springs", name), "torsional springs alone"
+    for turning in (spring for spring in mechanism.springs if spring.law):
+        yield ("springs", turning.name, "torque"), "springs of one stiffness"
+
+
+def _joints(scene: Scene, kind: type | UnionType) -> list[str]:
+    return [name for name, joint in scene.joints.items() if isinstance(joint, kind)]
+
+
+def _only(scene: Scene, kind: type, word: str, meaning: str) -> str:
+    names = _joints(scene, kind)
+    if not names:
+        message = f"the Lagrangian engine needs a {word} joint: {meaning}"
+        raise NotRepresentableError(("joints",), message)
+    for name in names[1:]:
+        raise NotRepresentableError(("joints", name), f"a second {word}: the engine knows one")
+    return names[0]
+
+
+def _pivot(mechanism: Mechanism, name: str) -> Pivot:
+    """Read a revolute joint as the hinge of a part on the ground."""
+    joint: Pin = next(pin for pin in mechanism.pins if pin.name == name)
+    ground, moving = joint.first, joint.second
+    if joint.second.part == GROUND:
+        ground, moving = moving, ground
+    if ground.part != GROUND:
+        message = "joins two moving bodies: the Lagrangian engine has pins to the ground"
+        raise NotRepresentableError(("joints", name), message)
+    second = moving is joint.second
+    return Pivot(name, moving.part, (ground.x, ground.y), (moving.x, moving.y), second)
+
+
+def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot]) -> Pivot:
+    parts = mechanism.bodies[body]
+    if len(parts) > 1:
+        raise NotRepresentableError(("bodies", body), "a guide must be rigid: rod or rigid")
+    found = [pivot for pivot in pivots.values() if pivot.part == parts[0]]
+    if not found:
+        message = "a guide must turn about a point on the ground"
+        raise NotRepresentableError(("bodies", body), message)
+    guide = found[0]
+    if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].first.y) > ON_AXIS:
+        message = f"must lie on the axis of the sleeve '{sleeve}'"
+        raise NotRepresentableError(("joints", guide.joint), message)
+    return guide
+
+
+def _levers(
+    mechanism: Mechanism, taken: tuple[int, ...], pivots: dict[str, Pivot], guide: Pivot
+) -> tuple[Pivot, ...]:
+    levers: list[Pivot] = []
+    used = {guide.part}
+    for name, pivot in pivots.items():
+        if pivot is guide:
+            continue
+        if pivot.part in used or pivot.part in taken:
+            raise NotRepresentableError(("joints", name), "its body is held by another joint")
+        used.add(pivot.part)
+        levers.append(pivot)
+    for index, part in enumerate(mechanism.parts):
+        several = len(mechanism.bodies[part.body]) > 1
+        if index not in taken and (several or index not in used):
+            message = "neither guide nor link nor a rigid body on a pin"
+            raise NotRepresentableError(("bodies", part.body), message)
+    return tuple(levers)
+
+
+def _ramp(drive: str, value: Applied) -> Ramp:
+    if not isinstance(value, Ramp):
+        message = "the Lagrangian engine has numbers, with a ramp, alone"
+        raise NotRepresentableError(("drives", drive, "value"), message)
+    return value
+
+
+def _motor(scene: Scene, mechanism: Mechanism, guide: Pivot) -> Motor | None:
+    """Motor that prescribes the guide's speed."""
+    for k, motor in enumerate(mechanism.speed_motors):
+        drive = scene.drives[motor.name]
+        if k > 0 or not (isinstance(drive, SpeedDrive) and drive.joint == guide.joint):
+            message = "only the speed of the guide can be prescribed, once"
+            raise NotRepresentableError(("drives", motor.name), message)
+    return next(iter(mechanism.speed_motors), None)
+
+
+def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) -> FaceContact:
+    """Read a contact as a point of the link and a face of a lever."""
+    own = ("contacts", contact.name)
+    if not isinstance(contact, FaceContact):
+        raise NotRepresentableError(own, "the Lagrangian engine has points on lines alone")
+    if contact.point.part not in rods or contact.point.y != 0.0:
+        raise NotRepresentableError((*own, "point"), "must be a point of the link")
+    if contact.start.part not in [lever.part for lever in levers]:
+        raise NotRepresentableError((*own, "line"), "must be on a body pinned to the ground")
+    if isinstance(contact.law, Impulse) and contact.friction is not None:
+        message = "the Lagrangian engine has no friction in impacts"
+        raise NotRepresentableError((*own, "law", "friction"), message)
+    return contact
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What stands in the equations beside coordinates: N coordinates, n rods.
+
+    Points of the link are the ends of its rods from P on, their centres, and those that may be
+    struck.
+    """
+
+    arms: FloatArray  # (points, n): a_j of each point, m
+    masses: FloatArray  # (n,) of rods, kg
+    inertias: FloatArray  # (N,): of each coordinate, kg m^2
+    stiffness: FloatArray  # (N, N) of hinges and springs, N m/rad
+    damping: FloatArray  # (N, N), N m s/rad
+    preload: FloatArray  # (N,): torques of springs at q = 0, N m
+    moments: ComplexArray  # (N,): mass times centre from the pivot, of guide and levers, kg m
+    gravity: complex  # m/s^2
+    reaches: FloatArray  # (N,): of guide and levers from their pivots, m
+    rods: slice  # the rods' coordinates
+    track: int  # the coordinate that decides where P is
+
+    @property
+    def ends(self) -> slice:
+        """Points that are ends of rods."""
+        return slice(len(self.masses) + 1)
+
+    @property
+    def centres(self) -> slice:
+        """Points that are centres of rods."""
+        return slice(len(self.masses) + 1, 2 * len(self.masses) + 1)
+
+
+class Frame(NamedTuple):
+    """Where guide and link are at instants (m,).
+
+    `axes` (m, N) are unit vectors of the coordinates' angles; `points` (m, points) of the link,
+    which are `going` so fast, `by` (m, points, N) are derivatives by the coordinates, and `bends`
+    (m, points) accelerations where no coordinate accelerates.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    axes: ComplexArray
+    points: ComplexArray
+    going: ComplexArray
+    by: ComplexArray
+    bends: ComplexArray
+
+    def pick(self, which: int | slice | None) -> Frame:
+        """Return one of several instants, some, or (None) the only one as one of one."""
+        return Frame._make(own[which] for own in self)
+
+
+def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> Frame:
+    """Return the frame at all coordinates and speeds (m, N), where P's place is `track`."""
+    own, p, (place, first, second) = numbers.rods, numbers.track, track
+    axes = np.exp(1j * q)
+    rods, to_points = axes[:, own], numbers.arms.T
+    by = np.zeros((len(q), *numbers.arms.shape[:1], q.shape[1]), dtype=np.complex128)
+    by[:, :, own] = numbers.arms * (1j * rods)[:, None, :]
+    by[:, :, p] += first[:, None]
+    points = place[:, None] + rods @ to_points
+    bends = (second * v[:, p] ** 2)[:, None] - (rods * v[:, own] ** 2) @ to_points
+    going = np.asarray((by @ v[:, :, None])[:, :, 0], dtype=np.complex128)
+    return Frame(q, v, axes, points, going, by, bends)
+
+
+def mass_and_force(numbers: Numbers, at: Frame) -> tuple[FloatArray, FloatArray]:
+    """Mass matrices M (m, N, N) and forces ``Q - h`` (m, N), of springs, dampers and weight."""
+    by, bends = at.by[:, numbers.centres], at.bends[:, numbers.centres] - numbers.gravity
+    moved = np.concatenate([by, bends[:, :, None]], axis=2) * numbers.masses[:, None]
+    summed = (by.conj().swapaxes(1, 2) @ moved).real
+    force = numbers.preload - at.q @ numbers.stiffness - at.v @ numbers.damping - summed[:, :, -1]
+    if numbers.gravity:
+        force += ((numbers.moments * at.axes).conj() * numbers.gravity * -1j).real
+    return summed[:, :, :-1] + np.diag(numbers.inertias), force
+
+
+def momentum_rate(numbers: Numbers, at: Frame, a: FloatArray) -> ComplexArray:
+    """Rate (m,) of the link's momentum at accelerations (m, N), N."""
+    own = numbers.centres
+    moving = (at.by[:, own] @ a[:, :, None])[:, :, 0] + at.bends[:, own]
+    return np.asarray(moving @ numbers.masses)
+
+
+def moved_by(numbers: Numbers, at: Frame) -> ComplexArray:
+    """How far each coordinate moves ends of rods, the guide's end and levers' ends (points, N).
+
+    At the first of the instants.
+    """
+    return np.concatenate([at.by[0, numbers.ends], np.diag(numbers.reaches)])
 
 
 @dataclass(frozen=True)

@@ -10,25 +10,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from exudyn_flexlink.engines.coasting import error_times
-from exudyn_flexlink.engines.diagnostics.bouncing import passed_on
-from exudyn_flexlink.engines.ending import RADAU, TOO_DEEP_ADVICE, outcome_of, timed
-from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.histories import Histories
-from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.lagrangian.forces import Forces
+from exudyn_flexlink.engines.diagnostics import passed_on
+from exudyn_flexlink.engines.finer import LATE
+from exudyn_flexlink.engines.interrupts import RADAU, TOO_DEEP_ADVICE, interrupts, outcome_of, timed
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.problem import Problem
-from exudyn_flexlink.engines.lagrangian.recording import Recorder
+from exudyn_flexlink.engines.lagrangian.recording import Forces, Recorder
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.pair_events import NODES
-from exudyn_flexlink.engines.seeding import LATE
+from exudyn_flexlink.engines.recording import Histories
+from exudyn_flexlink.engines.touching import ExtremeSeeker, error_times
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.problem import NoConvergenceError
 from exudyn_flexlink.integrate.solve import Solution
-from exudyn_flexlink.integrate.stepper import ImplicitStepper
+from exudyn_flexlink.integrate.stepper import ErrorControl, ImplicitStepper
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Mechanism, end_of_run, half_periods, sample_times, turn_goal

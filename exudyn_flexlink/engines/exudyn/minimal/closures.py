@@ -15,13 +15,26 @@ imaginary ones (m), then the angles (rad), then the gears (m; rad without pitch 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import qr
 
-from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
+from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.curves import Evaluator
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
+    LinkKinematics,
+    Places,
+    Points,
+    TrackPoint,
+    Transform,
+)
+from exudyn_flexlink.engines.track_follower import DeadCentreError
+from exudyn_flexlink.integrate.collocation import STAGES, C
+from exudyn_flexlink.integrate.events import EVENT_TIME
+from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Anchor, Gear, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -233,3 +246,401 @@ def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor]:
     if isinstance(joint, Slot):
         return Anchor(joint.carrier, 0.0, 0.0), joint.anchor
     return joint.first, joint.second
+
+
+RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
+CLOSE = 1e-9  # of a step: instants so little before it are within
+FARTHEST = 2.0  # lengths of a step beyond its end: so far its polynomial tells places
+DEGREES = np.arange(STAGES)
+BY_STAGES = np.linalg.inv(C[:, None] ** DEGREES)  # coefficients of the polynomial through stages
+MOST_ITERATIONS = 12
+NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
+OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
+ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
+
+NOT_CLOSED = "the joints of a loop can't all stay closed"
+
+
+class Partition(NamedTuple):
+    """Indices of dependent and independent coordinates, and of the closures' rows in use."""
+
+    dependent: IndexArray
+    free: IndexArray
+    rows: IndexArray
+
+
+def partition(jacobian: FloatArray, known: IndexArray) -> Partition:
+    """Choose by pivoting the closures' scaled Jacobian (rows, coordinates).
+
+    The `known` coordinates are those of motors: neither independent nor dependent, and their
+    columns are 0. Rows that others imply are left out.
+    """
+    upper, order = qr(jacobian, mode="r", pivoting=True)
+    pivots = np.abs(np.diag(upper))
+    rank = int(np.sum(pivots > RANK * pivots[0]))
+    dependent = np.sort(order[:rank])
+    rows = np.sort(qr(jacobian[:, dependent].T, mode="r", pivoting=True)[1][:rank])
+    fixed = {*dependent.tolist(), *known.tolist()}
+    free = np.array([i for i in range(jacobian.shape[1]) if i not in fixed], dtype=int)
+    return Partition(dependent, free, rows)
+
+
+class StepStages(NamedTuple):
+    """Instants (stages,), s, independent coordinates z (stages, independent), and all y.
+
+    `reach` (stages, all, independent) are the derivatives of y by z.
+    """
+
+    t: FloatArray
+    z: FloatArray
+    y: FloatArray
+    reach: FloatArray
+
+    def near(self, t: FloatArray, z: FloatArray) -> FloatArray | None:
+        """Coordinates (n, all) about those at instants (n,) with these independent ones.
+
+        None where those are far: there another way of closing the loops may be nearer.
+        """
+        if t is self.t or np.array_equal(t, self.t):
+            return np.asarray(self.y + (self.reach @ (z - self.z)[:, :, None])[:, :, 0])
+        h = max((self.t[-1] - self.t[0]) / (C[-1] - C[0]), EVENT_TIME)
+        parts = 1 + (t - self.t[-1]) / h
+        if parts.min() < -CLOSE or parts.max() > 1 + FARTHEST:
+            return None
+        weights = parts[:, None] ** DEGREES @ BY_STAGES
+        _, coordinates, free = self.reach.shape
+        reach = weights @ self.reach.reshape(STAGES, coordinates * free)
+        moved = reach.reshape(len(t), coordinates, free) @ (z - weights @ self.z)[:, :, None]
+        return np.asarray(weights @ self.y + moved[:, :, 0])
+
+
+class Placed(NamedTuple):
+    """All coordinates y (n, all) at some instants, and how the dependent ones follow.
+
+    `jacobian` (n, rows, all) is that of the rows in use, `inverse` that of its dependent columns;
+    `reach` (n, all, independent) are the derivatives by the independent ones.
+    """
+
+    y: FloatArray
+    at: Where
+    jacobian: FloatArray
+    inverse: FloatArray
+    reach: FloatArray
+
+
+class ClosureSolver:
+    """Solves for the dependent coordinates of a mechanism of this `size` (m)."""
+
+    def __init__(self, closures: Closures, size: float) -> None:
+        self._closures, self._size = closures, size
+        self.row_scale = np.where(closures.angles, size, 1.0)  # m by residuals
+
+    def placed(self, t: FloatArray, y: FloatArray, split: Partition, lengths: FloatArray) -> Placed:
+        """Close all loops, from coordinates `y` (n, all) on, which are overwritten.
+
+        `lengths` (dependent,), m, are how far a unit of each dependent coordinate moves anything.
+
+        Raises:
+            DeadCentreError: there is no place near where all closures hold.
+
+        """
+        at, jacobian, inverse = self._closed(t, y, split, lengths)
+        reach = np.zeros((*y.shape, len(split.free)))
+        reach[:, split.free, np.arange(len(split.free))] = 1.0
+        reach[:, split.dependent] = -inverse @ jacobian.take(split.free, axis=2)
+        return Placed(y, at, jacobian, inverse, reach)
+
+    def _closed(
+        self, t: FloatArray, y: FloatArray, split: Partition, lengths: FloatArray
+    ) -> tuple[Where, FloatArray, FloatArray]:
+        """Where everything is, the Jacobian of the rows in use, and the dependent ones' inverse."""
+        closures, size = self._closures, np.inf
+        for rounds in count():
+            at = closures.where(y)
+            residual = closures.residual(t, at)
+            jacobian = closures.jacobian(at).take(split.rows, axis=1)
+            try:
+                inverse = np.linalg.inv(jacobian.take(split.dependent, axis=2))
+            except np.linalg.LinAlgError as error:
+                raise DeadCentreError(NOT_CLOSED) from error
+            if size <= NEAR * self._size or rounds == MOST_ITERATIONS:
+                break
+            change = (inverse @ residual.take(split.rows, axis=1)[:, :, None])[:, :, 0]
+            before, size = size, float(np.abs(change * lengths).max(initial=0.0))
+            if not size < 2 * before or not np.isfinite(size):
+                raise DeadCentreError(NOT_CLOSED)
+            y[:, split.dependent] -= change
+            if size <= ROUNDING * self._size:
+                break
+        if np.abs(residual * self.row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
+            raise DeadCentreError(NOT_CLOSED)
+        return at, jacobian, np.asarray(inverse)
+
+
+LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
+SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
+JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
+UNSEEN = 1e-5  # as DEAD_CENTRE: nearer to one accelerations have lost ten digits, and are not shown
+CALM = 1e1  # likewise: where all stages have less, no dead centre lies between them
+DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
+
+AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
+
+
+class ClosedCoordinates:
+    """Coordinates of a tree with loops; chosen anew where the dependent ones grow too fast."""
+
+    def __init__(
+        self,
+        layout: TreeLayout,
+        kinematics: LinkKinematics,
+        start: tuple[FloatArray, FloatArray],
+        points: Sequence[TrackPoint],
+        lengths: FloatArray,
+    ) -> None:
+        """`lengths` (links,) are how far (m) a unit of each coordinate moves anything, at most."""
+        self.points: Sequence[TrackPoint] = points
+        self.closures = Closures(layout, kinematics, start[0], self.points)
+        self._links, self._lengths = len(layout.links), lengths
+        self._size = float(lengths.max())
+        self._hinges = np.flatnonzero(kinematics.hinge)
+        self._motors = [(link, *motor) for link, motor in layout.motors.items()]
+        self._known = np.array(layout.known, dtype=int)
+        self._prescribed = bool(layout.motors or self.closures.motors)
+        self._start = start[0]
+        self._solver = ClosureSolver(self.closures, self._size)
+        self._pieces = [(point.changes, point.at) for point in self.points]
+        self._time = 0.0
+        self._y = np.concatenate([start[0], [point.u for point in self.points]])
+        self._v = np.append(start[1], self._place_rates(start[1]))
+        self._a = np.zeros(len(self._y))
+        self._scale_here = self._scale(self._y)
+        self._split = self._chosen()
+        self._last: StepStages | None = None  # of the last step tried
+        self._gains = np.zeros(1)  # m by residuals of 1 m, at those stages
+        free = self._split.free
+        start_of = self.states(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
+        self.settle(0.0, start_of, np.zeros(len(free)))
+
+    def _place_rates(self, v: FloatArray) -> FloatArray:
+        """Rates of the slots' places at time 0, from the tree's speeds (links,)."""
+        jacobian = self.closures.jacobian(self.closures.where(self._y[None]))[0]
+        passing = jacobian[:, : self._links] @ v + self.closures.rates(np.zeros(1))[0]
+        return np.asarray(np.linalg.lstsq(jacobian[:, self._links :], -passing, rcond=None)[0])
+
+    # --- which are independent ----------------------------------------------------------------
+
+    def _scale(self, y: FloatArray) -> FloatArray:
+        """How far (m) a unit of every coordinate moves anything."""
+        places = zip(self.points, y[self._links :].tolist(), strict=True)
+        return np.concatenate([self._lengths, [_stretch(point.at, u) for point, u in places]])
+
+    def _jacobian(self, y: FloatArray) -> FloatArray:
+        """Scaled Jacobian (rows, coordinates) of the unknown ones; columns of known ones are 0."""
+        matrix = self.closures.jacobian(self.closures.where(y[None]))[0]
+        matrix *= self._solver.row_scale[:, None] / self._scale(y)
+        matrix[:, self._known] = 0.0
+        return np.asarray(matrix)
+
+    def _chosen(self) -> Partition:
+        """Split the coordinates where the mechanism is now."""
+        return partition(self._jacobian(self._y), self._known)
+
+    def repartition_due(self) -> bool:
+        """Tell whether other coordinates should be the independent ones."""
+        return self._gain > LARGEST_GAIN and self._gain > 1.5 * self._gain_chosen
+
+    def resume(self) -> None:
+        """Choose the independent coordinates anew, and go on to the slots' present pieces."""
+        for k, point in enumerate(self.points):
+            changes, at = self._pieces[k]
+            if changes == point.changes:
+                continue
+            i = self._links + k
+            self._v[i] *= _stretch(at, self._y[i]) / _stretch(point.at, point.u)
+            self._pieces[k], self._y[i] = (point.changes, point.at), point.u
+        self._scale_here = self._scale(self._y)
+        rank = len(self._split.dependent)
+        split = self._chosen()
+        # At a singular position the Jacobian has less rank than elsewhere.
+        self._split = split if len(split.dependent) == rank else self._split
+        self._last = None
+        self._gain_chosen = self._gain = self._gain_at_end()
+
+    def _gain_at_end(self) -> float:
+        """How much more dependent coordinates move than independent ones where the tree is now."""
+        split, scale = self._split, self._scale_here
+        if not len(split.free):
+            return 0.0
+        if self._last is not None:
+            reach = self._last.reach[-1, split.dependent]
+        else:
+            matrix = self.closures.jacobian(self.closures.where(self._y[None]))[0, split.rows]
+            reach = np.linalg.solve(matrix[:, split.dependent], matrix[:, split.free])
+        gains = np.abs(reach * scale[split.dependent, None] / scale[split.free])
+        return float(gains.max(initial=0.0))
+
+    def independent(self) -> tuple[FloatArray, FloatArray]:
+        """Independent coordinates and speeds where the last step ended."""
+        return self._y[self._split.free], self._v[self._split.free]
+
+    # --- all of them --------------------------------------------------------------------------
+
+    def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
+        """All coordinates at instants, from the independent ones and their speeds."""
+        return self._moving(t, v, self._placed(t, self._guess(t, z)))
+
+    def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
+        """As `states`, at the stages of a step that is tried: later searches begin near them."""
+        try:
+            placed = self._placed(t, self._guess(t, z))
+        except DeadCentreError:
+            self._last = None  # a shorter step, guessed from this one, would fail likewise
+            raise
+        own = slice(STAGES)  # the stages, without what lies beside one
+        self._last = StepStages(t[own], z[own], placed.y[own], placed.reach[own])
+        lengths = self._scale_here[self._split.dependent]
+        self._gains = np.abs(placed.inverse[own] * lengths[:, None]).max((1, 2), initial=0.0)
+        return self._moving(t, v, placed)
+
+    def _placed(self, t: FloatArray, near: FloatArray) -> Placed:
+        """All coordinates, searched from those `near` (n, all) on, which are overwritten."""
+        return self._solver.placed(t, near, self._split, self._scale_here[self._split.dependent])
+
+    def _moving(self, t: FloatArray, v: FloatArray, placed: Placed) -> TreeState:
+        """Speeds, and accelerations that the independent coordinates do not cause."""
+        dependent, rows, links = self._split.dependent, self._split.rows, self._links
+        y, at, jacobian, inverse, reach = placed
+        speeds, accelerations = (reach @ v[:, :, None])[:, :, 0], np.zeros(y.shape)
+        if self._prescribed:
+            given = np.zeros(y.shape)
+            for link, motor, sign in self._motors:
+                given[:, link] = sign * motor.speed.values(t)
+                accelerations[:, link] = sign * motor.speed.rates(t)
+            driven = (jacobian @ given[:, :, None])[:, :, 0] + self.closures.rates(t)[:, rows]
+            given[:, dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
+            speeds += given
+        bends = self.closures.bends(t, at, speeds, accelerations).take(rows, axis=1)
+        accelerations[:, dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
+        return TreeState(
+            y[:, :links],
+            speeds[:, :links],
+            accelerations[:, :links],
+            y[:, links:],
+            speeds[:, links:],
+            Transform(reach[:, :links]),
+        )
+
+    def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
+        """Coordinates near those at the independent ones.
+
+        From the last round of the same step, by the stages of the last step tried, or ahead of
+        where the last one ended.
+        """
+        y = None if self._last is None else self._last.near(t, z)
+        if y is None:
+            ahead = (t - self._time)[:, None]
+            y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
+        y[:, self._split.free] = z
+        for link, motor, sign in self._motors:
+            y[:, link] = self._start[link] + sign * motor.speed.integrals(t)
+        return y
+
+    # --- steps --------------------------------------------------------------------------------
+
+    def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
+        """A step ended here, with these accelerations of the independent coordinates."""
+        self._time = time
+        self._a = np.zeros(len(self._y))
+        self._a[: self._links] = end.b + end.transform.expanded(a)
+        self._y = np.concatenate([end.x, end.places])
+        self._v = np.concatenate([end.v, end.place_rates])
+        self._scale_here = self._scale(self._y)
+        self._gain = self._gain_at_end()
+        if time == 0.0:
+            self._gain_chosen = self._gain
+
+    def longest(self, at: TreeState) -> float:
+        """Limit of a step, s: links turn a little."""
+        fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
+        return LARGEST_TURN / fastest if fastest > 0 else np.inf
+
+    def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
+        """How far what follows others, or a motor, ended a step from where its speeds take it.
+
+        It jumped to another way of closing the loops, or went round a bend that the step does not
+        resolve: neither shows in the error of the coordinates solved for.
+        """
+        before, after = (np.append(at.x, at.places) for at in (start, stages.pick(-1)))
+        speeds = np.hstack([stages.v, stages.place_rates])
+        off = np.abs(after - before - h * (weights @ speeds)) * self._scale_here
+        # Near a dead centre dependent coordinates are known to so much only.
+        blur = ROUNDING * self._size * float(self._gains.max())
+        followed = np.concatenate([self._split.dependent, self._known])
+        slip = max(0.0, float(off[followed].max(initial=0.0)) - blur)
+        if slip > JUMPED * self._size:
+            self._last = None  # shorter steps, guessed from this one, would go the same way
+        return slip
+
+    def pushed(self, k: int, at: TreeState) -> FloatArray:
+        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
+        y, split = np.append(at.x, at.places), self._split
+        push = np.zeros((self.closures.count, 2))
+        push[self.closures.rows_of_slot(k)] = np.eye(2)
+        matrix = self.closures.jacobian(self.closures.where(y[None]))[0]
+        square = matrix[np.ix_(split.rows, split.dependent)]
+        moved = np.zeros((len(y), 2))
+        moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
+        return moved[: self._links]
+
+    def held_by_loops(self, at: TreeState, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What `forces` (n, k, links) of constraints leave on coordinates but for the closures'.
+
+        Those are told as well: (n, k, joints, 2) on the second points of joints that close loops.
+        """
+        y, split = np.hstack([at.x, at.places]), self._split
+        where = self.closures.where(y)
+        jacobian = self.closures.jacobian(where)
+        square = jacobian[:, split.rows][:, :, split.dependent]
+        whole = np.pad(forces, [(0, 0), (0, 0), (0, y.shape[1] - self._links)])
+        multipliers = np.zeros((*forces.shape[:2], self.closures.count))
+        # F = J^T of the closures times multipliers, on the dependent coordinates.
+        multipliers[:, :, split.rows] = whole[:, :, split.dependent] @ np.linalg.inv(square)
+        left = forces - multipliers @ jacobian[:, :, : self._links]
+        own = [self.closures.forces(where, multipliers[:, k]) for k in range(forces.shape[1])]
+        return left, np.stack([np.real(own), np.imag(own)], axis=-1).swapaxes(0, 1)
+
+    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
+        most = 1 / UNSEEN if at_stop else SINGULAR
+        near = bool(self._gains.max() > SINGULAR)
+        return near, bool(self._gains[-1] > most), near and self._turned_over()
+
+    def _turned_over(self) -> bool:
+        """Tell whether the determinant of the Jacobian changed its sign within the last step."""
+        y = np.vstack([self._y, *([] if self._last is None else [self._last.y])])
+        matrix = self.closures.jacobian(self.closures.where(y))[:, self._split.rows]
+        return len(np.unique(np.linalg.slogdet(matrix[:, :, self._split.dependent])[0])) > 1
+
+    def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:
+        """Tell at which instants (n,) within the last step two ways of closing the loops meet.
+
+        There no speed follows from another, and no force from the motion.
+        """
+        if self._gains.max() < CALM:
+            return np.zeros(len(t), dtype=bool)
+        dependent = self._split.dependent
+        matrix = self.closures.jacobian(self.closures.where(self._guess(t, step.at(t)[0])))
+        square = matrix[:, self._split.rows][:, :, dependent] / self._scale_here[dependent]
+        return np.asarray(np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf) < UNSEEN)
+
+    def locked(self, at: TreeState) -> str:
+        """Say that the mechanism is all but at a dead centre; empty if it is not."""
+        values = np.linalg.svd(self._jacobian(np.append(at.x, at.places)), compute_uv=False)
+        locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
+        return AT_DEAD_CENTRE if locked else ""
+
+
+def _stretch(at: Evaluator, u: float) -> float:
+    """Length (m) of a piece's curve per unit of its parameter."""
+    return abs(complex(*at(u)[2:4]))

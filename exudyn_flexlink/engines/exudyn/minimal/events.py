@@ -3,28 +3,355 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
-from math import inf
+from enum import Enum, auto
+from functools import lru_cache, partial
+from math import ceil, factorial, floor, inf, log2
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial, chebyshev
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, TableFollower
+from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, TableFollower, WallWatch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionWatch
-from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import Moving
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.friction import LEAST_BOUND, STILL
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Moving, TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.loads import LoadSize, Now
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve, RelativeMotion
-from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkWatch
-from exudyn_flexlink.engines.exudyn.minimal.walls import WallWatch
 from exudyn_flexlink.engines.pair_events import POLYNOMIAL, Flight, Seen, calm, first_part
-from exudyn_flexlink.engines.touching import Side
-from exudyn_flexlink.integrate.collocation import C
-from exudyn_flexlink.integrate.events import GAP_ROUNDING, Event, fall, first_fall
+from exudyn_flexlink.engines.touching import TO_LOOKS, Side
+from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, Expression, remainders, resolved
+from exudyn_flexlink.integrate.collocation import POWERS, C
+from exudyn_flexlink.integrate.events import (
+    EVENT_TIME,
+    GAP_ROUNDING,
+    Event,
+    StepPolynomial,
+    chebyshev_sum,
+    fall,
+    first_fall,
+    instant,
+)
+from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
+
+Value = Callable[[TreeForces], FloatArray]
+"""Event function of a joint, by what is known of the tree (n,): positive until it happens."""
+
+
+class Happens(Enum):
+    """What becomes of the friction in a joint."""
+
+    RESTS = auto()  # or slides back
+    SLIDES = auto()
+    SWEPT_ALONG = auto()  # by a drive, from rest
+    CHANGES_SIDES = auto()
+
+
+class FrictionChange(NamedTuple):
+    """It happens to friction number `joint` when the `value` comes to zero."""
+
+    joint: int
+    what: Happens
+    value: Value
+
+
+class FrictionWatch:
+    """Looks at the steps of a model, and tells its friction what happens."""
+
+    def __init__(self, model: MinimalModel) -> None:
+        self._model, self._own = model, model.frictions
+
+    def settle(self, time: float, q: FloatArray, v: FloatArray) -> None:
+        """Let joints slide or rest as the present state tells: speeds or forces may have jumped."""
+        if self._own.all:
+            states = self._model.states(np.array([time]), q[None], v[None])
+            inside = self._model.window.all_inside(np.array([time]))
+            self._own.settle(self._model.without_reactions(inside, states))
+
+    def events(self, step: Step) -> list[Event]:
+        """What happens first to each joint within a step."""
+        if not self._own.all:
+            return []
+        known = [step.begin.kept.pick(None), step.stages.kept]
+        found = []
+        for change in self._changes(step):
+            at_nodes = np.concatenate([change.value(own) for own in known])
+            if (TO_LOOKS @ at_nodes)[1:].min() > 0:
+                continue
+            slope = Polynomial(POWERS @ at_nodes).deriv()
+            time = first_fall(
+                partial(self._at, step, change.value),
+                lambda t, slope=slope: float(slope((t - step.t) / step.h)),  # type: ignore[misc]
+                (step.t, step.end),
+            )
+            if time is not None:
+                bends = change.what in (Happens.SLIDES, Happens.CHANGES_SIDES)
+                found.append(Event(time, change, bends))
+        return found
+
+    def _changes(self, step: Step) -> Iterator[FrictionChange]:
+        """What may happen to each joint, as it slides or rests now."""
+        own, rows = self._own, self._own.rows
+        driven = own.driven(step.begin.kept.state)
+        for k, way in enumerate(own.way.tolist()):
+            if way:
+                yield FrictionChange(k, Happens.RESTS, _speed(rows[k], way, own.since[k]))
+            elif driven[k]:
+                yield FrictionChange(k, Happens.SWEPT_ALONG, _stillness(rows[k]))
+            else:
+                yield FrictionChange(k, Happens.SLIDES, _left_of_bound(k))
+        for k in own.has_sides.tolist():
+            if own.way[k]:
+                yield FrictionChange(k, Happens.CHANGES_SIDES, _press(k, own.side[k]))
+
+    def _at(self, step: Step, value: Value, t: float) -> float:
+        q, v = step.at(np.array([t]))
+        return float(value(self._model.evaluate(t, q[0], v[0]).kept.pick(None))[0])
+
+    def late(self, change: FrictionChange, step: Step) -> float:
+        """How long (s) before a step's end a joint came to rest; negative: after; else 0."""
+        if change.what is not Happens.RESTS:
+            return 0.0
+        row = self._own.rows[change.joint]
+        q, v = step.finish.q, step.finish.v
+        state = self._model.state(step.end, q, v)
+        speed = row @ state.v - self._own.since[change.joint]
+        slope = row @ (state.b + state.transform.expanded(step.finish.a))
+        near = abs(speed) <= abs(slope) * instant(step.end, EVENT_TIME)
+        return 0.0 if near or slope == 0 else float(speed / slope)
+
+    def cross(self, time: float, change: FrictionChange) -> None:
+        """Let it happen; what comes to rest, or is swept along, does so as equations restart."""
+        k = change.joint
+        if change.what is Happens.SLIDES:
+            at = self._model.evaluate(time, *self._model.coordinates.independent())
+            self._own.slide(k, at.kept.friction, at.kept.state.v)
+        elif change.what is Happens.RESTS:
+            self._own.stopped = k
+        elif change.what is Happens.CHANGES_SIDES:
+            self._own.side[k] *= -1
+
+
+def _speed(row: FloatArray, way: float, since: float) -> Value:
+    return lambda at: np.asarray(way * (at.state.v @ row - since))
+
+
+def _stillness(row: FloatArray) -> Value:
+    return lambda at: np.asarray(STILL - np.abs(at.state.v @ row))
+
+
+def _left_of_bound(k: int) -> Value:
+    """Part of the bound that is left to a joint at rest."""
+
+    def left(at: TreeForces) -> FloatArray:
+        torque, bound = at.friction[:, k, 0], at.friction[:, k, 1]
+        return np.asarray(1.0 - np.abs(torque) / np.maximum(bound, LEAST_BOUND))
+
+    return left
+
+
+def _press(k: int, side: float) -> Value:
+    return lambda at: np.asarray(side * at.friction[:, k, 2])
+
+
+DEGREE = 8  # of the polynomials by which they are followed within a step
+# Of a step, where they are looked at.
+PARTS = (1 - np.cos(np.linspace(0.0, np.pi, DEGREE + 1))) / 2
+THROUGH = np.linalg.inv(chebyshev.chebvander(2 * PARTS - 1, DEGREE)).T
+TAYLOR_POWERS = np.arange(DEGREE + 1)
+BETWEEN = np.maximum(TAYLOR_POWERS - TAYLOR_POWERS[:, None], 0)
+FACTORIALS = np.array([float(factorial(power)) for power in TAYLOR_POWERS])
+COEFFICIENTS = np.linalg.inv(
+    PARTS[:, None] ** TAYLOR_POWERS
+)  # coefficients of the polynomial through these
+
+
+def _along(model: MinimalModel, step: Step) -> Now:
+    """Where the links are within a step, on its polynomial."""
+    t = step.t + step.h * PARTS
+    state = model.states(t, *step.at(t))
+    return model.loads.now(model.window.all_inside(t), state.x, state.v)
+
+
+class KinkPassed(NamedTuple):
+    """A torque or force passes its kink of this number, at which its switch has this rate (1/s)."""
+
+    load: LoadSize
+    kink: int
+    rate: float
+
+
+class KinkWatch:
+    """Looks at steps; knows the largest value of each switch so far, beside which others round."""
+
+    def __init__(self, model: MinimalModel) -> None:
+        self._model = model
+        self._largest: dict[LoadSize, FloatArray] = {}
+
+    def take_sides(self, time: float, q: FloatArray, v: FloatArray) -> None:
+        """Hold formulas on the sides that the present state tells: times or speeds may jump."""
+        for load in self._model.loads.bent:
+            load.sides = []
+            switches = load.switches(self._now(time, self._model.state(time, q, v)))
+            load.sides = (switches[:, 0] < 0).astype(float).tolist()
+
+    def cross(self, passed: KinkPassed) -> None:
+        """Hold a formula on the other side of a kink."""
+        passed.load.sides[passed.kink] = 1.0 - passed.load.sides[passed.kink]
+
+    def first(self, step: Step) -> Event | None:
+        """Passage of a kink that comes first within a step; None if there is none."""
+        if not self._model.loads.bent:
+            return None
+        now, found = _along(self._model, step), []
+        for load in self._model.loads.bent:
+            values = load.switches(now)
+            largest = np.maximum(self._largest.get(load, 0.0), np.abs(values).max(axis=1))
+            self._largest[load] = largest
+            ways = np.where(load.sides, -1.0, 1.0) / np.maximum(largest, np.finfo(float).tiny)
+            for k, falling in enumerate(ways[:, None] * values @ THROUGH):
+                if falling[0] > np.abs(falling[1:]).sum():  # it surely stays above zero
+                    continue
+                slopes = StepPolynomial.derivative(falling[None])[0].tolist()
+                value = partial(chebyshev_sum, falling.tolist())
+                part = first_fall(value, partial(chebyshev_sum, slopes), (0.0, 1.0))
+                if part is not None:
+                    rate = chebyshev_sum(slopes, part) / (ways[k] * step.h)
+                    passed = KinkPassed(load, k, rate)
+                    found.append(Event(step.t + part * step.h, passed, bends=True))
+        return min(found, key=lambda event: event.time, default=None)
+
+    def late(self, passed: KinkPassed, end: TreeState, time: float) -> float:
+        """How long (s) before a step's end at this time the kink was; negative: after.
+
+        0 where it is there.
+        """
+        value = float(passed.load.switches(self._now(time, end))[passed.kink, 0])
+        near = abs(value) <= abs(passed.rate) * instant(time, EVENT_TIME)
+        return 0.0 if near or passed.rate == 0 else value / passed.rate
+
+    def _now(self, time: float, at: TreeState) -> Now:
+        inside = self._model.window.inside(time)
+        return self._model.loads.now(np.array([inside]), at.x[None], at.v[None])
+
+
+SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
+
+
+class _AlongStep(NamedTuple):
+    """What formulas sense along a step: derivatives (powers, sensed) at its begin `t` (s)."""
+
+    t: float
+    rates: FloatArray
+
+    def bounds(self, within: Bounds) -> dict[int, Bounds]:
+        """Bounds of it and of its time derivatives, over parts of the step."""
+        middle, radius = (within.high + within.low) / 2 - self.t, (within.high - within.low) / 2
+        values = _taylor(middle) @ self.rates
+        off = (_taylor(radius) - np.eye(DEGREE + 1)) @ np.abs(values)
+        low, high = (values - off).transpose(1, 2, 0), (values + off).transpose(1, 2, 0)
+        return {
+            k + RATES * j: Bounds(low[j, k], high[j, k])
+            for j, k in np.ndindex(low.shape[0], low.shape[1])
+        }
+
+
+def _taylor(ahead: FloatArray) -> FloatArray:
+    """Derivatives of a polynomial from those a time (n,) s before: matrices (n, powers, powers)."""
+    return np.triu(ahead[:, None, None] ** BETWEEN / FACTORIALS[BETWEEN])
+
+
+CELLS = 64  # half of those looked at together, which takes as long as one
+SMALLEST = 1e-12  # m or rad, the way of a step: less is rounding
+
+
+class _Cells:
+    """Cells (m or rad) of the place that a formula is of: how much of it a step hides within one.
+
+    Cells of a size begin at its multiples. Bounds of a cell cost more time than a step, so they are
+    kept. They are asked of cells as large as may be: these are few.
+    """
+
+    def __init__(self, formula: Expression) -> None:
+        self._terms = formula.along(0.0, 1.0).addends
+        self._size = 1.0  # m or rad, tried first
+        self._hidden = lru_cache(self._hidden_in)
+
+    def show(self, places: FloatArray, little: float) -> bool:
+        """Tell whether a step with these places at its stages hides at most `little` (N or N m)."""
+        low, high = min(places), max(places)
+        # A step is cut at parts that are SHORTER than it; at its fastest it goes twice its mean.
+        least = 2 * max(high - low, SMALLEST) / SHORTER
+        self._size = max(self._size, 2.0 ** ceil(log2(least)))
+        while self._size >= least:
+            begin = CELLS * (round(low / (CELLS * self._size)) - 1)
+            first, last = (floor(place / self._size) - begin for place in (low, high))
+            # The step turns between stages, too: by less than a cell beyond them.
+            if self._hidden(self._size, begin)[first - 1 : last + 2].max() <= little:
+                return True
+            self._size /= 2
+        return False
+
+    def _hidden_in(self, size: float, begin: int) -> FloatArray:
+        """How much (N or N m) cells of this size hide, (2 CELLS,), from the number `begin` on."""
+        low = size * np.arange(begin, begin + 2 * CELLS, dtype=float)
+        rests = [[*remainders(term, Bounds(low, low + size))][-1] for term in self._terms]
+        return np.asarray(np.sum(rests, axis=0))
+
+
+class Overlooked:
+    """Looks at the steps of a model."""
+
+    def __init__(self, model: MinimalModel, end: float) -> None:
+        """`end` (s) is that of the run."""
+        self._model, self._end = model, end
+        self._cells = {
+            one: _Cells(one.expression) if one.expression.of_a_place else None
+            for one in model.loads.of_state
+        }
+
+    def part(self, step: Step, allowed: float) -> float:
+        """Part of a step after which a formula is not what its stages tell; 1 if nowhere.
+
+        `allowed` is how far (m) that may have moved anything by the end of the run.
+        """
+        earliest = 1.0
+        if not self._cells or not len(step.start.q):
+            return earliest
+        loads, stages = self._model.loads, step.stages.kept
+        now = loads.now(stages.t, stages.state.x, stages.state.v)
+        for number, given in enumerate(loads.formulas(now)):
+            moved = self._moved(step.begin, given.unit[0])
+            if moved == 0 or not given.sensed:
+                continue
+            by_area = allowed / (moved * (self._end - step.t))
+            cells = self._cells.get(given.formula)
+            if cells and cells.show(given.sensed[0], by_area / 2 / step.h):
+                continue
+            try:
+                sensed = np.array(loads.formulas(_along(self._model, step))[number].sensed)
+            except (ValueError, ArithmeticError):  # no place within: the step itself was good
+                return earliest
+            clock = given.formula.clock
+            rates = (FACTORIALS / step.h**TAYLOR_POWERS)[:, None] * (COEFFICIENTS @ sensed.T)
+            ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
+            along = _AlongStep(clock + step.t, rates)
+            for addend in (one for one in given.formula.expression.addends if not one.of_time):
+                edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, along.bounds)
+                short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
+                inner = np.union1d(edges[short], edges[short + 1]) - ends[0]
+                inner = inner[(inner > SHORTEST * self._end) & (inner < step.h)]
+                earliest = min(earliest, *(inner[:1] / step.h), 1.0)
+        return earliest
+
+    def _moved(self, begin: Evaluation, unit: FloatArray) -> float:
+        """How much (m/s^2) anything accelerates by a unit of a torque or force."""
+        push = begin.kept.state.transform.reduced_rows(unit)
+        return self._model.size(np.linalg.solve(begin.mass, push))
+
 
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""

@@ -23,21 +23,25 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces, is_over
+from exudyn_flexlink.engines.diagnostics import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, mobility
-from exudyn_flexlink.engines.exudyn.minimal.rubbing import Meeting, impulses, turned_back
+from exudyn_flexlink.engines.exudyn.minimal.rigid import (
+    Gaps,
+    Meeting,
+    impulses,
+    mobility,
+    turned_back,
+)
 from exudyn_flexlink.engines.touching import Change, Moment
-from exudyn_flexlink.integrate.clock import instant
-from exudyn_flexlink.integrate.complementarity import complementary
-from exudyn_flexlink.integrate.events import EVENT_TIME
+from exudyn_flexlink.integrate.contact_share import complementary
+from exudyn_flexlink.integrate.events import EVENT_TIME, instant
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.result import Interval
 
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding
 SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too

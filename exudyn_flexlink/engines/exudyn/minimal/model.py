@@ -16,35 +16,37 @@ import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
-from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, contact_of
+from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    PenaltyContact,
+    WallPush,
+    Walls,
+    contact_of,
+)
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     Coordinates,
     OpenCoordinates,
     TreeState,
+    tree_item,
 )
 from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions, LockedError
-from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide, TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     Points,
+    SlotGuide,
+    TrackPoint,
     Transform,
     Which,
     falls,
     picked,
     start_coordinates,
 )
-from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
-from exudyn_flexlink.engines.exudyn.minimal.rigid import Projector, RigidContacts
-from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
-from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
-from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
-from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
-from exudyn_flexlink.engines.pressing import press_by
-from exudyn_flexlink.engines.seeding import seeded
-from exudyn_flexlink.engines.touching import Touches
+from exudyn_flexlink.engines.exudyn.minimal.loads import Loads, Springs
+from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError, Projector, RigidContacts
+from exudyn_flexlink.engines.finer import seeded
+from exudyn_flexlink.engines.touching import Touches, press_by
 from exudyn_flexlink.expressions import NoValueError
-from exudyn_flexlink.integrate.clock import Window
+from exudyn_flexlink.integrate.events import Window
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.mechanism import Anchor, Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout

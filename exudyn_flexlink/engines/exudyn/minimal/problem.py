@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.coasting import SHORTEST_SWING
-from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
-from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
-from exudyn_flexlink.engines.ending import TOO_DEEP_ADVICE, DepthBounds
+from exudyn_flexlink.engines.diagnostics import (
+    BROKEN_WALL_ADVICE,
+    LOSE_SPEED,
+    broken_wall,
+)
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     PenaltyContact,
@@ -26,23 +27,25 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
     EventFinder,
+    FrictionChange,
     Goal,
+    KinkPassed,
+    Overlooked,
     PieceEnd,
     TurnsMade,
 )
-from exudyn_flexlink.engines.exudyn.minimal.friction_events import FrictionChange
-from exudyn_flexlink.engines.exudyn.minimal.guided import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.rubbing import JammedError
-from exudyn_flexlink.engines.exudyn.minimal.state_formulas import KinkPassed, Overlooked
-from exudyn_flexlink.engines.touching import FIRST, Change, Moment
+from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError
+from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
+from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
-from exudyn_flexlink.integrate.control import FREELY, PART, slow_motions
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.stepper import FREELY, PART, slow_motions
 from exudyn_flexlink.mechanism import pressed_among
 
 GIVE_WAY = "a law with stiffness; where a drive holds a speed there, a torque in its place will do"

@@ -17,8 +17,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight
-from exudyn_flexlink.engines.exudyn.redundant.beam_shape import cross
+from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, cross, straight
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     Assembly,

@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
-from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.redundant.events import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.slots import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.recording import BLOCK, BlockRecorder, Kept, Steps, together
-from exudyn_flexlink.engines.touching import Change, Moment, Touches
+from exudyn_flexlink.engines.touching import Change, ExtremeSeeker, Moment, Touches
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     anchor_velocity,

@@ -16,17 +16,22 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.diagnostics.walls import (
+from exudyn_flexlink.engines.diagnostics import (
     BROKEN_WALL_ADVICE,
     COARSE_WALL_ADVICE,
     broken_wall,
 )
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
-from exudyn_flexlink.engines.exudyn.redundant.events import Kinks, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
-from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.integrate.clock import Window, instant
+from exudyn_flexlink.engines.exudyn.redundant.slots import (
+    Kinks,
+    SlotItems,
+    StepEnd,
+    end_on,
+    first_zero,
+)
+from exudyn_flexlink.integrate.events import Window, instant
 from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
