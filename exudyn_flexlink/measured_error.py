@@ -48,9 +48,9 @@ class ForceDeviation:
 
     def times(self, factor: float, least: float = 0.0) -> ForceDeviation:
         """Return it `factor` times as large, and no less than a part `least` of the force."""
-        parts = (own and own.times(factor, least) for own in (self.free, self.touching))
+        free, touching = (own and own.times(factor, least) for own in (self.free, self.touching))
         instants = None if self.instants is None else factor * self.instants
-        return ForceDeviation(self.unit, *parts, instants)
+        return ForceDeviation(self.unit, free, touching, instants)
 
 
 @dataclass(frozen=True)

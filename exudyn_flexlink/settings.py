@@ -71,7 +71,7 @@ def _parse_setting(document: Document, given: Setting) -> tuple[KeyPath, Any, st
 def _check_part(document: Document, path: KeyPath, text: str) -> None:
     """Raise an error if a section has parts, but none of the name in a path."""
     section, name, *_ = path
-    parts = document.data.get(section)
+    parts = document.data.get(str(section))
     if isinstance(parts, dict) and parts and name not in parts:
         problem = f"no '{name}' in '{section}'{did_you_mean(str(name), parts)}"
         mistake = Mistake(path[:2], problem, "there are: " + ", ".join(parts))

@@ -195,8 +195,8 @@ def _in_touches(
             parts.append((begins[0] + time, _between(after, one)(time), other[: len(time)]))
     if not parts:
         return None, None
-    columns = map(np.concatenate, zip(*parts, strict=True))
-    return _spread(*columns, share=MOST_SAMPLES), max(instants)
+    time, one, other = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return _spread(time, one, other, MOST_SAMPLES), max(instants)
 
 
 def _between(time: FloatArray, values: FloatArray) -> Any:

@@ -172,7 +172,7 @@ class _Cells:
 
     def _hidden_in(self, size: float, begin: int) -> FloatArray:
         """How much (N or N m) cells of this size hide, (2 CELLS,), from the number `begin` on."""
-        low = size * (begin + np.arange(2 * CELLS))
+        low = size * np.arange(begin, begin + 2 * CELLS, dtype=float)
         rests = [[*remainders(term, Bounds(low, low + size))][-1] for term in self._terms]
         return np.asarray(np.sum(rests, axis=0))
 
