@@ -86,6 +86,32 @@ def test_a_ball_meets_a_pin_in_its_third_hop_however_long_the_run(duration):
     assert first_touch(BALL + PIN, "pin", *settings) == pytest.approx(right, abs=1e-10)
 
 
+def test_a_ball_that_bounces_on_a_pin_within_a_hundredth_of_a_step_strikes_it_each_time():
+    """On the pin it bounces four times; the last flight is 28 ms of the 5.8 s that are left.
+
+    Instants by parabolas between circles, to sixty digits.
+    """
+    text = f"""
+{BALL}
+contacts:
+  pin: {{type: circle_on_circle, circles: [{{at: ball.c, radius: 0.0212847}},
+    {{at: ground, place: [-0.3585741994162238, 0.6302656629510038], radius: 0.00768597}}],
+    law: {{type: impulse, restitution: 1}}}}
+  ground: {{type: point_on_curve, point: ball.c, radius: 0.0212847, curve: floor, side: left,
+    law: {{type: impulse, restitution: 1}}}}
+curves: {{floor: {{type: line, from: [-100, 0], to: [100, 0]}}}}
+gravity: [0, -9.81]
+initial:
+  positions: {{ball: [0, 0.2559897]}}
+  velocities: {{ball: [-0.34872043798724217, 2.8083706096730374]}}
+run: {{duration: 6.866}}
+accuracy: {{tolerance: 1.0e-7}}
+"""
+    struck = simulate(scene(text), measure=False).intervals["pin"].begin
+    right = [1.0034970154280125, 1.0275166259177853, 1.0507234614442897, 1.0789992102212052]
+    assert struck == pytest.approx(right, abs=1e-8)
+
+
 def test_a_narrow_lobe_of_a_cam_that_turns_freely_strikes_a_roller():
     """A third of a degree wide; the distance of the middles falls to the sum of both radii."""
     text = """

@@ -38,6 +38,7 @@ ALWAYS_CLOSED = -1.0  # m: gap of what is held on its axis from both sides, and 
 NODES = np.array([0.0, *C])
 PARTS = np.diff(NODES)[:, None]  # of the step, between its nodes
 SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of the rate
+LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner is
 POLYNOMIAL = StepPolynomial(NODES)
 
 
@@ -148,7 +149,7 @@ def first_part(search: _OfFace | Flight) -> float | None:
     while left:
         begin, end = left.pop()
         sure = search.sure(begin, end)
-        if sure is None and end - begin > SHORTEST:
+        if sure is None and end - begin > search.shortest:
             middle = 0.5 * (begin + end)
             left += [(middle, end), (begin, middle)]
             continue
@@ -171,6 +172,8 @@ class _OfFace:
     Its value is positive until something happens. It presses as long as all three are below zero,
     and is apart as long as one is above.
     """
+
+    shortest = SHORTEST
 
     def __init__(self, gap: FloatArray, place: FloatArray, length: float, way: float) -> None:
         """Take coefficients (2 n,) of gap and place (m); `way` is -1 where it presses, else 1."""
@@ -242,6 +245,11 @@ class Flight:
         self._place, self._rate = place.tolist(), rate.tolist()
         self._bend = float(np.abs(bend).sum())
         self._glance, self._radius, self._way = glance, 0.5 * feature, way
+        # Only where the way is short beside what is round there is one nearest place at most.
+        speed = float(np.abs(rate).sum())
+        self.shortest = SHORTEST
+        if 0 < self._radius < SHORTEST * speed:
+            self.shortest = max(self._radius / speed, LEAST_PART)
         # At the ends nothing is lost by rounding: how it parts from what it just touched counts.
         ends = zip((0.0, 1.0), path[0][[0, -1]].tolist(), path[1][[0, -1]].tolist(), strict=True)
         self._seen = {part: self._glimpse(*at) for part, *at in ends}
