@@ -9,7 +9,7 @@ import pytest
 import results
 from pages_of_docs import DOCS
 
-from exudyn_flexlink.animation import FilmError, Slow, film_of, zooms
+from exudyn_flexlink.animation import FilmError, Slow, film_of
 from exudyn_flexlink.animation.film import Viewpoint, zooms_of
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.shots import GLOW_SECONDS, SLOW_SECONDS, Shots, frames_of
@@ -146,7 +146,7 @@ def test_a_viewpoint_turns_and_moves_with_its_part():
 def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, monkeypatch):
     film = film_of(run)
     [face] = faces(film.takes[0].model)
-    monkeypatch.setattr(zooms, "faces", lambda _: [replace(face, side=side)])
+    monkeypatch.setattr(film, "faces", lambda _: [replace(face, side=side)])
     zoom, poses = zoom_of(film), run.poses
     ends = np.stack([anchor_position(end, poses) for end in (face.start, face.end)], axis=1)
     length = np.linalg.norm(ends[0, 1] - ends[0, 0])

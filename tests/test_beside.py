@@ -11,7 +11,7 @@ from cli_runs import BARE, ROOT
 from folders import posix
 
 from exudyn_flexlink.cli.terminal import ends_runs
-from exudyn_flexlink.engines import LateInterruptError, beside, measured, simulate
+from exudyn_flexlink.engines import LateInterruptError, interrupts, measured, simulate
 from exudyn_flexlink.engines.interrupts import Beside
 from exudyn_flexlink.loading import load_scene
 
@@ -28,10 +28,10 @@ def started(monkeypatch):
         found.append(popen(*arguments, **options))
         return found[-1]
 
-    monkeypatch.setattr(beside.subprocess, "Popen", kept)
-    monkeypatch.setattr(beside.os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
-    monkeypatch.setattr(beside, "SURE", 0.0)
-    monkeypatch.setattr(beside, "WORTH", 0.0)
+    monkeypatch.setattr(interrupts.subprocess, "Popen", kept)
+    monkeypatch.setattr(interrupts.os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
+    monkeypatch.setattr(interrupts, "SURE", 0.0)
+    monkeypatch.setattr(interrupts, "WORTH", 0.0)
     monkeypatch.setattr("exudyn_flexlink.integrate.solve.SECONDS_BETWEEN_REPORTS", 0.0)
     return found
 
@@ -95,8 +95,8 @@ def test_a_process_ends_with_what_it_was_started_for(scene, started):
 
 SCRIPT = """
 import exudyn_flexlink as fl
-from exudyn_flexlink.engines import beside
-beside.SURE = beside.WORTH = 0.0
+from exudyn_flexlink.engines import interrupts
+interrupts.SURE = interrupts.WORTH = 0.0
 print("once")
 found = fl.simulate(fl.load_scene("no_clearance", turns=0.6))
 print(found.error.largest, found.error.other)

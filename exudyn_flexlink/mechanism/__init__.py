@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism.constraints import (
     anchor_velocity,
     angle_of,
     force_at,
+    inertia_with_welded,
     joint_residuals,
     joint_speed,
     left_of,
@@ -34,6 +35,7 @@ from exudyn_flexlink.mechanism.constraints import (
     speed_along,
     turned,
     turning,
+    welded_to,
 )
 from exudyn_flexlink.mechanism.contacts import (
     TOUCHING,
@@ -59,13 +61,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     wound_at_start,
 )
 from exudyn_flexlink.mechanism.equilibrium import NoRestError, Rest, rest_of
-from exudyn_flexlink.mechanism.mobility import (
-    inertia_with_welded,
-    moved_by_forces,
-    other_branches,
-    shared_forces,
-    welded_to,
-)
+from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches, shared_forces
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,

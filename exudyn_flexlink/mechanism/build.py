@@ -25,10 +25,14 @@ from exudyn_flexlink.curves import (
 )
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
 from exudyn_flexlink.laws import Friction, PressingLaw, SpringDamper, SpringTable
-from exudyn_flexlink.mechanism.constraints import anchor_position, left_of, line_of
+from exudyn_flexlink.mechanism.constraints import (
+    anchor_position,
+    inertia_with_welded,
+    left_of,
+    line_of,
+)
 from exudyn_flexlink.mechanism.contacts import penalty_of, pressing_law
 from exudyn_flexlink.mechanism.dynamics import Bodies
-from exudyn_flexlink.mechanism.mobility import inertia_with_welded
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,

@@ -22,13 +22,14 @@ from exudyn_flexlink.mechanism.constraints import (
     anchor_position,
     anchor_velocity,
     angle_of,
+    inertia_with_welded,
     left_of,
     length_along,
     seen_from,
     turned,
     turning,
+    welded_to,
 )
-from exudyn_flexlink.mechanism.mobility import inertia_with_welded, welded_to
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,

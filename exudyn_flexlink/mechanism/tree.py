@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.mobility import ROOT, Frame, weld_groups, with_at_origin
+from exudyn_flexlink.mechanism.constraints import ROOT, Frame, weld_groups, with_at_origin
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,

@@ -23,7 +23,7 @@ from exudyn_flexlink.curves import Evaluator, Knots, evaluator
 from exudyn_flexlink.curves import Places as CurvePlaces
 from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
 from exudyn_flexlink.mechanism import Anchor, Assembly, Slot
-from exudyn_flexlink.mechanism.mobility import ROOT
+from exudyn_flexlink.mechanism.constraints import ROOT
 from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, GuidedSlot, TreeLayout
 from exudyn_flexlink.result import Event
 
