@@ -1,4 +1,9 @@
-"""Arrays of NumPy by what they hold. Docstrings tell their shapes and units."""
+"""Arrays of NumPy by what they hold. Docstrings tell their shapes and units.
+
+What an array is: its dimensions, its unit, what it tells; stands at the fields of dataclasses.
+
+Files and tables of a run are made of these, so that a new field needs no code there.
+"""
 
 from __future__ import annotations
 

@@ -4,6 +4,8 @@ The state of a mechanism is where its parts are and how fast they move, in which
 slots are, and what time it is for its drives. A contact that presses has begun, too: when, where,
 and how fast, which some laws ask for (see `laws`), and under an impulse law that it lasts. So a run
 goes on from instants at which nothing presses.
+
+One result of a run and of another that goes on from its end.
 """
 
 from __future__ import annotations

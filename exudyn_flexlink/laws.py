@@ -5,6 +5,8 @@ while approaching) and the approach speed ``v0`` (m/s) with which this touch beg
 all the history that is kept: it belongs to the touch, and stays as it is until the touch ends. The
 energy that a contact stores follows from ``d`` alone. That parameters are within their ranges is
 checked where they are read, in the scene.
+
+Restitution of damped contact laws: which factor gives which, and the factors of some authors.
 """
 
 from __future__ import annotations
@@ -268,7 +270,7 @@ class LineContact(GivingWay):
 
     def _logarithm(self, depth: FloatArray) -> FloatArray:
         """ln(c/q), from 1 up, at a depth (m) that is `deepest` at most; finite at 0, too."""
-        from scipy.special import lambertw  # noqa: PLC0415 - see `restitution`
+        from scipy.special import lambertw  # noqa: PLC0415 - see `laws`
 
         part = np.minimum(depth, self.deepest) * math.pi * self.modulus / self.bound
         return np.asarray(-lambertw(-np.maximum(part, np.finfo(float).tiny), -1).real)

@@ -1,4 +1,9 @@
-"""Model file to scene: read, checked in every part, and able to be put together."""
+"""Model file to scene: read, checked in every part, and able to be put together.
+
+Joints whose forces have no answer, or more than one: friction, gears, joints that hold twice.
+
+What keeps a mechanism from being put together at time 0, in the words of the model file.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Numbers, and strings with a unit, to SI floats; pydantic types for every dimension of a scene."""
+"""Numbers, and strings with a unit, to SI floats; pydantic types for every dimension of a scene.
+
+Dimensions of what a scene gives, and the units in which they may be written.
+
+A unit is a product of powers of symbols, some of which may have a prefix.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""What a run gives: sampled motion, forces, energies, events, checks, and how it ended."""
+"""What a run gives: sampled motion, forces, energies, events, checks, and how it ended.
+
+Contacts as intervals, each from the first touch to the separation, and rests of joints.
+
+What a second run tells of a run's errors: of its points, and of its forces.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The models that come with the program: the folder `models` of an installation or a checkout."""
+"""The models that come with the program: the folder `models` of an installation or a checkout.
+
+Versions of this program, and of packages that it uses.
+"""
 
 from __future__ import annotations
 

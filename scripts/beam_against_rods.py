@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.cli.arguments import add_figures
-from exudyn_flexlink.cli.keeping import look_of
+from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import path
 from exudyn_flexlink.plots.frame import BLACK, GREEN, PURPLE, SCREEN, Style, styled

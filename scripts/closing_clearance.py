@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.arguments import add_figures
-from exudyn_flexlink.cli.keeping import look_of
+from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.observables import separation
 from exudyn_flexlink.plots.frame import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.plots.panels import letter, sized

@@ -25,7 +25,7 @@ from matplotlib.figure import Figure
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.arguments import add_figures
-from exudyn_flexlink.cli.keeping import Look, look_of
+from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import lever_response, strikes

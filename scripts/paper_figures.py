@@ -32,7 +32,7 @@ from matplotlib.projections.polar import PolarAxes
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.arguments import add_figures
-from exudyn_flexlink.cli.keeping import Look, look_of
+from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.continuing import continued, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import (

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.cli.arguments import add_figures
-from exudyn_flexlink.cli.keeping import look_of
+from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.plots.frame import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.report import doubted_text
 from exudyn_flexlink.stability import Asked, study

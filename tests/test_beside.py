@@ -10,7 +10,7 @@ import pytest
 from cli_runs import BARE, ROOT
 from folders import posix
 
-from exudyn_flexlink.cli.terminal import ends_runs
+from exudyn_flexlink.cli.keeping import ends_runs
 from exudyn_flexlink.engines import LateInterruptError, interrupts, measured, simulate
 from exudyn_flexlink.engines.interrupts import Beside
 from exudyn_flexlink.loading import load_scene

@@ -15,7 +15,7 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.terminal import deferrable_interrupts
+from exudyn_flexlink.cli.keeping import deferrable_interrupts
 from exudyn_flexlink.storage import load
 
 SMOOTH = str(ROOT / "models" / "smooth.yaml")

@@ -15,7 +15,7 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.terminal import deferrable_interrupts, ends_runs, interrupts
+from exudyn_flexlink.cli.keeping import deferrable_interrupts, ends_runs, interrupts
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import NOT_ASKED

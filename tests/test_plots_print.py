@@ -10,7 +10,7 @@ import results
 from results import texts, words
 
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.keeping import FIGURE_FORMATS, FIGURE_STYLES
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.plots import (
     FORMATS,
     PRINT,

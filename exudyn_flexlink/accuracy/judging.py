@@ -1,4 +1,9 @@
-"""Runs of a study to what they say: errors against a reference, a floor, sources of error."""
+"""Runs of a study to what they say: errors against a reference, a floor, sources of error.
+
+How far one run is from another, in all points by which runs are judged.
+
+What a study advises: the cheapest setting for a target, the cause of error that dominates.
+"""
 
 from __future__ import annotations
 

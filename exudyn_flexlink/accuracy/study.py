@@ -4,6 +4,14 @@ First the model's own settings, by its own method and by the judge, then the tig
 the scene with more rods and stiffer contacts, then ever finer settings from coarse ones on, next
 that of the method whose last run was the cheapest. A run that takes more than half of the time left
 is stopped, and nothing finer is tried by its method.
+
+Where errors come from besides time: the number of rods, contacts that give way.
+
+A scene is changed in one of them; what S makes of it, extrapolated, is the error of the scene.
+
+Methods of a work-precision study: an engine, its formulation, and the setting that is varied.
+
+What the runs of a study leave behind, and what makes them.
 """
 
 from __future__ import annotations

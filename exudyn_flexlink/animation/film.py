@@ -1,4 +1,11 @@
-"""What an animation shows: a run, or two over each other, and the touches in it."""
+"""What an animation shows: a run, or two over each other, and the touches in it.
+
+Slow motion: stretches of time around strikes, and touches in joints with clearance.
+
+What is drawn larger below a picture: a guide with clearance, and a face that is struck.
+
+Each is seen from the part that it belongs to, its walls or its face along the x-axis.
+"""
 
 from __future__ import annotations
 

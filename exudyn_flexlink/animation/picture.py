@@ -1,4 +1,11 @@
-"""The frames of a film as pixels: what stands still is drawn once, the rest at each frame."""
+"""The frames of a film as pixels: what stands still is drawn once, the rest at each frame.
+
+What moves in a picture, drawn into axes in metres at a frame: mechanism, S, glowing touches.
+
+Sizes are in pixels of a picture `WIDE` pixels wide, times `thick`.
+
+Panels below the picture: guides with clearance and struck faces, larger; touches over time.
+"""
 
 from __future__ import annotations
 

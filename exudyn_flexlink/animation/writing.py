@@ -1,4 +1,11 @@
-"""Films to files: a GIF in few colours, which every page shows, and a video with ffmpeg."""
+"""Films to files: a GIF in few colours, which every page shows, and a video with ffmpeg.
+
+An interactive player as HTML: data, style and program in one text that loads nothing.
+
+The data are names and short lists as JSON, and long rows of numbers as base64, little-endian:
+``f4`` and ``f8`` are 32 and 64 bits of a float, ``i4`` of an integer. `player/film.js` reads them.
+Lengths in m, times in s, forces in N, torques of stops in N m.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""The figures of a run as methods, by the names of `plots`, and what a notebook shows."""
+"""The figures of a run as methods, by the names of `plots`, and what a notebook shows.
+
+A run as tables of pandas, and as a dataset of xarray.
+
+A run that moves, as a notebook shows it and as a file.
+"""
 
 from __future__ import annotations
 

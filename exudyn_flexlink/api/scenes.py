@@ -1,4 +1,7 @@
-"""Scenes from a name, a file or a dict, and the same scenes with other values."""
+"""Scenes from a name, a file or a dict, and the same scenes with other values.
+
+A mechanism at rest, as a notebook asks for it.
+"""
 
 from __future__ import annotations
 

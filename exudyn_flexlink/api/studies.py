@@ -1,4 +1,9 @@
-"""How stable a motion is, as a notebook asks for it."""
+"""How stable a motion is, as a notebook asks for it.
+
+How stable a motion is, as a notebook asks for it.
+
+Sweeps, as a script or a notebook asks for them.
+"""
 
 from __future__ import annotations
 

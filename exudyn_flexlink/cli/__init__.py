@@ -15,7 +15,7 @@ import sys
 from collections.abc import Sequence
 
 from exudyn_flexlink.cli.arguments import program_parser
-from exudyn_flexlink.cli.keeping import idle_options
+from exudyn_flexlink.cli.figures import idle_options
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,

@@ -1,4 +1,7 @@
-"""What the command line knows: its commands, in the order of its help, and what they take."""
+"""What the command line knows: its commands, in the order of its help, and what they take.
+
+Options that several commands share, and what an option is.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from exudyn_flexlink.cli import values
-from exudyn_flexlink.cli.keeping import FIGURE_FORMATS, FIGURE_STYLES
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.cli.parser import (
     BENCHMARK,
     FILE,
@@ -31,7 +34,7 @@ from exudyn_flexlink.cli.values import EFFECT_NAMES, figure_file, model_path, na
 class Option:
     """An option, or an argument, of a command: its help, and the rest as `argparse` has it.
 
-    `completed` is what a shell completes it with, see `completing`; without metavar it is a switch.
+    `completed` is what a shell completes it with, see `parser`; without metavar it is a switch.
     """
 
     def __init__(self, name: str, about: str, metavar: str = "", completed: str = "",
@@ -297,7 +300,7 @@ COMMANDS = {
          *figure("draw the differences, and what is allowed"),
          Option("--quiet", "no progress; results stay"))),
     "check": Command(
-        "parser",
+        "running",
         "Check a model without simulating it: parts, effects, frequencies, steps, formulation.",
         ("no_clearance",
          "no_clearance --set bodies.link.hinges.stiffness=beam",
@@ -309,7 +312,7 @@ COMMANDS = {
                 "joints hold there, and the frequencies of small motions about it"),
          *figure("draw the mechanism where it starts, with names"))),
     "plot": Command(
-        "parser", "Draw the figures of a saved run, or of a sweep, again.",
+        "running", "Draw the figures of a saved run, or of a sweep, again.",
         ("runs/no_clearance",
          "runs/no_clearance --out figures",
          "runs/no_clearance --out paper --format pdf,svg --style print",
@@ -321,7 +324,7 @@ COMMANDS = {
          *FIGURES,
          force("replace also figures that no run drew, or that were changed since"))),
     "report": Command(
-        "parser",
+        "running",
         "Write the report of a saved run as one page of HTML, which loads nothing else.",
         ("runs/no_clearance",
          "runs/no_clearance --out strike.html"),
@@ -367,7 +370,7 @@ COMMANDS = {
          Option("--list", "list all models with their titles"),
          force("replace files that stand there, too"))),
     "schema": Command(
-        "parser", "Print the JSON schema of model files, which editors complete and check with.",
+        "running", "Print the JSON schema of model files, which editors complete and check with.",
         ("",
          "--out flexlink.schema.json"),
         (out("FILE", "write it to this file"),

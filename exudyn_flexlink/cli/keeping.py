@@ -1,4 +1,11 @@
-"""Numbers first: no failure of a figure, or of a page, may cost what a run of hours has given."""
+"""Numbers first: no failure of a figure, or of a page, may cost what a run of hours has given.
+
+Figures as the command line asks for them: their formats, and the style they are drawn in.
+
+Where a command puts its result: where it is asked to, or beside it, and what it calls it.
+
+The command `new`: a model that comes with the program, copied to be changed.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +14,29 @@ import hashlib
 import os
 import re
 import shlex
+import signal
 import textwrap
 from argparse import ArgumentTypeError, Namespace
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS, draw_figure
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
     complain,
-    deferrable_interrupts,
     how_called,
     refuse,
     tell,
 )
+from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
 from exudyn_flexlink.loading import ImpossibleLengthError
 from exudyn_flexlink.scene import is_schema
 from exudyn_flexlink.shipped import model_names, models_folder
@@ -43,75 +52,6 @@ from exudyn_flexlink.sweeps import CannotStartError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from exudyn_flexlink.result import Result
-
-
-FIGURE_FORMATS = ("png", "pdf", "svg")
-"""Those of `plots`, which is too slow to import for a help text; likewise"""
-FIGURE_STYLES = ("screen", "print")
-FILES = {
-    "against": "comparison",
-    "work_precision": "accuracy",
-}  # where names are not those of `plots`
-
-
-@dataclass(frozen=True)
-class Look:
-    """Formats that figures are written in, and the name of their style."""
-
-    formats: tuple[str, ...] = FIGURE_FORMATS[:1]
-    style: str = FIGURE_STYLES[0]
-
-    def save_run(self, result: Result, folder: Path) -> None:
-        """Draw all figures of a run into an existing folder."""
-        from exudyn_flexlink.plots import STYLES, save_figures
-
-        save_figures(result, folder, self.formats, STYLES[self.style])
-
-    def save(self, draw: Callable[..., Figure | None], what: Any, folder: Path, name: str) -> None:
-        """Draw one figure of something into an existing folder, if there is any."""
-        from exudyn_flexlink.plots import STYLES, save_figure
-
-        figure = draw(what, style=STYLES[self.style])
-        if figure is not None:
-            save_figure(figure, folder, name, self.formats)
-
-
-def look_of(options: argparse.Namespace) -> Look:
-    """Return how figures shall look."""
-    usual = Look()
-    formats = tuple(dict.fromkeys(options.format or usual.formats))
-    return Look(formats, options.style or usual.style)
-
-
-def draw_figure(
-    options: argparse.Namespace, figure: str, what: Any, folder: Path, **more: Any
-) -> None:
-    """Draw a figure of `plots`, by its name there, into an existing folder, if there is any.
-
-    `more` is handed on to who draws it.
-    """
-    from exudyn_flexlink import plots
-
-    look_of(options).save(
-        partial(getattr(plots, figure), **more), what, folder, FILES.get(figure, figure)
-    )
-
-
-def idle_options(options: argparse.Namespace) -> str:
-    """Say which options mean nothing, since no figures are wanted; empty if none does."""
-    if not getattr(options, "no_plots", False):
-        return ""
-    why = "for figures, which '--no-plots' leaves out"
-    return idle_text(options, ("format", "style"), why)
-
-
-def idle_text(options: argparse.Namespace, names: Sequence[str], why: str) -> str:
-    """Say which of some options are given all the same; empty if none is."""
-    given = [f"'--{name}'" for name in names if getattr(options, name) is not None]
-    verb = "are" if len(given) > 1 else "is"
-    return f"{' and '.join(given)} {verb} {why}" if given else ""
 
 
 LONGEST = 80  # characters: a name that a listing shows whole, far below the 255 of file systems
@@ -407,3 +347,82 @@ def holds_schema(content: bytes) -> bool:
 
 def _text(file: Path) -> str:
     return file.read_text(encoding="utf-8")
+
+
+class DeferrableInterrupt:
+    """A handler of Ctrl-C that hands it on to the one `before`, until it is told to defer it."""
+
+    def __init__(self, before: Any) -> None:
+        self.before = before
+        self._defers = False
+        self.pending = False
+        """Whether a Ctrl-C was deferred."""
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Take a Ctrl-C."""
+        if self._defers:
+            self.pending = True
+        elif callable(self.before):
+            self.before(number, frame)
+        elif (
+            number != signal.SIGINT
+        ):  # handed on by who handles other signals: only Ctrl-C is ignored
+            raise KeyboardInterrupt
+
+    def defer(self) -> None:
+        """From now on, only take note of Ctrl-C."""
+        self._defers = True
+
+
+@contextmanager
+def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Let a handler take Ctrl-C inside."""
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        signal.signal(signal.SIGINT, handler)
+    except ValueError:  # not the main thread: Ctrl-C is not ours
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+
+
+@contextmanager
+def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
+    """Let Ctrl-C do what it did before, until `defer` is called on the handler."""
+    handler = DeferrableInterrupt(signal.getsignal(signal.SIGINT))
+    with _handled_by(handler):
+        yield handler
+
+
+@contextmanager
+def interrupts(end: Callable[[], None]) -> Iterator[None]:
+    """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver.
+
+    What follows in `simulate` puts the result together: there Ctrl-C is deferred. A Ctrl-C that is
+    ignored stays so: only requests of other signals, which come this way too, then end the run.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    ignored = (
+        before.before if isinstance(before, DeferrableInterrupt) else before
+    ) is signal.SIG_IGN
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        if number != signal.SIGINT or not ignored:
+            end()
+
+    with _handled_by(handle):
+        try:
+            yield
+        finally:
+            if isinstance(before, DeferrableInterrupt):
+                before.defer()
+
+
+@contextmanager
+def ends_runs() -> Iterator[None]:
+    """Let Ctrl-C end the runs that are made inside, as the two above say."""
+    with stopped_by(Stopping(interrupts, deferrable_interrupts)):
+        yield

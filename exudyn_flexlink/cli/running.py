@@ -1,11 +1,18 @@
-"""A scene as the command line asks for it, and its run."""
+"""A scene as the command line asks for it, and its run.
+
+The command `simulate`.
+
+The command `animate`: a saved run, or two over each other, as a video, a GIF and a page.
+"""
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import shlex
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -13,7 +20,16 @@ from typing import Any
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.animation import Film, FilmError, Filming, film_bytes, film_of, usual_formats
-from exudyn_flexlink.cli.keeping import Place, added, idle_text, kept, look_of, made
+from exudyn_flexlink.cli.figures import draw_figure, idle_text, look_of
+from exudyn_flexlink.cli.keeping import (
+    Place,
+    added,
+    ends_runs,
+    holds_schema,
+    kept,
+    made,
+    write_figure,
+)
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
@@ -21,20 +37,35 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     Quiet,
     complain,
-    ends_runs,
     how_called,
     progress_bar,
+    tell,
 )
 from exudyn_flexlink.effects import EFFECTS, absent, idealise, with_impact
 from exudyn_flexlink.engines.interrupts import Beside, LateInterruptError
-from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.loading import assemble_scene, load_scene, rest_of_scene
+from exudyn_flexlink.mechanism import beyond_redundant, formulation, input_notes
 from exudyn_flexlink.observables import watched_point
-from exudyn_flexlink.report import failure_text, idle_settings, run_text
+from exudyn_flexlink.report import (
+    check_text,
+    equilibrium_text,
+    failure_text,
+    idle_settings,
+    run_text,
+)
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.result import NOT_ASKED, Result
-from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.source import Mistake, SceneError
-from exudyn_flexlink.storage import StorageError, load, staged_files
+from exudyn_flexlink.scene import Scene, json_schema
+from exudyn_flexlink.source import Mistake, SceneError, did_you_mean
+from exudyn_flexlink.storage import (
+    StorageError,
+    is_sweep,
+    load,
+    load_sweep,
+    replace_file,
+    staged_files,
+)
+from exudyn_flexlink.sweeps import SweepTable
 
 
 def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
@@ -304,3 +335,85 @@ def _content(film: Film, name: str, filming: Filming, *, quiet: bool) -> bytes:
             return film_bytes(film, name, filming, progress)
     except FilmError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def check_command(options: argparse.Namespace) -> int:
+    """Check a model without simulating it; returns the exit code."""
+    scene = read_scene(options)
+    assembly = assemble_scene(scene)
+    refused = beyond_redundant(scene)
+    if refused and formulation(scene) != "minimal":
+        raise SceneError(scene.document, refused)
+    tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
+    if options.equilibrium:
+        tell(f"\n{equilibrium_text(scene, rest_of_scene(scene))}")
+    for told in input_notes(scene, assembly):
+        complain(f"warning: {told}")
+    if options.figure is None:
+        return DONE
+    from exudyn_flexlink.plots import start
+
+    return write_figure(options.figure, partial(start, scene, assembly), force=options.force)
+
+
+def plot_command(options: argparse.Namespace) -> int:
+    """Draw the figures of a saved run, or of a sweep, again; returns the exit code."""
+    folder: Path = options.out or options.run
+
+    def draw() -> None:
+        swept = load_sweep(options.run) if is_sweep(options.run) else None
+        _require_columns(options.of, swept)
+        result = load(options.run) if swept is None else None
+        with staged_files(folder, force=options.force) as staged:
+            if result is not None:
+                look_of(options).save_run(result, staged)
+            if swept is not None:
+                draw_figure(options, "sweep", swept, staged, names=options.of)
+
+    code = made("figures", draw)
+    if code == DONE:
+        print(f"Figures written to {folder}{os.sep}")
+    return code
+
+
+def _require_columns(names: Sequence[str], swept: SweepTable | None) -> None:
+    """Refuse names that are no observables of a sweep."""
+    if names and swept is None:
+        raise argparse.ArgumentTypeError("'--of' is for the folder of a sweep")
+    known = () if swept is None else swept.observables
+    wrong = [f"no column '{one}'{did_you_mean(one, known)}" for one in names if one not in known]
+    if wrong:
+        raise argparse.ArgumentTypeError(f"{'; '.join(wrong)}. There are: {', '.join(known)}")
+
+
+def report_command(options: argparse.Namespace) -> int:
+    """Write the page of a saved run; returns the exit code."""
+    from exudyn_flexlink.page import PAGE, write_page
+
+    def write() -> None:
+        result = load(options.run)
+        if options.out is None:
+            with staged_files(options.run, force=options.force) as staged:
+                write_page(result, staged / PAGE)
+        else:
+            write_page(result, options.out, force=options.force)
+
+    code = made("report", write)
+    if code == DONE:
+        print(f"Report written to {options.out or options.run / PAGE}")
+    return code
+
+
+def schema_command(options: argparse.Namespace) -> int:
+    """Print, or write, the JSON schema of model files; returns the exit code."""
+    if sys.flags.optimize > 1:
+        raise argparse.ArgumentTypeError(
+            "the schema explains keys by docstrings, which Python leaves out with '-OO' or "
+            "PYTHONOPTIMIZE=2: call it without"
+        )
+    text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    if options.out is None:
+        print(text, end="")
+        return DONE
+    replace_file(options.out, text.encode(), holds_schema, force=options.force)
+    return DONE

@@ -10,7 +10,7 @@ import pickle
 import sys
 from pathlib import Path
 
-from exudyn_flexlink.cli.terminal import ends_runs
+from exudyn_flexlink.cli.keeping import ends_runs
 from exudyn_flexlink.engines import LateInterruptError, second_run
 from exudyn_flexlink.engines.interrupts import ASKED, DONE, MADE
 

@@ -1,4 +1,11 @@
-"""The commands that make many runs of one model: `accuracy`, `fit` and `stability`."""
+"""The commands that make many runs of one model: `accuracy`, `fit` and `stability`.
+
+The command `compare`: both engines, a model without an effect, or a run with measurements.
+
+The command `sweep`: a model at many points, each a row of one table.
+
+The command `verify`: benchmarks, held against numbers that others published.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +21,14 @@ from math import inf
 from pathlib import Path
 
 from exudyn_flexlink import accuracy, engines, stability, storage, sweeps
+from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import (
     Place,
     contents,
-    draw_figure,
+    deferrable_interrupts,
     drawn,
+    ends_runs,
     kept,
-    look_of,
     run_name,
     write_figure,
     written,
@@ -43,8 +51,6 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     Quiet,
     complain,
-    deferrable_interrupts,
-    ends_runs,
     progress_bar,
     refuse,
     tell,

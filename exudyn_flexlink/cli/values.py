@@ -9,7 +9,7 @@ from math import inf, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
 
-from exudyn_flexlink.cli.keeping import FIGURE_FORMATS
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS
 from exudyn_flexlink.cli.terminal import complain, how_called
 
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")

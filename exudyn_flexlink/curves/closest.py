@@ -4,6 +4,10 @@ It is for loops that ask step by step: numpy costs tens of microseconds for a si
 functions about one. A search over the whole curve starts at the nearest sample; one on a single
 piece continues that piece beyond its ends (conics and lines as they are, splines by their last
 cubic), so that what follows a point along the piece stays smooth there.
+
+The place of a convex curve that is farthest in a direction: there a straight face lies on it.
+
+How near a curve comes to itself: up to there one place of it alone is the nearest.
 """
 
 from __future__ import annotations

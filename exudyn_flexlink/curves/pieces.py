@@ -1,4 +1,9 @@
-"""Smooth pieces in closed form: arcs of ellipses and circles, line segments."""
+"""Smooth pieces in closed form: arcs of ellipses and circles, line segments.
+
+Curves joined from pieces; a different curve in every lap, and which piece comes next.
+
+Cubic splines through points.
+"""
 
 from __future__ import annotations
 

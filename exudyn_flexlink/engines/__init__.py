@@ -102,7 +102,7 @@ def measured(
 
     See ``Result.error``. Warnings say from when on that may be more than the tolerance. A run that
     stopped, or that was made with a given step, is left as it is. The second one that has begun
-    `beside` it is waited for. The coarser of both starts off by rounding (see `seeding`) if the run
+    `beside` it is waited for. The coarser of both starts off by rounding (see `finer`) if the run
     was made as the `first` of two; else the second one does.
 
     Raises:
@@ -121,7 +121,7 @@ def measured(
 
 
 def second_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:
-    """Make the second run alone, as a process of its own does: see `beside`.
+    """Make the second run alone, as a process of its own does: see `interrupts`.
 
     Raises:
         LateInterruptError: the user asked for the end after the solve; the result is in it.

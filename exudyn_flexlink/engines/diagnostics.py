@@ -1,4 +1,15 @@
-"""What a run's own numbers say against it, whatever engine made it."""
+"""What a run's own numbers say against it, whatever engine made it.
+
+Bounces of rigid contacts: when they are over or won't end, and what one passes on to others.
+
+Strikes that a run resolves badly, by few steps or at an edge; what begins idle or wound.
+
+Where a run took much more work than its motion asks for, or kept fewer samples of it.
+
+What a clearance asks of an engine's accuracy; links out of guides, and walls that give way.
+
+What mechanics forbids: a balance of energy with a gap, open joints, impacts that give energy.
+"""
 
 from __future__ import annotations
 

@@ -2,6 +2,13 @@
 
 The command line gives means to ask (`stopped_by`), made of Ctrl-C. Else a run is made `aside`: in a
 thread, while the main one waits. There Python raises KeyboardInterrupt, and never within a step.
+
+How a run is made and how it ended, of every engine; and no mechanics.
+
+The second run of a scene, in a process of its own beside the first one.
+
+It is a command of this program, with files in and out: so it works from scripts and notebooks, too,
+and Ctrl-C reaches it only from here.
 """
 
 from __future__ import annotations

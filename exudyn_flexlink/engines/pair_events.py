@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
@@ -29,7 +30,6 @@ from exudyn_flexlink.integrate.events import (
     StepPolynomial,
     chebyshev_sum,
     first_fall,
-    instant,
 )
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.

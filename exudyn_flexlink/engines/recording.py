@@ -5,6 +5,8 @@ Energies dissipated and supplied, impulses and works of contacts are integrals o
 through the nodes, as accurate as the motion. An engine lets steps wait until they are many, or
 until an event changes the equations; then it says what is known at all their instants, and what
 changes the totals.
+
+What a run recorded as its Result: what every engine tells alike, and no mechanics.
 """
 
 from __future__ import annotations

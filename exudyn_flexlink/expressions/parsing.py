@@ -1,8 +1,10 @@
 """Reads a formula: Python's own parser tells what belongs together, and nothing is evaluated.
 
-Pieces are numbers with their units, names, what is sensed, and signs; see `tokens`. Dimensions are
+Pieces are numbers with their units, names, what is sensed, and signs; see below. Dimensions are
 checked as far as units tell: a number without a unit may stand for anything, and angles count as
 numbers.
+
+The text of a formula in pieces: numbers with their units, names, operators, what is sensed.
 """
 
 from __future__ import annotations

@@ -3,6 +3,12 @@
 Values at instants may miss a short pulse. So times are halved until interval arithmetic leaves
 nothing open. In parts short enough a term f is a polynomial of degree n, but for the remainder of
 interpolation at Chebyshev points, ``(w/4)^n (max f^(n) - min f^(n)) / n!`` in a part of width w.
+
+Between which bounds a formula stays while what it takes stays between bounds.
+
+Interval arithmetic (R. E. Moore, *Interval Analysis*, 1966): every operation takes the bounds of
+what it takes. They may be wider than the formula's range, where it takes the same thing twice, but
+never narrower but for rounding. Bounds are pairs of arrays of one shape, or of numbers.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ The integrator's error moves them as well, and no standard error shows that. So 
 against the last one: how far that would move each number is told, and the fit is made again with a
 smaller tolerance where it is more than a tenth of a standard error. Of several quantities each
 counts by the scatter of its own residuals.
+
+What a fit varies: numbers of a scene by their paths, from where they start, within bounds.
 """
 
 from __future__ import annotations

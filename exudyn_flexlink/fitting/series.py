@@ -1,4 +1,10 @@
-"""A measured series: instants, and a column for each quantity of a scene that was measured."""
+"""A measured series: instants, and a column for each quantity of a scene that was measured.
+
+A run held against a measured series at the series' instants, with a shift of its clock.
+
+Times in s, other numbers in SI; M is the number of rows of the series, N of those that lie within
+the run.
+"""
 
 from __future__ import annotations
 

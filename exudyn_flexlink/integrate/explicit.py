@@ -17,7 +17,8 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.events import EVENT_TIME, Event, instant, later
+from exudyn_flexlink.integrate.clock import instant, later
+from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
 
 # Tolerances of one step, per metre that the run may be off. By `scripts/tolerance.py --integrator

@@ -3,6 +3,21 @@
 After every step it is looked whether an event function fell within it. If so the step is made anew,
 up to that instant, where the equations change and the integration starts afresh: no force leaps
 inside a step.
+
+How long steps are: by the error that one may make, or all alike; what errors of speeds do.
+
+Knots of a curve that a coordinate follows: over which of them a step may go.
+
+At a knot the curve's third derivative jumps by J. With the speed u' of the place on the curve the
+acceleration of the point there bends: from there on it has ``J u'^3 (t - t_k)`` more. The method
+takes smooth functions to order 9, a bend only to order 2. If a step of length h passes the knots
+after its parts sigma_k, the speed at its stage i misses
+
+    h^2 u'^3 sum_k kappa_i(sigma_k) J_k,
+    kappa_i(s) = (c_i - s)_+^2 / 2 - sum_j a_ij (c_j - s)_+    (Peano's kernel).
+
+A lone knot counts in full; many close knots of a smooth curve cancel each other, as their jumps
+change slowly. A step goes over as many knots as may be, and else ends at one of them.
 """
 
 from __future__ import annotations
@@ -15,8 +30,9 @@ import numpy as np
 from scipy.linalg import eigh
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.integrate.clock import instant, later
 from exudyn_flexlink.integrate.collocation import STAGES, A, C
-from exudyn_flexlink.integrate.events import EVENT_TIME, Event, instant, later
+from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import Equations, Evaluation, NoConvergenceError, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, Step
 

@@ -1,4 +1,7 @@
-"""The state at time 0: where the parts stand, how fast they move, what the springs rest at."""
+"""The state at time 0: where the parts stand, how fast they move, what the springs rest at.
+
+What of a scene Exudyn's own solver does not know: it steps redundant coordinates, and beams.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""Scene to mechanism: bodies become rigid parts, names become indices."""
+"""Scene to mechanism: bodies become rigid parts, names become indices.
+
+Gears, racks and belts of a scene in numbers: pitch circles, and what teeth push.
+
+Stops of joints, ropes and buffers of a scene as contacts; tables and formulas as spring laws.
+
+Curves of a scene: from their description in the model file to their geometry.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""Where the parts stand at time 0: laid out, then closed by Gauss-Newton steps."""
+"""Where the parts stand at time 0: laid out, then closed by Gauss-Newton steps.
+
+Where the parts stand before their joints are closed: laid out joint by joint from the ground.
+
+Speeds at time 0 that neither joints nor drives nor the scene decide.
+
+Bodies turn as little as the joints allow, the sum of the squares of their angular speeds being
+least. What this leaves open are flights and slides: then the points by which bodies hang on others
+move as little as they can. Neither depends on where a body's axes are put, nor on units.
+"""
 
 from __future__ import annotations
 

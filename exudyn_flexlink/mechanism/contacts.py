@@ -1,4 +1,7 @@
-"""Geometry of a contact: gap and place, their rates, and the directions in which it acts."""
+"""Geometry of a contact: gap and place, their rates, and the directions in which it acts.
+
+Pressing forces and impulses of the laws that a scene gives, also by materials and radii.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Masses, applied forces, accelerations that satisfy every joint, and energies."""
+"""Masses, applied forces, accelerations that satisfy every joint, and energies.
+
+The parts of every body, hinges within flexible ones, and named points as anchors.
+"""
 
 from __future__ import annotations
 

@@ -6,6 +6,8 @@ With f the applied forces, J the slopes of the joints and l their multipliers, a
 step is Newton's with the absolute values of these: where K is negative it leads away from what
 balances there (Y. Dauphin et al., Adv. Neural Inf. Process. Syst. 27 (2014)). Where it still ends
 on an unstable balance, it is pushed off that.
+
+A mechanism at rest: where it stands, what its joints hold, small motions about it.
 """
 
 from __future__ import annotations

@@ -3,6 +3,10 @@
 Every part has three coordinates: position x, y of its own origin and its angle (the origin of a
 rod is its start, its x-axis points to its end). An anchor is a point of a part in the part's axes,
 or a point of the ground. Both engines, and the checks that need none, read this one description.
+
+Rigid parts, and points of them.
+
+What can touch: a point and a face or a curve, two circles, a hinge and its stop, a guide.
 """
 
 from __future__ import annotations
@@ -16,7 +20,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Curve, Farthest
-from exudyn_flexlink.integrate.events import instant
+from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, SpringLaw
 

@@ -1,4 +1,7 @@
-"""What a drive prescribes or applies, by time and state: one form for numbers, formulas, tables."""
+"""What a drive prescribes or applies, by time and state: one form for numbers, formulas, tables.
+
+Forces of springs by length, or torques by angle: a table or a formula, and the energy stored.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""When a run ends, by which coordinates, how finely it is solved, and which instants are kept."""
+"""When a run ends, by which coordinates, how finely it is solved, and which instants are kept.
+
+Short pulses of drives by formulas of time: found before a run, so that steps end within them.
+
+A step knows a drive at its stages alone, and so does the estimate of its error. What a pulse does
+is judged by the tolerance: its area times how a force moves things at the start, times the time
+that is left; the area of a speed times a length.
+
+Whether drives have values and do not jump, and what is told of valid points and starts.
+"""
 
 from __future__ import annotations
 

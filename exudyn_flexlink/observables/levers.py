@@ -1,4 +1,11 @@
-"""How a struck body answers."""
+"""How a struck body answers.
+
+By what quantity the motion of a struck body is told: it turns on a hinge, slides, or is free.
+
+The quantities whose extremes a run tells, as functions of poses and rates.
+
+An engine asks it at the nodes of its steps: what is told of a run must not depend on its samples.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Points and bodies, and where they go: at samples, and between them."""
+"""Points and bodies, and where they go: at samples, and between them.
+
+The joint whose turns count: its angle, and the laps of a run.
+"""
 
 from __future__ import annotations
 

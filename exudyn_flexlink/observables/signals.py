@@ -1,4 +1,7 @@
-"""Quantities of a run by name, such as 'lever.angle': what a column of measurements holds."""
+"""Quantities of a run by name, such as 'lever.angle': what a column of measurements holds.
+
+How points vibrate: off where an ideal mechanism would have them, at which frequencies.
+"""
 
 from __future__ import annotations
 

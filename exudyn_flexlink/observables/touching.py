@@ -6,6 +6,8 @@ The four cases of a translational joint with clearance (Flores, Ambrosio, Claro 
 Kinematics and dynamics of multibody systems with imperfect joints, 2008): no contact, one corner,
 two corners on the same side, two on opposite sides. Here every pair of `SleeveHistory` that presses
 is a point of contact, so that a node in the mouth and the corner beside it count as two.
+
+Strikes: bursts of contact.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""What stands on a page, section by section: all that a run has, and how to run it again."""
+"""What stands on a page, section by section: all that a run has, and how to run it again.
+
+A page's contents to HTML, by templates that escape whatever is not markup of this program.
+"""
 
 from __future__ import annotations
 

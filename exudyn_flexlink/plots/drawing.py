@@ -1,4 +1,7 @@
-"""The figure of a mechanism: at a few instants, and larger in the strike."""
+"""The figure of a mechanism: at a few instants, and larger in the strike.
+
+A mechanism where it starts, with the names of its parts: what a model file says, to look at.
+"""
 
 from __future__ import annotations
 

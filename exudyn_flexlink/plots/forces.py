@@ -1,4 +1,7 @@
-"""The forces that act, the first strikes in a zoom; energies, and the error of their balance."""
+"""The forces that act, the first strikes in a zoom; energies, and the error of their balance.
+
+How a link stands in a guide with clearance: its states as a strip, and drawn at instants.
+"""
 
 from __future__ import annotations
 

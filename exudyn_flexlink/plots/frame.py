@@ -1,4 +1,7 @@
-"""Around what is drawn: size, title, caption, and a note on a failed run."""
+"""Around what is drawn: size, title, caption, and a note on a failed run.
+
+How figures look, on a screen and in print, and how they become files.
+"""
 
 from __future__ import annotations
 

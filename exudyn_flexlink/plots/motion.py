@@ -1,4 +1,7 @@
-"""Where the watched point goes: its coordinates over the crank angle, lap by lap, and polar."""
+"""Where the watched point goes: its coordinates over the crank angle, lap by lap, and polar.
+
+How struck bodies answer: over the whole run, and strike by strike.
+"""
 
 from __future__ import annotations
 

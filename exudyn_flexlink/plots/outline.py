@@ -1,6 +1,8 @@
 """What is drawn of a mechanism: lines through points of its parts, and marks at such points.
 
 In the parts' own axes, hence the same at every instant: figures and animations draw these alone.
+
+A mechanism in some poses, as figures draw it into axes: bodies, path of S, named points.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""What panels share: letters, legends, units, digits, the axis along a run, its horizon."""
+"""What panels share: letters, legends, units, digits, the axis along a run, its horizon.
+
+Axes that are given: how many a figure needs, and two runs told apart in one of them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""What accuracy costs, how far benchmarks are off, and how stable a motion is."""
+"""What accuracy costs, how far benchmarks are off, and how stable a motion is.
+
+A run beside a measured series: both over each other, and their difference below.
+
+Observables of a sweep over what varied: lines, maps, or dots.
+
+Two runs of one scene over each other, and their differences below.
+"""
 
 from __future__ import annotations
 

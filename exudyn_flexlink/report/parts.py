@@ -1,4 +1,7 @@
-"""What the program says of parts: effects, curves, frequencies, freedoms, where they start."""
+"""What the program says of parts: effects, curves, frequencies, freedoms, where they start.
+
+What is told of a mechanism at rest: where it stands, what holds it, small motions about it.
+"""
 
 from __future__ import annotations
 

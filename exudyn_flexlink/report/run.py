@@ -1,4 +1,7 @@
-"""What the program says after a run: how it ended, strikes, energy, how far to trust it."""
+"""What the program says after a run: how it ended, strikes, energy, how far to trust it.
+
+What the program says of strikes, of touches in joints with clearance, and of forces.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""What the program says of studies: how stable a motion is, a sweep, benchmarks."""
+"""What the program says of studies: how stable a motion is, a sweep, benchmarks.
+
+What the program says of a work-precision study: table, causes of error, advice.
+
+What the program says of a run beside a measured series, and of a fit.
+
+What the program says of two runs of one scene: deviations, strikes, errors, cost.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Materials, cross-sections and bodies."""
+"""Materials, cross-sections and bodies.
+
+Curves as a model file describes them; their geometry is in `exudyn_flexlink.curves`.
+"""
 
 from __future__ import annotations
 

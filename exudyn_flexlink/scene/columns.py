@@ -1,4 +1,7 @@
-"""Columns of numbers in a text file: their separators, and what a header says of them."""
+"""Columns of numbers in a text file: their separators, and what a header says of them.
+
+Points of splines, and tables of drives and springs, from CSV files.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Pairs that may strike each other."""
+"""Pairs that may strike each other.
+
+Laws of contacts as a model file gives them; their forces are in `exudyn_flexlink.laws`.
+
+Limits of joints: stops at the least and the greatest angle, or length along a slide.
+"""
 
 from __future__ import annotations
 

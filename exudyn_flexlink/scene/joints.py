@@ -1,4 +1,7 @@
-"""Joints between bodies."""
+"""Joints between bodies.
+
+Gears, racks and belts: joints whose angles or lengths tie each other.
+"""
 
 from __future__ import annotations
 

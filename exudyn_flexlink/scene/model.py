@@ -1,4 +1,9 @@
-"""The whole scene: what a model file says, checked, frozen and in SI units."""
+"""The whole scene: what a model file says, checked, frozen and in SI units.
+
+A document to a scene, with every mistake of the document at once.
+
+The JSON schema of a model file, with which editors help while one is written.
+"""
 
 from __future__ import annotations
 

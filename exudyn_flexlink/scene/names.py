@@ -1,4 +1,11 @@
-"""Whether parts fit the parts that they name: what one part alone can't tell."""
+"""Whether parts fit the parts that they name: what one part alone can't tell.
+
+Looks up what names in a scene refer to, and says which lead nowhere.
+
+Whether gears can mesh: joints that one arm carries, and no train that locks itself.
+
+Point masses: bodies without inertia, and whether anything turns them.
+"""
 
 from __future__ import annotations
 

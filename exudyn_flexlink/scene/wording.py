@@ -1,4 +1,7 @@
-"""Pydantic's errors in the words of someone who writes a model file."""
+"""Pydantic's errors in the words of someone who writes a model file.
+
+Words that textbooks and other programs use for what a model file calls by another name.
+"""
 
 from __future__ import annotations
 

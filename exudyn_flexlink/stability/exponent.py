@@ -5,6 +5,10 @@ distance has grown by is kept, and it is put back, in the direction it has, at t
 G. Benettin, L. Galgani and J.-M. Strelcyn, Kolmogorov entropy and numerical experiments, Physical
 Review A 14 (1976) 2338. The mean rate of growth tends to the largest exponent. Of a system that
 is driven by time, time is no direction in which neighbours differ.
+
+How long a lap takes, and how far a point is from where it was laps before: what repeats.
+
+Poincare sections: a point once a lap, and how its places branch as a value is varied.
 """
 
 from __future__ import annotations

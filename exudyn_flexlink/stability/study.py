@@ -1,4 +1,13 @@
-"""All that is told of the stability of a scene's motion, of one long run and its neighbours."""
+"""All that is told of the stability of a scene's motion, of one long run and its neighbours.
+
+The largest Lyapunov exponent of a mechanism: runs that go on from states of another run.
+
+The run gives the motion; between instants at which nothing presses, a neighbour of it, and the
+run itself again, start from its state (see `continuing`). A state is of all parts, so that joints
+bind its numbers; neighbours are put onto the joints as they are put together. Impacts do no harm:
+both runs of a stretch start and end free, and what a difference does to an impact's instant shows
+in where they are when it is over.
+"""
 
 from __future__ import annotations
 

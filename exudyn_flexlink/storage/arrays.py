@@ -3,6 +3,13 @@
 A name, in the file and in tables, is the path to the array in Python with dots:
 ``contacts.strike.touches.begin``. Names of a scene have no dots. Which fields are arrays stands at
 the dataclasses.
+
+Arrays with names, dimensions and attributes to a file of netCDF, and back.
+
+The format is netCDF-3 with 64-bit offsets: SciPy writes it, and nearly everything reads it. What it
+lacks is made up for: names are in UTF-8, as the format demands; truth values are bytes, marked as
+xarray marks them; texts are rows of characters; arrays without any element are left out. The
+SHA-256 of the file, in which 64 zeros stand in its place, tells whether it is as written.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""What a result says of itself: a JSON file, with tables as CSV beside it."""
+"""What a result says of itself: a JSON file, with tables as CSV beside it.
+
+The journal of a sweep: a line for each row, added as soon as its runs have ended.
+
+A process that is killed leaves at most half a line at its end, which is left out.
+"""
 
 from __future__ import annotations
 

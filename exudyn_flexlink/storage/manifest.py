@@ -3,6 +3,8 @@
 A file is the program's own if the manifest names it and it still has a content that was written.
 Everything else is the user's, also a file of ours that was changed since. While a result takes the
 place of an earlier one, a file may have the content of either.
+
+What the files of a run are called, and how to say that one can't be written or read.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""A Result to the files of a run, and back."""
+"""A Result to the files of a run, and back.
+
+Tables of a run: columns by name and unit.
+"""
 
 from __future__ import annotations
 

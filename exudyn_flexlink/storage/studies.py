@@ -3,6 +3,11 @@
 Each is a document in JSON, with tables beside it. SI numbers, units in the names. Of a comparison
 they hold what two runs tell: what each tells by itself is in the summary of that run. All raise
 OSError where the folder can't be written.
+
+A sweep on disk: its plan, a journal to which each row is added at once, and its table.
+
+``sweep.json`` is the plan and stands there from the beginning. Tables are written from the journal
+once no more rows come.
 """
 
 from __future__ import annotations

@@ -1,4 +1,11 @@
-"""What a sweep is: a scene, values that vary, and points in a fixed order that never changes."""
+"""What a sweep is: a scene, values that vary, and points in a fixed order that never changes.
+
+Values that a sweep gives to one path of the scene: ranges and lists, with a unit or without.
+
+What the values of a path are measured in: the SI unit of a number of the scene.
+
+Designs: which values a sweep puts together in each of its points, in a fixed order.
+"""
 
 from __future__ import annotations
 

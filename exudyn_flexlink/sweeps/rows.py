@@ -1,4 +1,7 @@
-"""One row of a sweep's table: what is told of the runs at one point, and why, if it is doubtful."""
+"""One row of a sweep's table: what is told of the runs at one point, and why, if it is doubtful.
+
+The runs of one point: what every executor does, in whatever process.
+"""
 
 from __future__ import annotations
 

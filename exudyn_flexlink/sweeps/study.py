@@ -1,4 +1,7 @@
-"""A file that describes a sweep: a model, what varies in it, and who solves it."""
+"""A file that describes a sweep: a model, what varies in it, and who solves it.
+
+A sweep's table, and how it comes about: a row for every point, kept as soon as it is there.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""What a run gives for each published number, and whether that is near enough."""
+"""What a run gives for each published number, and whether that is near enough.
+
+Published numbers as a file gives them: which quantity of a run, its value, what it may miss.
+
+Each tells what a run gives for it, `computed`, in SI: nan if nothing of the kind happened in it. A
+run that has no sample at the instant asked for raises MissingError.
+
+A file of published numbers, and the model that it belongs to.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The one place that imports Exudyn, and how its console and item types are reached."""
+"""The one place that imports Exudyn, and how its console and item types are reached.
+
+What both formulations tell of a run that stopped.
+"""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def run(
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
     Limits of steps, but that by their error, are `limits` times as long as usual. With `seed` it is
-    off by what rounding may be: see `seeding`.
+    off by what rounding may be: see `finer`.
 
     Raises:
         NotRepresentableError: the formulation that the scene asks for can't represent it.

@@ -1,4 +1,33 @@
-"""A recognised mechanism in numbers: constants of its equations, and coordinates to poses."""
+"""A recognised mechanism in numbers: constants of its equations, and coordinates to poses.
+
+Which scenes have hand-written equations, and the numbers of those that do.
+
+One guide pinned to the ground, one link in its sleeve that starts in a slot, any number of levers
+pinned to the ground. Whatever else a scene has is refused by name.
+
+Equations of motion of guide, link and levers: the paper's eq. 1, ``M q'' + h = Q``.
+
+Coordinates are angles: the guide's theta, which is also that of rod 1, the absolute angles of the
+other rods, and those of the levers. With ``e`` the unit vector of an angle, a point of the link is
+at
+
+    r = gamma(theta) + sum_j a_j e(Theta_j)
+
+``gamma`` is the place of P, which the guide's angle determines (see `track`); a_j is the length of
+each rod before the point, and how far along its own rod it is. By the coordinates its place has the
+derivatives ``r_k``, so that it moves with ``sum_k r_k q_k'``. Where no coordinate accelerates, it
+does with ``b = gamma'' theta'^2 - sum_j a_j e(Theta_j) Theta_j'^2``. Lagrange's equations of the
+kinetic energy then are, summed over the centres of the rods, of masses m,
+
+    M_jk = sum m r_j . r_k + J_j delta_jk,    h_j = sum m r_j . b
+
+J are moments of inertia: of rods about their centres, of guide and levers about their pivots.
+
+With play between link and guide all rods have angles of their own, the guide has its angle, and P's
+place u on its track is a coordinate: then it is ``gamma(u)``.
+
+Vectors are complex numbers, x + i y; all arrays have instants, the stages of a step, first.
+"""
 
 from __future__ import annotations
 

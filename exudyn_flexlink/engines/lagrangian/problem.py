@@ -1,4 +1,16 @@
-"""The mechanism as the integration sees it: where it is, what happens in steps and at events."""
+"""The mechanism as the integration sees it: where it is, what happens in steps and at events.
+
+Impact by impulse and momentum, the paper's eq. 2 to 4: ``-e v_a = v_s`` along the normal.
+
+The configuration stays, the speeds jump by the generalised impulse ``P_k = G_k p``:
+
+    M (v_s - v_a) = G p                         (eq. 2, M the mass matrix of the free coordinates)
+    g'_a = G v_a + ..,  g'_s = -e g'_a          (eq. 3 and 4, g' the rate of the gap)
+    p = -(1 + e) g'_a / (G M^-1 G^T)
+    energy lost = (1 - e^2)/2 g'_a^2 / (G M^-1 G^T)
+
+What that changes of the contact that is hit, and of those that are held closed, is here, too.
+"""
 
 from __future__ import annotations
 
@@ -211,7 +223,7 @@ class Problem(HybridProblem):
         self._settle_walls(0.0)
 
     def start_off(self) -> None:
-        """Start off by what rounding may be: see `seeding`."""
+        """Start off by what rounding may be: see `finer`."""
         model = self.system.model
         at = self.system.frame(np.zeros(1), self.q[None], self.v[None])[0]
         lengths = np.abs(moved_by(model.numbers, at)).max(axis=0)[model.first :]

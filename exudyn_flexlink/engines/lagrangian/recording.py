@@ -1,4 +1,15 @@
-"""The recorder of guide, link and levers: what is known of them at nodes and samples of steps."""
+"""The recorder of guide, link and levers: what is known of them at nodes and samples of steps.
+
+Forces of drives, joints and slot at the samples, from Newton's law once the motion is known.
+
+With m a the momentum's rate of the whole link, F n the contact forces on it, g the weight's
+acceleration, e along the guide and N the force of the track along its normal:
+
+    along the guide:   m a.e = N (normal.e) + sum F n.e + m g.e    (the sleeve does not drag)
+    across it:         S = m a - N normal - sum F n - m g          (of the sleeve, on the link)
+    guide's pivot:     R = m_g a_g - m_g g + S
+    a lever's pivot:   R = m_l a_l - m_l g + sum F n
+"""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def run(
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
     Limits of steps, but that by their error, are `limits` times as long as usual. With `seed` it is
-    off by what rounding may be: see `seeding`.
+    off by what rounding may be: see `finer`.
 
     Raises:
         NotRepresentableError: the scene is not one guide, its link, and levers.

@@ -1,4 +1,13 @@
-"""Guide, link and levers as they move at instants: what the equations are solved for, and with."""
+"""Guide, link and levers as they move at instants: what the equations are solved for, and with.
+
+The track of P, piece by piece, and where the guide's axis crosses it.
+
+Without play P is where the axis from the guide's pivot C, along e, crosses the track: with
+``w = gamma(u) - C`` and x the 2D cross product, ``e x w = 0``. Differentiated by the angle, with
+``sigma = e x gamma_u`` and ``r = e.w``:
+
+    u' = r / sigma,    u'' = (2 (e.gamma_u) u' - (e x gamma_uu) u'^2) / sigma
+"""
 
 from __future__ import annotations
 

@@ -10,6 +10,20 @@ their line, and hold the imaginary part of w, and theta. Motors that move no coo
 prescribe theta, or along a slide the real part. Gears hold sums of the tree's own coordinates. The
 coordinates y are those of the tree, then the slots' places u. Rows are the real parts (m), then the
 imaginary ones (m), then the angles (rad), then the gears (m; rad without pitch circles).
+
+Which coordinates follow others where loops close, and where they are: by Newton's method.
+
+All coordinates of a tree whose loops are closed, from the independent ones.
+
+Generalised coordinate partitioning (R. A. Wehage and E. J. Haug, J. Mech. Des. 104 (1982) 247):
+with residuals c(y, t) of the closures, pivoting their Jacobian splits the coordinates y, those of
+the tree and the slots' places, into dependent ones w, for which c = 0 is solved by Newton's method,
+and independent ones z:
+
+    w' = -(c_w)^-1 (c_z z' + c_t),      w'' = -(c_w)^-1 (c_z z'' + gamma)
+
+with gamma the second derivative of c without accelerations of z and w. Rows of c that others imply
+are left out, and only checked.
 """
 
 from __future__ import annotations

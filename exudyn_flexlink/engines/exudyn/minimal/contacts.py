@@ -1,4 +1,21 @@
-"""Contacts of a tree: where each is, and forces of those that give way."""
+"""Contacts of a tree: where each is, and forces of those that give way.
+
+Sleeves' walls on a tree's coordinates: all pairs of link and guide, their forces and events.
+
+A pair presses while its gap is negative and its point between the ends of its face. Which do is
+given, and changes by events only (see `pair_events`); until then their law is continued, so that a
+step sees smooth forces. Forces are worked out for the few pairs that press, at all stages of a step
+together; how they give way goes into the matrices of the iteration.
+
+With C a point, O the origin of the link that carries a face, w its angular velocity, and e the
+face's direction (complex numbers, global axes), the point is in the face's axes at
+
+    z = e* (C - O) - z_0,      z' = e* (C' - O') - i w (z + z_0),
+
+along the face by Re z, to its left by Im z; z_0 is where the face starts. What moves the point
+against the face are the links that carry the one but not the other: each as if it carried the
+point, counted negative if it carries the face.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,8 @@
 What motors hold is known, and a guided slot's slide follows its guide: ``x'' = T z'' + b`` for the
 independent coordinates z, with T the velocity transformation (E. J. Haug, *Computer Aided
 Kinematics and Dynamics*, 1989, ch. 7).
+
+A layout as Exudyn's item of a tree: joints, and the bodies that they carry.
 """
 
 from __future__ import annotations

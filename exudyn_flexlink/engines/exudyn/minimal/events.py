@@ -1,4 +1,24 @@
-"""What happens first within a step: a contact begins or ends, a piece of a slot ends."""
+"""What happens first within a step: a contact begins or ends, a piece of a slot ends.
+
+When a joint with dry friction comes to rest, or slides on, within a step.
+
+Between two such events friction has one sign. What slides rests where its speed is zero; what rests
+slides where the torque that holds it reaches its bound. The force of a slide changes sides where it
+is zero.
+
+Torques and forces by formulas of the state: where they bend, and whether a step saw them whole.
+
+They bend where max, min and abs compare equal. Within a step a formula is held on one side of each
+kink, and so goes on smoothly beyond it: the step's error is that of smooth equations. What is
+compared is an event function. The step is made again to end at its zero, and from there the formula
+is held on the other side.
+
+A step knows them at its stages alone, and so does the estimate of its error: a pulse between two
+of them is in neither. So each term of a formula that senses the state is looked at over the whole
+step, by bounds: see `expressions.resolved`. Of a formula of one place, such as those of springs,
+bounds are known by place, and are kept. Kinks and pulses of time alone are found before the run:
+see `mechanism.pulses`.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +43,7 @@ from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve, RelativeMotio
 from exudyn_flexlink.engines.pair_events import POLYNOMIAL, Flight, Seen, calm, first_part
 from exudyn_flexlink.engines.touching import TO_LOOKS, Side
 from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, Expression, remainders, resolved
+from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import POWERS, C
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
@@ -32,7 +53,6 @@ from exudyn_flexlink.integrate.events import (
     chebyshev_sum,
     fall,
     first_fall,
-    instant,
 )
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step

@@ -14,6 +14,8 @@ use the least part of their bounds: they slide when none other would hold.
 
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
 There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
+
+What each of several joints holds by dry friction that rest, where more do than have freedoms.
 """
 
 from __future__ import annotations

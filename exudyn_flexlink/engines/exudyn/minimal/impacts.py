@@ -38,8 +38,9 @@ from exudyn_flexlink.engines.exudyn.minimal.rigid import (
     turned_back,
 )
 from exudyn_flexlink.engines.touching import Change, Moment
+from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.contact_share import complementary
-from exudyn_flexlink.integrate.events import EVENT_TIME, instant
+from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.result import Interval
 

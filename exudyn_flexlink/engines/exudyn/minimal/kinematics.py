@@ -7,6 +7,17 @@ direction, the origin of link i is the sum over the links up to it of
     d = exp(i theta') o + s e,
 
 and its velocity and acceleration are the sums of the derivatives of d.
+
+Where a slot holds the slide that carries its point: s as a function of the guide's angle.
+
+With the pivot C, ``w = gamma(u) - C``, the guide's axes e, e^ and x the 2D cross product, the point
+is on the track where ``e x w = b``, and then ``s = e.w - a`` (a ahead of, b beside the slide's own
+zero). Differentiated by the angle, with ``sigma = e x gamma_u``:
+
+    u'  = e.w / sigma
+    s'  = b + (e.gamma_u) u'
+    u'' = (s' - (-e.gamma_u + (e x gamma_uu) u') u') / sigma
+    s'' = sigma u' + (e.gamma_uu) u'^2 + (e.gamma_u) u''
 """
 
 from __future__ import annotations

@@ -2,6 +2,17 @@
 
 With P the point of a force F, both complex, and m_k = dP/dx_k, the force on coordinate k is
 ``Re(conj(F) m_k)``.
+
+All springs and dampers of a tree: at its joints, across several of them, and between points.
+
+Of a spring between two points let d be from its first to its second end (complex, global axes), d'
+its rate, J its derivatives by the coordinates. With stiffness k, damping c and length L it pulls
+its second end by
+
+    F = -T n,  T = k (|d| - L) + c (n . d'),  n = d / |d|;      L = 0:  F = -k d - c d',
+
+so that Q = J . F. Along a slide n is the direction of its line, which turns with the first part,
+and |d| is n . d.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError, Projector,
 from exudyn_flexlink.engines.finer import seeded
 from exudyn_flexlink.engines.touching import Touches, press_by
 from exudyn_flexlink.expressions import NoValueError
-from exudyn_flexlink.integrate.events import Window
+from exudyn_flexlink.integrate.clock import Window
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.mechanism import Anchor, Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout

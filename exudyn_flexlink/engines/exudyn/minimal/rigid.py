@@ -8,6 +8,18 @@ accelerate by z'',
 for the reactions r (N); c is what gaps bend without z''. The right side lets die out what gaps
 are off by (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1). Friction is that of
 `laws.Friction`, regularised, with s the slip and T its gradient.
+
+Friction in the impact of one contact, by Coulomb: both impulses grow together until it is over.
+
+With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of the gap follow
+
+    u = u_a + k_t P_t + k_tn P_n,      w = w_a + k_n P_n + k_tn P_t
+
+as P_n grows (E. J. Routh, *Dynamics of a System of Rigid Bodies*, part 1, 1897; Y. Wang and
+M. T. Mason, J. Appl. Mech. 59 (1992) 635). While it slides dP_t = -mu sgn(u) dP_n; where u comes to
+zero it sticks if friction is enough, and else slides back. The gap closes until w = 0, at P_c, and
+the touch is over at (1 + e) P_c: Poisson's restitution, out of which no energy can come. What is
+round about the contact has k_tn = 0: there this is Newton's.
 """
 
 from __future__ import annotations

@@ -2,6 +2,11 @@
 
 A shape is a point against a face or a curve, a face on a curve, or two circles. It tells gap, place
 and slip; laws, states and events are the same for all shapes (see `contacts`).
+
+Links that carry a point of the tree: where that is, and how forces there act on them.
+
+In plain numbers, for one point at one instant: see `kinematics` for many. Vectors in the plane are
+complex numbers.
 """
 
 from __future__ import annotations

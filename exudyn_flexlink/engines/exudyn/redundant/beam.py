@@ -10,6 +10,18 @@ errors fall with the square of their number, those of the cubic ones with the fo
 cantilever of the paper's link, its end pushed by 4.7 mm in 10 ms and left to ring for 40 ms, four
 cubic elements were off by 3.4e-6 m at 43 us per step, sixteen exact ones by 3.7e-5 m at 77 us.
 Nor can they do without reference coordinates, which the native slot constraints must not have.
+
+A beam of cubic elements: where its points are, and what it stores and loses.
+
+The elements are those of Exudyn's ``ObjectANCFCable2D`` (absolute nodal coordinates): between two
+nodes the centre line is the cubic through their positions and slopes, ``strain = |r'| - 1``,
+``curvature = (r' x r'')/|r'|^2`` with respect to the unbent arc length. Energies here are summed
+at the points at which the element itself sums its forces, so that both balance: three of Lobatto
+for the strain, two of Gauss for the curvature. With the five and three points that would be exact
+an element can't bend without stretching: the end of a cantilever of the paper's link, pushed by
+5 mm, was then 14 to 30 times farther off with one to four elements, at the same cost.
+
+The controls of a beam are position and slope of its nodes in turn, (2 nodes, 2): x and y of each.
 """
 
 from __future__ import annotations
@@ -156,7 +168,7 @@ Refusal = tuple[tuple[str, ...], str]
 """Where in the scene something is that a beam can't be, and why."""
 
 ELEMENTS = 2  # where the scene does not say
-# Strain at three points of Lobatto, curvature at two of Gauss: see `beam_shape`.
+# Strain at three points of Lobatto, curvature at two of Gauss: see `beam`.
 REDUCED_INTEGRATION = 2
 
 

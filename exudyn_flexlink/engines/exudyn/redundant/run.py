@@ -1,4 +1,7 @@
-"""Run a scene as rigid bodies with joints: index-3 generalised-alpha, the steps of `stepping`."""
+"""Run a scene as rigid bodies with joints: index-3 generalised-alpha, the steps of `stepping`.
+
+After the solve: samples to a Result, with its events, checks, warnings and how it ended.
+"""
 
 from __future__ import annotations
 

@@ -4,6 +4,12 @@ A piece that is a line, a circle or an ellipse along the axes is a native quadra
 Exudyn on the part's node; every other piece (splines, turned ellipses, a point that is not the
 part's origin, a curve that a body carries) is a constraint whose foot point is found in Python.
 Only the current piece is active; steps end where pieces meet, and the next one takes over.
+
+Steps that end on events: where a track's curvature jumps, a contact begins, a run ends.
+
+Across a jump of the forces a method of order 2 is only of order 1, so the step before an event is
+shortened to end on it. Where torques and forces bend with the state, steps are short from there on:
+what the longest one errs by, no second run need show, which may go over the kink likewise.
 """
 
 from __future__ import annotations
@@ -20,7 +26,7 @@ from exudyn_flexlink.curves import Arc, Curve, Evaluator, LineSegment, evaluator
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.track_follower import TrackFollower
-from exudyn_flexlink.integrate.events import Window
+from exudyn_flexlink.integrate.clock import Window
 from exudyn_flexlink.mechanism import (
     GROUND,
     Mechanism,

@@ -1,4 +1,7 @@
-"""Mechanism to Exudyn: one item for each thing the mechanism has, none for what it lacks."""
+"""Mechanism to Exudyn: one item for each thing the mechanism has, none for what it lacks.
+
+Torques and forces of drives as Exudyn's loads; what varies is asked of Python in every round.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, add_beam, without_rods
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import BeamCoordinates, Coordinates
-from exudyn_flexlink.integrate.events import Window
+from exudyn_flexlink.integrate.clock import Window
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
