@@ -4,7 +4,8 @@ Usage:
   .venv/bin/python scripts/rooms.py   exit code 1 where something is above its ceiling
 
 Statements are those of Python's grammar, without docstrings: text that is squeezed into fewer lines
-has as many. The mean of nodes of a simple statement rises where lines are packed. Constants are
+has as many. The mean of nodes of a simple statement rises where lines are packed; imports do not
+count in it, as larger rooms have fewer of them. Constants are
 numbers that get a name at the head of a module. Who needs more than a ceiling raises it here, and
 says why in the commit.
 """
@@ -20,17 +21,17 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = "exudyn_flexlink"
-MOST_STATEMENTS = 29_435  # of the package
-MOST_NODES = 12.92  # of the syntax tree, a simple statement of the package, on average
-COMPOUND = (
+MOST_STATEMENTS = 28_320  # of the package
+MOST_NODES = 17.01  # of the syntax tree, a simple statement of the package, on average
+LEFT_OUT = (
     ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.If, ast.For, ast.While, ast.With,
-    ast.Try, ast.Match,
+    ast.Try, ast.Match, ast.Import, ast.ImportFrom,
 )  # fmt: skip
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Size(NamedTuple):
-    """What some files hold; `simple` statements, docstrings too, have so many `nodes` in all."""
+    """What some files hold; `simple` statements but imports have so many `nodes` in all."""
 
     files: int = 0
     statements: int = 0
@@ -42,7 +43,7 @@ class Size(NamedTuple):
         """Return the size with one more file."""
         tree = ast.parse(path.read_text(encoding="utf-8"))
         found = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
-        simple = [one for one in found if not isinstance(one, COMPOUND)]
+        simple = [one for one in found if not isinstance(one, LEFT_OUT) and not _is_text(one)]
         nodes = sum(1 for one in simple for _ in ast.walk(one))
         statements = len(found) - sum(map(_has_docstring, ast.walk(tree)))
         constants = sum(map(_is_constant, tree.body))
@@ -52,6 +53,11 @@ class Size(NamedTuple):
 
 def _has_docstring(node: ast.AST) -> bool:
     return isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None
+
+
+def _is_text(node: ast.stmt) -> bool:
+    """Tell whether a statement is a text alone, such as a docstring."""
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
 def _is_constant(node: ast.stmt) -> bool:

@@ -499,7 +499,8 @@ class Picture:
             left + length / 2, bottom + 1.2 * tick, f"{factor * length:.3g} {unit}", ha="center",
             va="bottom", fontsize=11 * thin, color=PALE,
         )  # fmt: skip
-        lines = wrapped(self._film.doubts, (1 - 2 * SCALE) * self.width / DOTS, 11 * thin)
+        wide = (1 - 2 * SCALE) * self.width / DOTS
+        lines = wrapped(self._film.doubts, wide, 11 * thin)
         self.axes.text(
             2 * middle[0] - left, bottom, "\n".join(lines), ha="right", va="bottom",
             fontsize=11 * thin, color=FAILED, parse_math=False,

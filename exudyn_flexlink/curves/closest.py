@@ -276,17 +276,22 @@ def reach(curve: Curve, side: float, radius: float) -> float:
     H. Federer, Curvature measures, Trans. Amer. Math. Soc. 93 (1959) 418, theorem 4.18.
     """
     u = curve.samples[0]
-    u = u[: -1 if curve.closed else None : 1 + len(u) // MOST_SAMPLES]
-    at, tangent = (of @ [1, 1j] for of in (curve.point(u), curve.tangent(u)))
+    last = -1 if curve.closed else None
+    u = u[: last : 1 + len(u) // MOST_SAMPLES]
+    at, tangent = curve.point(u) @ [1, 1j], curve.tangent(u) @ [1, 1j]
     between = at - at[:, None]
     seen = between * tangent.conj()[:, None]
     across = np.abs(seen.imag)
     if not curve.closed:  # beyond its ends there is no tangent
-        across[0] = np.where(seen[0].real < 0, np.abs(seen[0]), across[0])
-        across[-1] = np.where(seen[-1].real > 0, np.abs(seen[-1]), across[-1])
+        before, after = seen[0].real < 0, seen[-1].real > 0
+        across[0] = np.where(before, np.abs(seen[0]), across[0])
+        across[-1] = np.where(after, np.abs(seen[-1]), across[-1])
     with np.errstate(divide="ignore", invalid="ignore"):
-        radii = np.abs(between) ** 2 / (2 * across) - np.sign(side * seen.imag) * radius
+        inside = np.sign(side * seen.imag) * radius
+        radii = np.abs(between) ** 2 / (2 * across) - inside
         np.fill_diagonal(radii, np.inf)
         bend = side * curve.curvature(u)
-        bends = 1 / np.abs(bend) - np.sign(bend) * radius
-    return max(0.0, min(float(radii.min()), float(bends.min())))
+        within = np.sign(bend) * radius
+        bends = 1 / np.abs(bend) - within
+    least = min(float(radii.min()), float(bends.min()))
+    return max(0.0, least)

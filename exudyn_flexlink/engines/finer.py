@@ -37,7 +37,8 @@ def seeded(
     """
     q, v = start
     number = np.arange(len(q))
-    ways = ROUNDING * (-1.0) ** number * (1 + number / (1 + len(q)))
+    sizes = 1 + number / (1 + len(q))
+    ways = ROUNDING * (-1.0) ** number * sizes
     lengths = np.maximum(lengths, SMALL * lengths.max(initial=1.0))
     return q + extent(assembly) * ways / lengths, v * (1 + ways)
 

@@ -103,9 +103,11 @@ def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, h: float) -> Bool
     """
     values = np.concatenate([path.gap, path.place], axis=1)
     rates = h * np.concatenate([path.gap_rate, path.slip], axis=1)
-    bends = np.abs(POLYNOMIAL.coefficients(values.T, rates.T, 2)).sum(axis=1)
+    seconds = POLYNOMIAL.coefficients(values.T, rates.T, 2)
+    bends = np.abs(seconds).sum(axis=1)
     speeds = np.abs(rates)
-    ways = PARTS * (0.5 * (speeds[:-1] + speeds[1:]) + 0.25 * PARTS * bends)
+    mean = 0.5 * (speeds[:-1] + speeds[1:])
+    ways = PARTS * (mean + 0.25 * PARTS * bends)
     deep, far = np.split(ways, 2, axis=1)
     gap = path.gap[:-1] + path.gap[1:]
     apart = gap > deep
@@ -206,11 +208,11 @@ class _OfFace:
         """Whether surely nothing happens: by one of them, or, where it presses, by all three."""
         h = end - begin
         columns = zip(self._all_at(begin), self._all_at(end), self._bends, strict=True)
-        sure = [
-            min(before[0], after[0]) > h * h * bend / 8
-            or (before[0] > -EXACT and before[1] > h * bend)
-            for before, after, bend in columns
-        ]
+        sure = []
+        for before, after, bend in columns:
+            far = min(before[0], after[0]) > h * h * bend / 8
+            leaves = before[0] > -EXACT and before[1] > h * bend
+            sure.append(far or leaves)
         return (all(sure) if self._pressing else any(sure)) or None
 
 
@@ -251,7 +253,8 @@ class Flight:
         if 0 < self._radius < SHORTEST * speed:
             self.shortest = max(self._radius / speed, LEAST_PART)
         # At the ends nothing is lost by rounding: how it parts from what it just touched counts.
-        ends = zip((0.0, 1.0), path[0][[0, -1]].tolist(), path[1][[0, -1]].tolist(), strict=True)
+        places, rates = (nodes[[0, -1]].tolist() for nodes in path)
+        ends = zip((0.0, 1.0), places, rates, strict=True)
         self._seen = {part: self._glimpse(*at) for part, *at in ends}
 
     def _glimpse(self, place: complex, rate: complex) -> Glimpse:
@@ -277,13 +280,15 @@ class Flight:
         h = end - begin
         before, after = self._at(begin), self._at(end)
         speed = abs(chebyshev_sum(self._rate, 0.5 * (begin + end)))
-        way = h * (speed + h * self._bend / 4)
+        faster = h * self._bend / 4
+        way = h * (speed + faster)
         if max(before.gap, before.beside) + max(after.gap, after.beside) > way:
             return True
         if way > self._radius:
             return None
         # Here all is nearer than `way`: no distance bends more than on a circle of that radius.
-        turn = h * (self._bend + (speed + h * self._bend / 2) ** 2 / self._radius)
+        fastest = speed + h * self._bend / 2
+        turn = h * (self._bend + fastest**2 / self._radius)
         sag = h * turn / 8
         if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
             return True

@@ -306,7 +306,8 @@ def remainders(
     for order in ORDERS:
         with np.errstate(all="ignore"):
             low, high = term.derivative(order).ranges(within, state)
-            rest = np.fmin(rest, (width / 4) ** order / factorial(order) * (high - low))
+            size = (width / 4) ** order / factorial(order)
+            rest = np.fmin(rest, size * (high - low))
         yield rest
 
 

@@ -223,7 +223,8 @@ def _resting_elsewhere(scene: Scene, parameters: list[Parameter]) -> Iterator[st
     for p in parameters:
         change = DIFFERENCE * (abs(p.start) or 1.0)
         value = p.start + change if p.start + change <= p.high else p.start - change
-        changed = springs_as_assembled(scene_of(document_of(scene), [(p.path, value)], True))
+        varied = scene_of(document_of(scene), [(p.path, value)], True)
+        changed = springs_as_assembled(varied)
         for name, spring in scene.springs.items():
             turns = isinstance(spring, TorsionalSpring)
             key, unit = ("rest_angle", "rad") if turns else ("length", "m")

@@ -125,7 +125,8 @@ class Solution:
                     f"from t = {since:.4g} s on the run creeps: {steps - before} steps took it on "
                     f"by {made:.2g} s, less than a thousandth of the mean"
                 )
-                self.creeps = (": ".join(filter(None, [told, self.reason()])),)
+                parts = filter(None, [told, self.reason()])
+                self.creeps = (": ".join(parts),)
                 getLogger(__name__).warning("warning: %s", *self.creeps)
 
     def _over(self) -> bool:

@@ -537,7 +537,8 @@ def _set_otherwise(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
 def _closed_otherwise(scene: Scene, assembly: Assembly) -> Iterator[str]:
     """Say how far joints move bodies from where the run had them that a scene goes on from."""
     mechanism = assembly.mechanism
-    moves = np.hypot(*(assembly.state.q - _states(scene, mechanism)[0])[:, :2].T)
+    given, _ = _states(scene, mechanism)
+    moves = np.hypot(*(assembly.state.q - given)[:, :2].T)
     of_bodies = {body: moves[list(parts)].max() for body, parts in mechanism.bodies.items()}
     farthest, away = max(of_bodies.items(), key=lambda item: item[1])
     if away > MOVED * (scene.accuracy.tolerance or CLOSED):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, inf
+from math import ceil, inf, isinf
 from typing import Any
 
 import numpy as np
@@ -178,11 +178,13 @@ def _in_touches(
     equal instants the difference would be mostly that of the begins, times a steep slope.
     """
     both = [run.contacts[name].touches for run in (first, second)]
+    one_by_one = [list(touches) for touches in both]
     instants, parts = [0.0], []
-    for k, m in _matched(*(touches.begin for touches in both)):
-        pair = [touches.where(np.array([i])) for touches, i in zip(both, (k, m), strict=True)]
-        begins, ends = ([float(getattr(own, edge)[0]) for own in pair] for edge in ("begin", "end"))
-        if max(begins) >= until or np.isinf([own.peak_force[0] for own in pair]).any():
+    for k, m in _matched(both[0].begin, both[1].begin):
+        pair = one_by_one[0][k], one_by_one[1][m]
+        begins = [touch.begin for touch in pair]
+        ends = [touch.end for touch in pair]
+        if max(begins) >= until or any(isinf(touch.peak_force) for touch in pair):
             continue
         instants.append(abs(begins[0] - begins[1]))
         if max(ends) < until:
@@ -191,7 +193,8 @@ def _in_touches(
         time, other = _inside(second, name, begins[1], min(ends[1], until))
         if len(after) > 1:
             time = time[time <= after[-1]]
-            parts.append((begins[0] + time, _between(after, one)(time), other[: len(time)]))
+            between = _between(after, one)(time)
+            parts.append((begins[0] + time, between, other[: len(time)]))
     if not parts:
         return None, None
     time, one, other = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -214,7 +217,8 @@ def _matched(one: FloatArray, other: FloatArray) -> Iterator[tuple[int, int]]:
 
 def _nearest(instants: FloatArray, at: FloatArray) -> IndexArray:
     """Numbers (n,) of the instants (m,), increasing, that are nearest to others (n,)."""
-    return np.searchsorted(0.5 * (instants[1:] + instants[:-1]), at)
+    middles = 0.5 * (instants[1:] + instants[:-1])
+    return np.searchsorted(middles, at)
 
 
 def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
@@ -256,7 +260,8 @@ def _spread(
     one, other = (values.reshape(len(time), -1) for values in (one, other))
     apart = np.linalg.norm(one - other, axis=1)
     size = max(float(np.linalg.norm(values, axis=1).max()) for values in (one, other))
-    kept = np.argsort(apart)[: ceil(share * len(apart))]
+    count = ceil(share * len(apart))
+    kept = np.argsort(apart)[:count]
     worst = int(kept[-1])
     rms = float(np.sqrt(np.mean(apart[kept] ** 2)))
     return ForceSpread(float(apart[worst]), float(time[worst]), rms, size)
@@ -316,7 +321,8 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
     apart = each.max(axis=1)
     error = np.maximum(FACTOR * apart, least)
     # Where little moves, a visible part of that may be less than was asked for.
-    horizon = first_beyond(time, apart, max(parting_limit(run), asked))
+    parted = max(parting_limit(run), asked)
+    horizon = first_beyond(time, apart, parted)
     last = len(time) - 1 if horizon is None else max(int(np.searchsorted(time, horizon)) - 1, 0)
     forces = force_deviations(run, other, inf if horizon is None else horizon)
     beyond = np.flatnonzero(~(error[: last + 1] <= asked))

@@ -213,8 +213,9 @@ def new_figure(result: Result, subject: str, height: float, style: Style = SCREE
 
     `height` (inches) is that of what is drawn on a screen, without title and caption.
     """
-    title, notes, caption = result.scene.title, [doubts_of(result)], [(caption_of(result), GREY)]
-    figure = framed_figure((title, subject), height, style, notes=notes, caption=caption)
+    notes, caption = [doubts_of(result)], [(caption_of(result), GREY)]
+    head = result.scene.title, subject
+    figure = framed_figure(head, height, style, notes=notes, caption=caption)
     if style.titled:
         colour = ENGINE_COLOURS.get(result.engine, GREY)
         place = 1 - EDGE / style.width, 0.07 / figure.get_figheight()

@@ -72,7 +72,8 @@ def number(value: float) -> str:
 
 def instant(time: float, run: float) -> str:
     """Return an instant (s) of a run that is so long (s), with five decimals, or more digits."""
-    return f"{time:.{max(5, 4 - floor(log10(run or 1.0)))}f}"
+    decimals = max(5, 4 - floor(log10(run or 1.0)))
+    return f"{time:.{decimals}f}"
 
 
 def listed(words: Sequence[str]) -> str:

@@ -318,7 +318,8 @@ class _Cells:
     def _hidden_in(self, size: float, begin: int) -> FloatArray:
         """How much (N or N m) cells of this size hide, (2 CELLS,), from the number `begin` on."""
         low = size * np.arange(begin, begin + 2 * CELLS, dtype=float)
-        rests = [[*remainders(term, Bounds(low, low + size))][-1] for term in self._terms]
+        cells = Bounds(low, low + size)
+        rests = [[*remainders(term, cells)][-1] for term in self._terms]
         return np.asarray(np.sum(rests, axis=0))
 
 
@@ -356,7 +357,8 @@ class Overlooked:
             except (ValueError, ArithmeticError):  # no place within: the step itself was good
                 return earliest
             clock = given.formula.clock
-            rates = (FACTORIALS / step.h**TAYLOR_POWERS)[:, None] * (COEFFICIENTS @ sensed.T)
+            scale = FACTORIALS / step.h**TAYLOR_POWERS
+            rates = scale[:, None] * (COEFFICIENTS @ sensed.T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
             along = _AlongStep(clock + step.t, rates)
             for addend in (one for one in given.formula.expression.addends if not one.of_time):
@@ -466,7 +468,8 @@ class EventFinder:
 
     def _at_nodes(self, within: TreeState, end: TreeState) -> Moving:
         """How the links move at a step's nodes, of which those `within` and the end are known."""
-        x, v = np.vstack([self.x, within.x, end.x]), np.vstack([self._v, within.v, end.v])
+        x = np.vstack([self.x, within.x, end.x])
+        v = np.vstack([self._v, within.v, end.v])
         return self._move(x, v)
 
     def _touches_at(self, end: TreeState) -> list[Touch]:
@@ -573,10 +576,11 @@ class EventFinder:
         straight = self._straight[free]
         way = np.where(straight, across, np.abs(moved).sum(axis=1))
         ends = zip(self.touches, self._touches_at(end), strict=True)
-        both = [(old.gap + new.gap, old.inside + new.inside) for old, new in ends]
-        gap, inside = np.array(both)[free].T
+        sums = np.array([(old.gap + new.gap, old.inside + new.inside) for old, new in ends])
+        gap, inside = sums[free].T
         sides = np.array([self._way(k) for k in free.tolist()])
-        near = free[(sides * gap <= way) & ~(straight & (inside < -along))]
+        passes = straight & (inside < -along)
+        near = free[(sides * gap <= way) & ~passes]
         if not len(near):
             return
         # The last round of the iteration moved the stages a little, by more than a gap is rounded.
@@ -600,14 +604,18 @@ class EventFinder:
         if not held:
             return []
         pressed = self._sides.pressed[held]
-        inner = zip(*(own[:-1] for own in step.stages.kept.state[:2]), strict=True)
-        at_stages = [[self.model.contacts[k].touch(*at) for k in held] for at in inner]
-        before, after = ([own[k] for k in held] for own in (self.touches, self._touches_at(end)))
+        contacts = [self.model.contacts[k] for k in held]
+        x, v, *_ = step.stages.kept.state
+        inner = zip(x[:-1], v[:-1], strict=True)
+        at_stages = [[contact.touch(*at) for contact in contacts] for at in inner]
+        at_end = self._touches_at(end)
+        before, after = [self.touches[k] for k in held], [at_end[k] for k in held]
         path = self._path(held, [before, *at_stages, after])
         still = calm(path, self._lengths[held], pressed, step.h)
         press = step.stages.kept.pushes[:, held, 0]
         lifts = pressed & (self._sides.rigid[held] | self._let_go[held])
-        still &= ~lifts | (press.min(axis=0) >= LEAST_PRESS * press.max(axis=0))
+        steady = press.min(axis=0) >= LEAST_PRESS * press.max(axis=0)
+        still &= ~lifts | steady
         return [k for k, calmly in zip(held, still.tolist(), strict=True) if not calmly]
 
     def _path(self, which: Sequence[int], nodes: Sequence[Sequence[Touch]]) -> Seen:

@@ -391,7 +391,8 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     at_once = passed_on(run.problem.impacts.together, "all of them at once")
     halves = [run.problem.half_periods[k] for k in run.model.touches.ever]
     short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
-    told = (*short, *_slipped(run), *_on_dead_centres(run), *at_once, *run.solution.creeps)
+    doubtful = *_slipped(run), *_on_dead_centres(run)
+    told = (*short, *doubtful, *at_once, *run.solution.creeps)
     return RunReader(run).result(told, _outcome(run, *complaint))
 
 

@@ -343,7 +343,8 @@ class _Circles(Shape):
         """How near they are, by the places of their centres."""
         far, way = abs(place), self._circles.way
         gap = way * (far - self._circles.distance)
-        return Glimpse(gap, way * _dot(place, rate) / far if far > 0 else -abs(rate))
+        gap_rate = way * _dot(place, rate) / far if far > 0 else -abs(rate)
+        return Glimpse(gap, gap_rate)
 
 
 class OnCurve(Shape):
@@ -461,10 +462,10 @@ class _OnFlat(OnCurve):
         way = complex(end.x - start.x, end.y - start.y) / contact.width
         self._way = rect(1.0, layout.frame(start.part).angle) * way
         self._face_turned = phase(way)
-        self.between = Between(
-            self.between.second, start, start.part, self._face_turned, (start.part, contact.carrier)
-        )
-        self._farthest = float(np.abs(contact.curve.samples[1] @ [1, 1j]).max())
+        turns, second = (start.part, contact.carrier), self.between.second
+        self.between = Between(second, start, start.part, self._face_turned, turns)
+        outline = contact.curve.samples[1] @ [1, 1j]
+        self._farthest = float(np.abs(outline).max())
 
     @cached_property
     def feature(self) -> float:
@@ -506,7 +507,8 @@ class _OnFlat(OnCurve):
         seen = -1j * self._side * axis.conjugate()
         arm = axis * self._at(*self._closest.on_curve(seen.real, seen.imag))[0]
         gap = place.real / sqrt(2) + self._side * arm.imag
-        return Glimpse(gap, rate.real / sqrt(2) + self._side * arm.real * rate.imag / scale)
+        turning = self._side * arm.real * rate.imag / scale
+        return Glimpse(gap, rate.real / sqrt(2) + turning)
 
     def steady_bend(self, look: Look) -> float:
         """As if the curve were the circle that fits it there: to the second order it is.
