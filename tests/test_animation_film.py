@@ -146,7 +146,9 @@ def test_a_viewpoint_turns_and_moves_with_its_part():
 def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, monkeypatch):
     film = film_of(run)
     [face] = faces(film.takes[0].model)
-    monkeypatch.setattr(film, "faces", lambda _: [replace(face, side=side)])
+    monkeypatch.setattr(
+        "exudyn_flexlink.animation.film.faces", lambda _: [replace(face, side=side)]
+    )
     zoom, poses = zoom_of(film), run.poses
     ends = np.stack([anchor_position(end, poses) for end in (face.start, face.end)], axis=1)
     length = np.linalg.norm(ends[0, 1] - ends[0, 0])
