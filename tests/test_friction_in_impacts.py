@@ -184,6 +184,7 @@ def test_what_is_not_known_ends_the_run(text, settings, reason, advice):
     assert not outcome.completed
     assert reason in outcome.reason
     assert advice in outcome.advice
+    assert "drive" not in outcome.advice  # there is none in these scenes
 
 
 def test_slip_comes_back_by_friction_alone():

@@ -48,7 +48,8 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import FREELY, PART, slow_motions
 from exudyn_flexlink.mechanism import pressed_among
 
-GIVE_WAY = "a law with stiffness; where a drive holds a speed there, a torque in its place will do"
+GIVE_WAY = "a law with stiffness"
+NO_HELD_SPEED = ", or a torque in place of a drive that holds a speed"
 
 
 class _Looked(NamedTuple):
@@ -308,7 +309,9 @@ class MinimalProblem:
             self.impacts.change(time, k)
         except ArithmeticError as error:
             self.stop_reason = str(error)
-            self.stop_advice = error.advice if isinstance(error, JammedError) else GIVE_WAY
+            driven = self.model.assembly.mechanism.speed_motors
+            advice = GIVE_WAY + NO_HELD_SPEED * bool(driven)
+            self.stop_advice = error.advice if isinstance(error, JammedError) else advice
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         for other, contact in self.model.rigid.all.items():  # one impact may begin or end others
