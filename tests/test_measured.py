@@ -49,7 +49,7 @@ def test_the_told_error_bounds_the_distance_from_an_independent_integration(
     found = simulate(scene, engine, measure=True)
     series = read_series(HERE / "data" / f"{name}.csv")
     off = deviation(found, series.time, series.position, series.lever_angle)
-    assert found.scene is scene
+    assert found.scene == scene
     assert found.settings.integrator.tolerance == pytest.approx(0.1 * scene.accuracy.tolerance)
     assert off.largest <= found.error.largest <= 3 * scene.accuracy.tolerance
     assert (found.error.exceeds_from is None) == (not found.warnings)

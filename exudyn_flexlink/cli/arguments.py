@@ -300,7 +300,7 @@ COMMANDS = {
          *figure("draw the differences, and what is allowed"),
          Option("--quiet", "no progress; results stay"))),
     "check": Command(
-        "running",
+        "commands",
         "Check a model without simulating it: parts, effects, frequencies, steps, formulation.",
         ("no_clearance",
          "no_clearance --set bodies.link.hinges.stiffness=beam",
@@ -312,7 +312,7 @@ COMMANDS = {
                 "joints hold there, and the frequencies of small motions about it"),
          *figure("draw the mechanism where it starts, with names"))),
     "plot": Command(
-        "running", "Draw the figures of a saved run, or of a sweep, again.",
+        "commands", "Draw the figures of a saved run, or of a sweep, again.",
         ("runs/no_clearance",
          "runs/no_clearance --out figures",
          "runs/no_clearance --out paper --format pdf,svg --style print",
@@ -324,7 +324,7 @@ COMMANDS = {
          *FIGURES,
          force("replace also figures that no run drew, or that were changed since"))),
     "report": Command(
-        "running",
+        "commands",
         "Write the report of a saved run as one page of HTML, which loads nothing else.",
         ("runs/no_clearance",
          "runs/no_clearance --out strike.html"),
@@ -333,7 +333,7 @@ COMMANDS = {
              values.page_file),
          force("replace the file also if it is no report, or was changed since"))),
     "animate": Command(
-        "running",
+        "animating",
         "Animate a saved run: a video, a GIF, and a page to play and step through it.",
         ("runs/no_clearance",
          "runs/no_clearance --slow strike",
@@ -370,7 +370,7 @@ COMMANDS = {
          Option("--list", "list all models with their titles"),
          force("replace files that stand there, too"))),
     "schema": Command(
-        "running", "Print the JSON schema of model files, which editors complete and check with.",
+        "commands", "Print the JSON schema of model files, which editors complete and check with.",
         ("",
          "--out flexlink.schema.json"),
         (out("FILE", "write it to this file"),

@@ -133,14 +133,15 @@ def positions(result: Result, points: Sequence[str], time: FloatArray) -> FloatA
 
 
 def force_deviations(
-    first: Result, second: Result, until: float = inf
+    first: Result, second: Result, until: float = inf, near: float = 0.0
 ) -> dict[str, ForceDeviation]:
     """How far forces of two runs are apart before `until` (s), by what they are called.
 
     At the instants that the first run's scene asks for. Left out are those at which one run touches
     what the other does not, or that are next to an impulse: there a force is the contact's or not,
     as much as both runs differ in its instant, which says nothing about the size of any force. The
-    force of a contact is compared touch by touch, see `_in_touches`.
+    force of a contact is compared touch by touch, see `_in_touches`; `near` (m) is how well a place
+    is known at best.
     """
     time = common_times(first, second)
     spacing = float(np.max(np.diff(time), initial=0.0))
@@ -163,29 +164,32 @@ def force_deviations(
         )
         instants = None
         if force.quantity.startswith("contact"):
-            touched, instants = _in_touches(first, second, force.name, until)
+            length = near if force.unit == "N" else 0.0  # a torque's approach is in rad/s
+            touched, instants = _in_touches(first, second, force.name, until, length)
         found[name] = ForceDeviation(force.unit, free, touched, instants)
     return found
 
 
 def _in_touches(
-    first: Result, second: Result, name: str, until: float
+    first: Result, second: Result, name: str, until: float, near: float
 ) -> tuple[ForceSpread | None, float | None]:
     """How far the force of a contact is apart in its touches before `until` (s), and instants (s).
 
     At the samples of the second run, which has fewer. A touch of it and that of the first run which
     begins next to it are aligned at their begins, and compared up to the end of the shorter one: at
-    equal instants the difference would be mostly that of the begins, times a steep slope.
+    equal instants the difference would be mostly that of the begins, times a steep slope. No
+    instant is known better than `near` (m) takes at the fastest approach.
     """
     both = [run.contacts[name].touches for run in (first, second)]
     one_by_one = [list(touches) for touches in both]
-    instants, parts = [0.0], []
+    instants, parts, fastest = [0.0], [], 0.0
     for k, m in _matched(both[0].begin, both[1].begin):
         pair = one_by_one[0][k], one_by_one[1][m]
         begins = [touch.begin for touch in pair]
         ends = [touch.end for touch in pair]
         if max(begins) >= until or any(isinf(touch.peak_force) for touch in pair):
             continue
+        fastest = max(fastest, pair[0].approach_speed)
         instants.append(abs(begins[0] - begins[1]))
         if max(ends) < until:
             instants.append(abs(ends[0] - ends[1]))
@@ -198,6 +202,7 @@ def _in_touches(
     if not parts:
         return None, None
     time, one, other = (np.concatenate(column) for column in zip(*parts, strict=True))
+    instants.append(near / fastest if fastest > 0 else 0.0)
     return _spread(time, one, other, MOST_SAMPLES), max(instants)
 
 
@@ -324,7 +329,8 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
     parted = max(parting_limit(run), asked)
     horizon = first_beyond(time, apart, parted)
     last = len(time) - 1 if horizon is None else max(int(np.searchsorted(time, horizon)) - 1, 0)
-    forces = force_deviations(run, other, inf if horizon is None else horizon)
+    until = inf if horizon is None else horizon
+    forces = force_deviations(run, other, until, least / FACTOR)
     beyond = np.flatnonzero(~(error[: last + 1] <= asked))
     return MeasuredError(
         points=points,

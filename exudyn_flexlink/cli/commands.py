@@ -1,0 +1,122 @@
+"""The commands that solve nothing: `check`, `plot`, `report`, `schema`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from exudyn_flexlink.cli.figures import draw_figure, look_of
+from exudyn_flexlink.cli.keeping import (
+    holds_schema,
+    made,
+    write_figure,
+)
+from exudyn_flexlink.cli.running import read_scene
+from exudyn_flexlink.cli.terminal import (
+    DONE,
+    complain,
+    tell,
+)
+from exudyn_flexlink.loading import assemble_scene, rest_of_scene
+from exudyn_flexlink.mechanism import beyond_redundant, formulation, input_notes
+from exudyn_flexlink.report import (
+    check_text,
+    equilibrium_text,
+)
+from exudyn_flexlink.scene import json_schema
+from exudyn_flexlink.source import SceneError, did_you_mean
+from exudyn_flexlink.storage import (
+    is_sweep,
+    load,
+    load_sweep,
+    replace_file,
+    staged_files,
+)
+from exudyn_flexlink.sweeps import SweepTable
+
+
+def check_command(options: argparse.Namespace) -> int:
+    """Check a model without simulating it; returns the exit code."""
+    scene = read_scene(options)
+    assembly = assemble_scene(scene)
+    refused = beyond_redundant(scene)
+    if refused and formulation(scene) != "minimal":
+        raise SceneError(scene.document, refused)
+    tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
+    if options.equilibrium:
+        tell(f"\n{equilibrium_text(scene, rest_of_scene(scene))}")
+    for told in input_notes(scene, assembly):
+        complain(f"warning: {told}")
+    if options.figure is None:
+        return DONE
+    from exudyn_flexlink.plots import start
+
+    return write_figure(options.figure, partial(start, scene, assembly), force=options.force)
+
+
+def plot_command(options: argparse.Namespace) -> int:
+    """Draw the figures of a saved run, or of a sweep, again; returns the exit code."""
+    folder: Path = options.out or options.run
+
+    def draw() -> None:
+        swept = load_sweep(options.run) if is_sweep(options.run) else None
+        _require_columns(options.of, swept)
+        result = load(options.run) if swept is None else None
+        with staged_files(folder, force=options.force) as staged:
+            if result is not None:
+                look_of(options).save_run(result, staged)
+            if swept is not None:
+                draw_figure(options, "sweep", swept, staged, names=options.of)
+
+    code = made("figures", draw)
+    if code == DONE:
+        print(f"Figures written to {folder}{os.sep}")
+    return code
+
+
+def _require_columns(names: Sequence[str], swept: SweepTable | None) -> None:
+    """Refuse names that are no observables of a sweep."""
+    if names and swept is None:
+        raise argparse.ArgumentTypeError("'--of' is for the folder of a sweep")
+    known = () if swept is None else swept.observables
+    wrong = [f"no column '{one}'{did_you_mean(one, known)}" for one in names if one not in known]
+    if wrong:
+        raise argparse.ArgumentTypeError(f"{'; '.join(wrong)}. There are: {', '.join(known)}")
+
+
+def report_command(options: argparse.Namespace) -> int:
+    """Write the page of a saved run; returns the exit code."""
+    from exudyn_flexlink.page import PAGE, write_page
+
+    def write() -> None:
+        result = load(options.run)
+        if options.out is None:
+            with staged_files(options.run, force=options.force) as staged:
+                write_page(result, staged / PAGE)
+        else:
+            write_page(result, options.out, force=options.force)
+
+    code = made("report", write)
+    if code == DONE:
+        print(f"Report written to {options.out or options.run / PAGE}")
+    return code
+
+
+def schema_command(options: argparse.Namespace) -> int:
+    """Print, or write, the JSON schema of model files; returns the exit code."""
+    if sys.flags.optimize > 1:
+        raise argparse.ArgumentTypeError(
+            "the schema explains keys by docstrings, which Python leaves out with '-OO' or "
+            "PYTHONOPTIMIZE=2: call it without"
+        )
+    text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    if options.out is None:
+        print(text, end="")
+        return DONE
+    replace_file(options.out, text.encode(), holds_schema, force=options.force)
+    return DONE
