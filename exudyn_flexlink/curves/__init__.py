@@ -17,7 +17,6 @@ from exudyn_flexlink.curves.pieces import (
     LineSegment,
     Spline,
     SplinePiece,
-    Superellipse,
     circle_arc,
     closing,
     ends_of_lap,

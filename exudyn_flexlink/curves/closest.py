@@ -143,7 +143,9 @@ def _span(curve: Curve, low: float, high: float) -> tuple[int, float, float]:
 def evaluator(piece: Curve) -> Evaluator:
     """Return the function that evaluates a smooth piece at its own parameter.
 
-    One that has no formula here is asked by itself, which takes some ten times as long.
+    Raises:
+        TypeError: the curve is not a single smooth piece.
+
     """
     if isinstance(piece, Arc):
         return _arc(piece)
@@ -151,7 +153,7 @@ def evaluator(piece: Curve) -> Evaluator:
         return _line(piece)
     if isinstance(piece, (Spline, SplinePiece)):
         return _spline(piece if isinstance(piece, Spline) else piece.spline)
-    return _by_itself(piece)
+    raise TypeError(f"not a smooth piece: {type(piece).__name__}")
 
 
 def foot(at: Evaluator, x: float, y: float, u: float, steps: int = NEWTON_STEPS) -> float:
@@ -177,15 +179,6 @@ def _arc(piece: Arc) -> Evaluator:
         c, s = cos(u), sin(u)
         x, y = ax * c + bx * s, ay * c + by * s
         return cx + x, cy + y, bx * c - ax * s, by * c - ay * s, -x, -y
-
-    return at
-
-
-def _by_itself(piece: Curve) -> Evaluator:
-    def at(u: float) -> Place:
-        places = piece.places(np.float64(u))
-        place, first, second = (complex(each) for each in places)
-        return place.real, place.imag, first.real, first.imag, second.real, second.imag
 
     return at
 

@@ -19,7 +19,6 @@ from exudyn_flexlink.scene.bodies import (
     RoundSection,
     Section,
     SplineSpec,
-    SuperellipseSpec,
 )
 from exudyn_flexlink.scene.contacts import (
     CircleOnCircle,
