@@ -149,9 +149,6 @@ NEW_MODEL = "no_clearance"
 ANIMATIONS = ("mp4", "gif", "html")
 """Formats of `animation`, which is too slow to import for a help text."""
 
-# fmt: off
-# From here on a table: filled lines are read better than one of each word.
-
 
 class Command(NamedTuple):
     """What a command takes, and its help: one sentence, and examples without the program's name.

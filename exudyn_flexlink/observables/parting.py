@@ -37,8 +37,8 @@ VISIBLE = 1e-3  # of the room that points take: runs that differ by more have pa
 FACTOR = 3.0
 # Of the samples in touches: what so many are within counts for the force of a contact. The others
 # are where a force falls from loading to unloading in less than a step; there the coarser run is a
-# hundred times worse, not ten. Of 25 random strikes the median told is 6 times the true largest
-# error with this share, 41 times with all samples, and no sample of the finer run is off by more.
+# hundred times worse, not ten. Of the 40 strikes of scripts/random_touches.py the median told is
+# some ten times the true largest error, and no sample of the finer run is off by more.
 MOST_SAMPLES = 0.97
 ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
 
