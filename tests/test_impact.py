@@ -143,9 +143,8 @@ def test_each_impact_balances_momentum_and_energy(model):
 @pytest.mark.parametrize(("restitution", "grown"), [(0.0, 1), (0.5, 1), (1.0, 100)])
 def test_both_engines_bounce_alike_and_as_the_law_says(restitution, grown):
     """Every impact, and every contact that lasts; 102 elastic impacts in a row multiply errors."""
-    when = LATE
-    judge = simulate(impulse_scene(restitution, *when), "lagrangian")
-    ours = simulate(impulse_scene(restitution, *when, "accuracy.tolerance=1e-9"))
+    judge = simulate(impulse_scene(restitution, *LATE), "lagrangian")
+    ours = simulate(impulse_scene(restitution, *LATE, "accuracy.tolerance=1e-9"))
     as_the_law_says(judge, restitution)
     expected, found = (result.contacts["strike"].touches for result in (judge, ours))
     assert len(expected) == len(found) > 5
