@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
-from test_physics_tools import (
+from physics_tools import (
     MODELS,
     STEEL,
     angle,
@@ -16,6 +15,7 @@ from test_physics_tools import (
     velocity,
     where,
 )
+from scipy.optimize import least_squares
 
 from exudyn_flexlink.chain import cantilever_roots
 from exudyn_flexlink.continuing import continued

@@ -4,15 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from physics_tools import scene, tree_contacts
 from test_physics_circles import SLIDER_CRANK, disc_in_dish
-from test_physics_tools import scene
 
 from exudyn_flexlink.effects import absent, idealise
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.contacts import contact_of
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach
-from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import contact_totals, joints_with_play
 from exudyn_flexlink.report import check_text, run_text
 from exudyn_flexlink.storage import load, save
@@ -108,36 +106,39 @@ def test_slopes_of_a_contact_are_derivatives_of_its_force(which):
     """By central differences, for one disc in a dish: nothing else turns with the coordinates."""
     text = disc_in_dish(0.3, 1, friction=0.4 if which == "friction" else 0.0, slip=0.2)
     assembly = assemble_scene(scene(text, "contacts.dish.law.restitution=0.6"))
-    contact = contact_of(tree_layout(assembly.mechanism), assembly.mechanism.contacts[0])
+    contacts = tree_contacts(assembly.mechanism)
+    acting, law, began = contacts.acting((0,)), assembly.mechanism.contacts[0].law, np.zeros(1)
     far = 0.4 + 1e-4
     x = np.array([far * np.sin(0.7), -far * np.cos(0.7), 0.2])
     v = np.array([0.02, 0.03, 0.7])
 
+    def moving(x, v):
+        return contacts.kinematics.moving(x, v)
+
     def force(x, v):
-        onto = np.zeros(3)
-        contact.push(x, v, onto, 0.0)
-        return onto
+        return acting.push(moving(x, v), began).force
+
+    def slopes(x, v):
+        return acting.slopes(acting.push(moving(x, v), began), moving(x, v), began)
 
     def slope(of, at, h):
         columns = [(of(at + h * e) - of(at - h * e)) / (2 * h) for e in np.eye(3)]
         return -np.column_stack(columns)
 
-    touch, row = contact.touch(x, v), contact.gradient_and_law(x, v)[0]
-    by_gap = slope(lambda y: np.array([contact.touch(y, v).gap]), x, 1e-6)[0]
+    touch, row = contacts.touch(0, x, v), acting.look(moving(x, v))[1].across[0]
+    by_gap = slope(lambda y: np.array([contacts.touch(0, y, v).gap]), x, 1e-6)[0]
     np.testing.assert_allclose(by_gap, -row, atol=1e-7)
-    law, e = contact.law, 0.6
+    e = 0.6
     rising = np.tanh(-touch.gap_rate / law.transition_speed)
     damper = -touch.gap * law.stiffness * (1 - e**2) / 2 / law.transition_speed * (1 - rising**2)
     along_gap = np.outer(row, row)
     by_speed = slope(lambda w: force(x, w), v, 1e-6)
-    np.testing.assert_allclose(
-        contact.slopes(x, v, 0.0)[1] + damper * along_gap, by_speed, atol=1e-3, rtol=1e-4
-    )
+    np.testing.assert_allclose(slopes(x, v)[1] + damper * along_gap, by_speed, atol=1e-3, rtol=1e-4)
     # A disc that spins fast: its friction has reached its bound, and turns with the normal alone;
     # that its arm shortens with the depth, a thousandth of the radius, is left to the iteration.
     spinning = np.array([0.0, 0.0, 50.0])
     by_place = slope(lambda y: force(y, spinning), x, 1e-8)
     spring = law.stiffness * (1 + e**2) / 2
     np.testing.assert_allclose(
-        contact.slopes(x, spinning, 0.0)[0] + spring * along_gap, by_place, atol=5.0, rtol=2e-3
+        slopes(x, spinning)[0] + spring * along_gap, by_place, atol=5.0, rtol=2e-3
     )

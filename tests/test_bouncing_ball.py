@@ -4,8 +4,8 @@ from math import inf, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import FLOOR, alone, scene, where
 from test_physics_impulse import balanced, impacts
-from test_physics_tools import FLOOR, alone, scene, where
 
 from exudyn_flexlink.engines import formulations, simulate
 

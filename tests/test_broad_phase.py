@@ -6,9 +6,8 @@ from cli_runs import ROOT
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines.exudyn.redundant.contacts import BESIDE, BroadPhase
-from exudyn_flexlink.engines.exudyn.redundant.slots import StepEnd
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import approach, pairs
+from exudyn_flexlink.mechanism import ContactShapes, approach, pairs, poses_of
 
 
 def gaps(faces, q, v):
@@ -30,11 +29,9 @@ def test_near_are_pairs_whose_gaps_close_over_their_faces(model):
         before, v = (random.standard_normal(q.shape) for _ in range(2))
         step = 0.3 * ahead
         broad_phase = BroadPhase(faces)
-        broad_phase.near(
-            StepEnd(0.0, 0.0, q, before, q.ravel().tolist(), before.ravel().tolist()), 1
-        )
-        now = StepEnd(step, step, q, v, q.ravel().tolist(), v.ravel().tolist())
-        near = broad_phase.near(now, ahead)
+        shapes = ContactShapes(faces)
+        broad_phase.near(shapes.seen(poses_of(q, before)), 0.0, 1)
+        near = broad_phase.near(shapes.seen(poses_of(q, v)), step, ahead)
 
         gap, place, rate, slip = gaps(faces, q, v)
         bend = (rate - gaps(faces, q, before)[2]) / step

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from physics_tools import angle, run, scene, where
 from scipy.integrate import solve_ivp
-from test_physics_tools import angle, run, scene, where
 
 from exudyn_flexlink.source import SceneError
 

@@ -5,8 +5,8 @@ from math import pi
 
 import numpy as np
 import pytest
+from physics_tools import MODELS, STEEL, scene
 from results import tilting_link
-from test_physics_tools import MODELS, STEEL, scene
 
 from exudyn_flexlink.continuing import CannotContinueError, continued, free_spans, moved, state_at
 from exudyn_flexlink.effects import idealise

@@ -9,8 +9,8 @@ from math import pi, radians
 
 import numpy as np
 import pytest
+from physics_tools import MODELS
 from test_continuing import BOTH, apart, rest_of
-from test_physics_tools import MODELS
 
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import simulate

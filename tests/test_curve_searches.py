@@ -4,11 +4,10 @@ from math import pi
 
 import numpy as np
 import pytest
+from physics_tools import scene, tree_contacts
 from scipy.special import ellipeinc
-from test_physics_tools import scene
 
 from exudyn_flexlink.curves import Arc, Closest, Joined, LineSegment, Spline, circle_arc
-from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -133,14 +132,13 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
     """Both ways that know them agree, rates are derivatives, also the curve's second one."""
     assembly = moving(shape)
     (own,) = assembly.mechanism.contacts
-    layout = tree_layout(assembly.mechanism)
-    contact = PenaltyContact(layout, own, own.law)
+    layout, contacts = tree_layout(assembly.mechanism), tree_contacts(assembly.mechanism)
     rng = np.random.default_rng(3)
     x, v = rng.normal(scale=0.1, size=6), rng.normal(size=6)
     if held:
-        contact.follow(x, presses=True)
+        contacts.follow(0, x, presses=True)
     h = 1e-6
-    seen = [contact.touch(x + by * v, v) for by in (-h, 0.0, h)]
+    seen = [at_places(contacts, x + by * v, v) for by in (-h, 0.0, h)]
     assert seen[1].gap_rate == pytest.approx((seen[2].gap - seen[0].gap) / (2 * h), abs=1e-8)
     q, rate = poses(layout, x), poses(layout, v)
     at = approach(own, q, rate)
@@ -151,7 +149,13 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
         (seen[1].slip, at.slip),
     ):
         assert mine == pytest.approx(float(other), abs=1e-12)
-    assert contact.gradient_and_law(x, v)[0] @ v == pytest.approx(seen[1].gap_rate, abs=1e-12)
+    _, rows = contacts.every.look(contacts.kinematics.moving(x, v))
+    assert rows.across[0] @ v == pytest.approx(seen[1].gap_rate, abs=1e-12)
+
+
+def at_places(contacts, x, v):
+    """The only contact, with its place."""
+    return contacts.every.seen(contacts.poses(x, v)).of(0)
 
 
 def poses(layout, x):

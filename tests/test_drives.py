@@ -5,7 +5,7 @@ from math import pi, radians
 
 import numpy as np
 import pytest
-from test_physics_tools import MODELS, angle, run, scene, speed, where
+from physics_tools import MODELS, angle, run, scene, speed, where
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene

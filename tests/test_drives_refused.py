@@ -4,9 +4,9 @@ from math import pi
 
 import numpy as np
 import pytest
+from physics_tools import MODELS, scene
 from scipy.special import beta
 from test_drives import BOB, REDUNDANT, J, driven
-from test_physics_tools import MODELS, scene
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene

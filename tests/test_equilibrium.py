@@ -5,7 +5,7 @@ from math import atan2, hypot, pi, sqrt
 import numpy as np
 import pytest
 from cli_runs import MODELS
-from test_physics_tools import scene
+from physics_tools import scene
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.engines import simulate

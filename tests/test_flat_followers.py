@@ -4,7 +4,7 @@ from math import pi, radians
 
 import numpy as np
 import pytest
-from test_physics_tools import MODELS
+from physics_tools import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene

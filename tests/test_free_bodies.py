@@ -5,7 +5,7 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
-from test_physics_tools import STEEL, angle, run, scene, total_energy, where
+from physics_tools import STEEL, angle, run, scene, total_energy, where
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, other_ways, scene_of

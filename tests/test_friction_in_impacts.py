@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_physics_tools import MODELS, alone, scene
+from physics_tools import MODELS, alone, scene
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.exudyn.minimal.rigid import Meeting, impulses

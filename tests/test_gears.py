@@ -5,7 +5,7 @@ Right values are closed forms; the planetary train is that of R. Willis, Princip
 
 import numpy as np
 import pytest
-from test_physics_tools import run, scene
+from physics_tools import run, scene
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene

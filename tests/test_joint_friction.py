@@ -5,7 +5,7 @@ Right values are closed forms, or those of integrations by other methods and coo
 
 import numpy as np
 import pytest
-from test_physics_tools import alone, run, scene
+from physics_tools import alone, run, scene
 
 from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.effects import idealise

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_physics_tools import MODELS, alone, velocity
+from physics_tools import MODELS, alone, velocity
 
 from exudyn_flexlink import load_scene, simulate
 

@@ -4,8 +4,8 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import alone, energy_change, run_model, scene, where
 from scipy.optimize import brentq
-from test_physics_tools import alone, energy_change, run_model, scene, where
 
 from exudyn_flexlink.engines.exudyn.run import formulations
 from exudyn_flexlink.mechanism import formulation

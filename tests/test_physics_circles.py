@@ -4,8 +4,8 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import alone, run_model, speed, where
 from scipy.integrate import solve_ivp
-from test_physics_tools import alone, run_model, speed, where
 
 from exudyn_flexlink.laws import RestitutionPenalty
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_physics_tools import MODELS, scene, velocity, where
+from physics_tools import MODELS, scene, velocity, where
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene

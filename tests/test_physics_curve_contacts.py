@@ -4,9 +4,9 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import alone, energy_change, where
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from test_physics_tools import alone, energy_change, where
 
 G = 9.81
 

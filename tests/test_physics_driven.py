@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from test_physics_tools import alone, run, run_model
+from physics_tools import alone, run, run_model
 
 BOB = """
 bodies:

@@ -4,8 +4,7 @@ from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
-from scipy.special import ellipj, ellipk
-from test_physics_tools import (
+from physics_tools import (
     KILOGRAM,
     STEEL,
     angle,
@@ -15,6 +14,7 @@ from test_physics_tools import (
     total_energy,
     where,
 )
+from scipy.special import ellipj, ellipk
 
 from exudyn_flexlink.chain import discretise, euler_bernoulli_cantilever
 from exudyn_flexlink.mechanism import beam_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from cli_runs import MODELS
-from test_physics_tools import (
+from physics_tools import (
     STEEL,
     impulses,
     rod,

@@ -4,7 +4,7 @@ from math import sin, sqrt
 
 import numpy as np
 import pytest
-from test_physics_tools import FLOOR, MODELS, alone, angle, arm_and_ball, scene, speed, velocity
+from physics_tools import FLOOR, MODELS, alone, angle, arm_and_ball, scene, speed, velocity
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.run import prepare

@@ -4,8 +4,8 @@ from math import sqrt, tan
 
 import numpy as np
 import pytest
+from physics_tools import KILOGRAM, SQUARE, STEEL, angle, run, scene, where
 from scipy.integrate import solve_ivp
-from test_physics_tools import KILOGRAM, SQUARE, STEEL, angle, run, scene, where
 
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate

@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from test_physics_tools import MODELS, angle, on_grid, where
+from physics_tools import MODELS, angle, on_grid, where
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import scene_of

@@ -4,11 +4,19 @@ from math import cos, radians, sin, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import (
+    FLOOR,
+    alone,
+    angle,
+    arm_and_ball,
+    scene,
+    speed,
+    tree_contacts,
+    where,
+)
 from scipy.optimize import brentq
 from test_physics_impulse import LEVER, balanced
-from test_physics_tools import FLOOR, alone, angle, arm_and_ball, scene, speed, where
 
-from exudyn_flexlink.engines.exudyn.minimal.shapes import shape_of
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism.tree import tree_layout
 
@@ -264,12 +272,13 @@ def test_gaps_bend_at_steady_speeds_as_their_rates_change(name):
     """Against differences of the gap's rate along the motion, of any speeds."""
     mechanism = assemble_scene(scene(TURNING)).mechanism
     layout, random = tree_layout(mechanism), np.random.default_rng(1)
-    contact = next(contact for contact in mechanism.contacts if contact.name == name)
-    shape, count = shape_of(layout, contact), len(layout.links)
+    k = next(k for k, contact in enumerate(mechanism.contacts) if contact.name == name)
+    contacts, count = tree_contacts(mechanism), len(layout.links)
     for _ in range(5):
         x, v = random.uniform(0.5, 1.5, count), random.uniform(-2, 2, count)
         steps = np.array([-2, -1, 1, 2]) * 1e-3
-        rates = [shape.look((x + h * v).tolist(), v.tolist()).touch.gap_rate for h in steps]
+        rates = [contacts.touch(k, x + h * v, v).gap_rate for h in steps]
         slope = np.array(rates) @ [1 / 12, -2 / 3, 2 / 3, -1 / 12] / 1e-3
-        look = shape.look(x.tolist(), v.tolist())
-        assert shape.steady_bend(look) == pytest.approx(slope, abs=1e-8)
+        moving = contacts.kinematics.moving(x, v)
+        bend = contacts.every.gap_bends(moving, contacts.every.look(moving)[0])
+        assert bend[k] == pytest.approx(slope, abs=1e-8)

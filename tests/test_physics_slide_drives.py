@@ -4,7 +4,7 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
-from test_physics_tools import TRAMMEL, angle, run, run_model, scene, where
+from physics_tools import TRAMMEL, angle, run, run_model, scene, where
 
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.source import SceneError

@@ -4,7 +4,7 @@ from math import atan2, cos, pi, radians, sin
 
 import numpy as np
 import pytest
-from test_physics_tools import TRAMMEL, angle, run, where
+from physics_tools import TRAMMEL, angle, run, where
 
 G = 9.81
 

@@ -15,8 +15,8 @@ from itertools import product
 
 import numpy as np
 import pytest
+from physics_tools import scene, where
 from scipy.optimize import brentq
-from test_physics_tools import scene, where
 
 from exudyn_flexlink.curves import Spline
 from exudyn_flexlink.engines import simulate

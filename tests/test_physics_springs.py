@@ -4,8 +4,8 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from physics_tools import alone, angle, run, speed, velocity, where
 from scipy.integrate import solve_ivp
-from test_physics_tools import alone, angle, run, speed, velocity, where
 
 TOLERANCES = (1e-4, 1e-8)
 

@@ -5,8 +5,8 @@ from math import cos, pi, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import alone, scene
 from test_physics_impulse import balanced
-from test_physics_tools import alone, scene
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.continuing import continued, joined

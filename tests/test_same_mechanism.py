@@ -7,7 +7,7 @@ from math import cos, radians, sin
 
 import numpy as np
 import pytest
-from test_physics_tools import STEEL, angle, on_grid, rod, run, where
+from physics_tools import STEEL, angle, on_grid, rod, run, where
 
 BOUND = 2e-8  # m: both runs may be off by the tolerance, to either side
 COARSE = ("solver.formulation=redundant", "accuracy.tolerance=1e-4", "run.duration=0.2")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_physics_tools import scene
+from physics_tools import scene
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.engines import measured, simulate

@@ -4,9 +4,9 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import scene
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
-from test_physics_tools import scene
 
 from exudyn_flexlink.curves import Spline, circle_arc, reach
 from exudyn_flexlink.engines import simulate

@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from test_physics_tools import MODELS, STEEL, scene
+from physics_tools import MODELS, STEEL, scene
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.cli import arguments, main

@@ -4,10 +4,10 @@ from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 import pytest
+from physics_tools import scene
 from published_exponents import GAMMA, LORENZ, OMEGA, E, G, ball_scene
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from test_physics_tools import scene
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.stability import Asked, Neighbours, largest_exponent, study, trajectory

@@ -4,8 +4,8 @@ from itertools import pairwise
 from math import pi, sqrt
 
 import pytest
+from physics_tools import alone, scene
 from test_physics_impulse import balanced, impacts
-from test_physics_tools import alone, scene
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.accuracy.study import with_stiffer_contacts

@@ -40,6 +40,7 @@ class Closest:
     def __init__(self, curve: Curve) -> None:
         self._closed = curve.closed
         self.at: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
+        self._straight = [isinstance(piece, LineSegment) for piece in curve.pieces]
         u, points = curve.samples
         self._x, self._y = points[:, 0].copy(), points[:, 1].copy()
         self._bounds = [(piece.start, piece.end) for piece in curve.pieces]
@@ -72,6 +73,8 @@ class Closest:
     def length_to(self, piece: int, u: float) -> float:
         """Length (m) along the curve to a place of a piece, which goes on beyond its ends."""
         begins, lengths = self._marks[piece]
+        if self._straight[piece]:  # its parameter is the length
+            return lengths[0] + u - begins[0]
         i = max(bisect_right(begins, u) - 1, 0)
         begin, at = begins[i], self.at[piece]
         whole = 0.0
@@ -98,7 +101,7 @@ class Closest:
 
     def _nearest(self, x: float, y: float) -> int:
         dx, dy = self._x - x, self._y - y
-        return int(np.argmin(dx * dx + dy * dy))
+        return int((dx * dx + dy * dy).argmin())
 
     def _slope(self, piece: int, u: float, x: float, y: float) -> float:
         """Half the derivative of the squared distance."""
@@ -231,7 +234,7 @@ class Farthest(Closest):
         return np.array(found).reshape(directions.shape[:-1])
 
     def _nearest(self, x: float, y: float) -> int:
-        return int(np.argmax(self._x * x + self._y * y))
+        return int((self._x * x + self._y * y).argmax())
 
     def _slope(self, piece: int, u: float, x: float, y: float) -> float:
         return self._fall(piece, u, x, y)[0]

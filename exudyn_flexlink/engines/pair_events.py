@@ -16,8 +16,6 @@ one look decides.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,33 +29,15 @@ from exudyn_flexlink.integrate.events import (
     chebyshev_sum,
     first_fall,
 )
+from exudyn_flexlink.mechanism import Glimpse, Seen
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
 EXACT = 1e-12
-ALWAYS_CLOSED = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
 NODES = np.array([0.0, *C])
 PARTS = np.diff(NODES)[:, None]  # of the step, between its nodes
 SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of the rate
 LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner is
 POLYNOMIAL = StepPolynomial(NODES)
-
-
-class Seen(NamedTuple):
-    """Gap and place (m), their rates (m/s), of contacts: at one instant (c,), or several (m, c)."""
-
-    gap: FloatArray
-    place: FloatArray
-    gap_rate: FloatArray
-    slip: FloatArray
-
-    def pick(self, which: int | slice) -> Seen:
-        """Return some of the instants."""
-        return Seen(*(own[which] for own in self))
-
-    def closed(self, which: BoolArray) -> Seen:
-        """The same with some as if behind a face that never opens: what is held from both sides."""
-        gap = np.where(which, ALWAYS_CLOSED, self.gap)
-        return self._replace(gap=gap, gap_rate=np.where(which, 0.0, self.gap_rate))
 
 
 def event_functions(seen: Seen, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -214,14 +194,6 @@ class _OfFace:
             leaves = before[0] > -EXACT and before[1] > h * bend
             sure.append(far or leaves)
         return (all(sure) if self._pressing else any(sure)) or None
-
-
-class Glimpse(NamedTuple):
-    """Gap (m) and its rate (m/s) of a contact; beside its face, how far (m) that is."""
-
-    gap: float
-    gap_rate: float
-    beside: float = -inf
 
 
 class Flight:

@@ -23,6 +23,8 @@ class DeadCentreError(ValueError):
 class TrackFollower:
     """Follows one slot's point from piece to piece; `u` is the present piece's own parameter."""
 
+    seam = 1e-12  # of the parameter: this little beyond a piece is on it
+
     def __init__(self, slot: Slot, place: float, lap: int, events: list[Event]) -> None:
         """`place` is the parameter of the whole curve at time 0; `events` are told of new laps."""
         self.slot, self.curve, self.events = slot, slot.curve, events

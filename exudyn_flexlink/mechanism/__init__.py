@@ -40,7 +40,6 @@ from exudyn_flexlink.mechanism.constraints import (
 from exudyn_flexlink.mechanism.contacts import (
     TOUCHING,
     approach,
-    grip_of,
     idle_at_start,
     in_guides,
     pressed_among,
@@ -117,4 +116,14 @@ from exudyn_flexlink.mechanism.schedule import (
     turn_goal,
     wanted_interval,
     with_pulses,
+)
+from exudyn_flexlink.mechanism.shapes import (
+    ContactShapes,
+    Foot,
+    Glimpse,
+    Look,
+    Poses,
+    Seen,
+    grips,
+    poses_of,
 )

@@ -6,8 +6,8 @@ Pressing forces and impulses of the laws that a scene gives, also by materials a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from math import e, exp, inf, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,30 +21,16 @@ from exudyn_flexlink.laws import (
     RestitutionPenalty,
     SpringDamper,
 )
-from exudyn_flexlink.mechanism.constraints import (
-    anchor_position,
-    anchor_velocity,
-    angle_of,
-    inertia_with_welded,
-    left_of,
-    length_along,
-    seen_from,
-    turned,
-    turning,
-    welded_to,
-)
+from exudyn_flexlink.mechanism.constraints import inertia_with_welded, length_along, welded_to
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
-    CircleContact,
     Contact,
-    CurveContact,
     FaceContact,
-    FlatContact,
     Mechanism,
     Slide,
-    TurnStop,
 )
+from exudyn_flexlink.mechanism.shapes import ContactShapes, poses_of, vectors
 from exudyn_flexlink.scene import (
     ContactLaw,
     DampedLaw,
@@ -117,21 +103,8 @@ TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetratio
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 
 
-@dataclass(frozen=True)
-class Approach:
-    """How near a contact is; arrays of one shape.
-
-    `gap` (m; rad of a hinge's stop) is positive while apart, `gap_rate` (m/s) its derivative by
-    time. `place` (m) counts along the face or the curve from its start, or around the second circle
-    from the x-axis of its part. `slip` (m/s) is the speed of the first part's material against that
-    of the second.
-    `normal` (..., 2) is the direction in which the contact pushes the first part, `along` (..., 2)
-    that of places and slip.
-
-    Friction of round parts acts where the distance of their centres is divided as their radii are:
-    what rolls there has rims of one speed, however deep. In a hollow that is outside the rims: with
-    the part `grip` of mu F, and of slip, friction turns nothing by more than mu F times its radius.
-    """
+class Approach(NamedTuple):
+    """How near a contact is, (...): see `shapes.Look`; directions are vectors (..., 2)."""
 
     gap: FloatArray
     place: FloatArray
@@ -139,7 +112,7 @@ class Approach:
     slip: FloatArray
     normal: FloatArray
     along: FloatArray
-    grip: FloatArray | float = 1.0
+    grip: FloatArray
 
 
 def on_the_contact(contact: Contact, place: float) -> bool:
@@ -241,142 +214,5 @@ def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:
 
 def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
     """Gap, place, rates and directions at coordinates and velocities (..., parts, 3)."""
-    if isinstance(contact, CircleContact):
-        return _of_circles(contact, q, v)
-    if isinstance(contact, CurveContact):
-        return _of_curve(contact, q, v)
-    if isinstance(contact, FlatContact):
-        return _of_flat(contact, q, v)
-    if isinstance(contact, TurnStop):
-        return _of_stop(contact, q, v)
-    return _of_face(contact, q, v)
-
-
-def _of_stop(contact: TurnStop, q: FloatArray, v: FloatArray) -> Approach:
-    """The gap is an angle; a torque has no direction and no place."""
-    parts = contact.first.part, contact.second.part
-    gap = contact.way * (turning(*parts, q) - contact.bound)
-    none = np.zeros_like(gap)
-    aside = np.zeros((*gap.shape, 2))
-    return Approach(gap, none, contact.way * turning(*parts, v), none, aside, aside)
-
-
-def _of_face(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
-    """Where the point is held on the line, the gap is minus its distance from it."""
-    start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
-    along = (end - start) / contact.length
-    left = left_of(along)
-    between = anchor_position(contact.point, q) - start
-    side = _side(contact, np.sum(left * between, axis=-1))
-    normal = side[..., None] * left
-    relative = anchor_velocity(contact.point, q, v) - anchor_velocity(contact.start, q, v)
-    gap, place = np.sum(normal * between, axis=-1), np.sum(along * between, axis=-1)
-    turning = angle_of(contact.start.part, v)
-    # The face turns under the point: what is along it becomes normal to it and the reverse.
-    gap_rate = np.sum(normal * relative, axis=-1) - side * turning * place
-    slip = np.sum(along * relative, axis=-1) + side * turning * gap
-    return Approach(gap, place, gap_rate, slip, normal, along)
-
-
-def _side(contact: FaceContact, lateral: FloatArray) -> FloatArray:
-    """Side to which the contact pushes: the free one, or from where the point is to the line."""
-    if contact.side != 0:
-        return np.full_like(lateral, contact.side)
-    return np.where(lateral > 0, -1.0, 1.0)
-
-
-def _of_circles(contact: CircleContact, q: FloatArray, v: FloatArray) -> Approach:
-    """The circles touch on the line through their centres."""
-    between = anchor_position(contact.first, q) - anchor_position(contact.second, q)
-    relative = anchor_velocity(contact.first, q, v) - anchor_velocity(contact.second, q, v)
-    outward, far = _direction(between, relative)
-    along = left_of(outward)
-    way = -1.0 if contact.inside else 1.0
-    gap = way * (far - contact.distance)
-    gap_rate = way * np.sum(outward * relative, axis=-1)
-    radius, edge = contact.radii
-    first, second = (angle_of(part, v) for part in contact.parts)
-    pressed = contact.distance + way * np.minimum(gap, 0.0)
-    grip, arm = _grips(-way * radius, contact.distance, pressed)
-    slip = grip * (np.sum(along * relative, axis=-1) - second * far) + arm * (first - second)
-    turned = np.arctan2(outward[..., 1], outward[..., 0]) - angle_of(contact.second.part, q)
-    place = edge * np.mod(turned, 2 * np.pi)
-    return Approach(gap, place, gap_rate, slip, way * outward, along, grip)
-
-
-def grip_of(radius: float, touching: float, pressed: float) -> tuple[float, float]:
-    """Return the grip, and the friction's arm (m) about the first part's centre.
-
-    `pressed` is in proportion to how far that is from the second part's centre of curvature, and
-    `touching` what it is without penetration.
-    """
-    farthest = max(touching, pressed, 0.0) or 1.0  # at the centre of curvature: no friction
-    return max(touching, 0.0) / farthest, radius * max(pressed, 0.0) / farthest
-
-
-_grips = np.vectorize(grip_of, otypes=[float, float])
-
-
-def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
-    """The gap is the distance from the closest place; an open curve goes on straight on."""
-    curve, carrier, side = contact.curve, contact.carrier, contact.side
-    position = anchor_position(contact.point, q)
-    point = seen_from(carrier, position, q)
-    u = curve.closest(point)
-    tangent = curve.tangent(u)
-    between = point - curve.point(u)
-    left = left_of(tangent)
-    gap = side * np.sum(left * between, axis=-1) - contact.radius
-    place = curve.arc_length.to(u) + np.sum(tangent * between, axis=-1)
-    angle = angle_of(carrier, q)
-    along, normal = turned(tangent, angle), side * turned(left, angle)
-    relative = anchor_velocity(contact.point, q, v) - _carried(carrier, position, q, v)
-    first, second = (angle_of(part, v) for part in contact.parts)
-    bend = -side * curve.curvature(u)
-    touching, pressed = (1 + bend * (contact.radius + off) for off in (0.0, np.minimum(gap, 0.0)))
-    grip, arm = _grips(side * contact.radius, touching, pressed)
-    slip = grip * np.sum(along * relative, axis=-1) + arm * (first - second)
-    return Approach(gap, place, np.sum(normal * relative, axis=-1), slip, normal, along, grip)
-
-
-def _of_flat(contact: FlatContact, q: FloatArray, v: FloatArray) -> Approach:
-    """The face touches, or would first, where the curve reaches farthest towards it."""
-    start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
-    along = (end - start) / contact.width
-    normal = -contact.side * left_of(along)
-    carrier, angle = contact.carrier, angle_of(contact.carrier, q)
-    u = contact.search.parameters(turned(normal, -angle))
-    position = turned(contact.curve.point(u), angle)
-    if carrier != GROUND:
-        position = position + q[..., carrier, :2]
-    beside = position - start
-    mine, other = (_carried(part, position, q, v) for part in contact.parts)
-    return Approach(
-        -np.sum(normal * beside, axis=-1),
-        np.sum(along * beside, axis=-1),
-        np.sum(normal * (mine - other), axis=-1),
-        np.sum(along * (mine - other), axis=-1),
-        normal,
-        along,
-    )
-
-
-def _carried(part: int, position: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Velocity (..., 2) of a part's material at places (..., 2) of the ground."""
-    if part == GROUND:
-        return np.zeros_like(position)
-    arm, pose_rate = position - q[..., part, :2], v[..., part, :]
-    return np.asarray(pose_rate[..., :2] + pose_rate[..., 2:] * left_of(arm))
-
-
-def _direction(between: FloatArray, relative: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors (..., 2) from the second centre to the first, and distances (...), m.
-
-    Concentric circles part the way they move, or along x.
-    """
-    far = np.hypot(between[..., 0], between[..., 1])
-    speed = np.hypot(relative[..., 0], relative[..., 1])
-    ahead = np.where((speed > 0)[..., None], relative, np.array([1.0, 0.0]))
-    ahead = ahead / np.where(speed > 0, speed, 1.0)[..., None]
-    outward = between / np.where(far > 0, far, 1.0)[..., None]
-    return np.where((far > 0)[..., None], outward, ahead), far
+    look = ContactShapes((contact,)).look(poses_of(q, v)).of(0)
+    return Approach(*look.seen, vectors(look.normal), vectors(look.along), look.grip)

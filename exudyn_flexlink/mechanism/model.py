@@ -19,7 +19,7 @@ from math import hypot, inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Curve, Farthest
+from exudyn_flexlink.curves import Closest, Curve, Farthest, reach
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, SpringLaw
@@ -87,6 +87,11 @@ class _Pair:
         """Length of what is struck, m; infinite if it has no ends."""
         return inf
 
+    @property
+    def feature(self) -> float:
+        """Smallest radius (m) of what the place of the first part can't cross."""
+        return inf
+
 
 @dataclass(frozen=True)
 class FaceContact(_Pair):
@@ -140,6 +145,11 @@ class CircleContact(_Pair):
         return second - first if self.inside else second + first
 
     @property
+    def feature(self) -> float:
+        """Distance (m) of the centres at which they touch."""
+        return self.distance
+
+    @property
     def anchors(self) -> Anchors:
         """Anchors of both parts between which the contact may push."""
         return (self.first,), (self.second,)
@@ -168,6 +178,16 @@ class CurveContact(_Pair):
     law: PressingLaw
     friction: Friction | None = None
 
+    @cached_property
+    def search(self) -> Closest:
+        """Finds the place of the curve that is nearest to a point."""
+        return Closest(self.curve)
+
+    @cached_property
+    def feature(self) -> float:
+        """Smallest radius (m) of the line on which the roller's centre is as it touches."""
+        return reach(self.curve, self.side, self.radius)
+
     @property
     def length(self) -> float:
         """Length of the curve, m; infinite if closed: it has no ends."""
@@ -195,12 +215,26 @@ class FlatContact(_Pair):
     carrier: int
     law: PressingLaw
     friction: Friction | None = None
-    radius = 0.0
 
     @cached_property
     def search(self) -> Farthest:
         """Finds the place of the curve that is nearest to the face."""
         return Farthest(self.curve)
+
+    @cached_property
+    def farthest(self) -> float:
+        """How far (m) the curve reaches from the origin of its axes."""
+        return float(np.hypot(*self.curve.samples[1].T).max())
+
+    @cached_property
+    def feature(self) -> float:
+        """As if the place went past a circle whose gap bends as much.
+
+        By the curve's support function h the gap is s - h(angle): h' is at most the farthest place,
+        and h'' at most that and the largest radius.
+        """
+        largest = float((1 / np.abs(self.curve.curvature(self.curve.samples[0]))).max())
+        return 4 * self.farthest**2 / (largest + self.farthest)
 
     @property
     def point(self) -> Anchor:

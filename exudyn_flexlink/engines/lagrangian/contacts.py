@@ -22,9 +22,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.lagrangian.model import Frame, Model, Pivot
-from exudyn_flexlink.engines.pair_events import Seen
 from exudyn_flexlink.engines.touching import Laws, rubbing
-from exudyn_flexlink.mechanism import Anchor, FaceContact
+from exudyn_flexlink.mechanism import Anchor, FaceContact, Seen
 
 
 class Pushed(NamedTuple):

@@ -33,7 +33,7 @@ from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.lagrangian.model import Frame, moved_by, turning_row
 from exudyn_flexlink.engines.lagrangian.recording import Path, Recorder
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
-from exudyn_flexlink.engines.pair_events import NODES, Seen, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.pair_events import NODES, calm, changed, first_of, late_by
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event, fall
@@ -41,7 +41,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import HybridProblem, slow_motions
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import TurnGoal, deepest_allowed, pressed_among
+from exudyn_flexlink.mechanism import Seen, TurnGoal, deepest_allowed, pressed_among
 from exudyn_flexlink.result import Interval
 
 if TYPE_CHECKING:
@@ -166,7 +166,6 @@ class Impacts:
 
 
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
-SEAM = 1e-12  # of the track's parameter: this little beyond a piece is on it
 LAST = len(NODES) - 1
 AT_NODES = slice(len(NODES))
 
@@ -299,7 +298,7 @@ class Problem(HybridProblem):
     def _end_of_piece(self, step: Path, motion: Motion) -> list[Event]:
         """Where P comes to an end of its piece, from which it may be back before the step ends."""
         track, places = self.system.track, motion.place[1 : LAST + 1]
-        start, end = track.present.start - SEAM, track.present.end + SEAM
+        start, end = track.present.start - track.seam, track.present.end + track.seam
         if start <= places.min() and places.max() <= end:
             return []
         node = int(np.flatnonzero((places < start) | (places > end))[0])

@@ -27,10 +27,10 @@ from exudyn_flexlink.engines.lagrangian.model import (
     moved_by,
     turning_row,
 )
-from exudyn_flexlink.engines.pair_events import Seen
 from exudyn_flexlink.engines.touching import Side, Touches, press_by
 from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
 from exudyn_flexlink.integrate.problem import Evaluation, Press
+from exudyn_flexlink.mechanism import Seen
 from exudyn_flexlink.result import Event
 
 NEWTON_STEPS = 30

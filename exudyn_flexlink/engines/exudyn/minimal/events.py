@@ -22,25 +22,31 @@ see `mechanism.pulses`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from functools import lru_cache, partial
 from math import ceil, factorial, floor, inf, log2
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial, chebyshev
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, TableFollower, WallWatch
+from exudyn_flexlink.engines.exudyn.minimal.contacts import CurveFollower, TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.friction import LEAST_BOUND, STILL
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import Moving, TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.loads import LoadSize, Now
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
-from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve, RelativeMotion
-from exudyn_flexlink.engines.pair_events import POLYNOMIAL, Flight, Seen, calm, first_part
+from exudyn_flexlink.engines.pair_events import (
+    POLYNOMIAL,
+    Flight,
+    calm,
+    changed,
+    first_of,
+    first_part,
+    late_by,
+)
 from exudyn_flexlink.engines.touching import TO_LOOKS, Side
 from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, Expression, remainders, resolved
 from exudyn_flexlink.integrate.clock import instant
@@ -56,6 +62,7 @@ from exudyn_flexlink.integrate.events import (
 )
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.mechanism import Poses, Seen
 
 Value = Callable[[TreeForces], FloatArray]
 """Event function of a joint, by what is known of the tree (n,): positive until it happens."""
@@ -377,16 +384,14 @@ class Overlooked:
 
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
-Left = Callable[[FloatArray, FloatArray], tuple[float, float]]
-"""How far a point is from the end of its piece, and from its start, at coordinates and places."""
-
-Followed = TrackPoint | OnCurve | TableFollower
-Following = tuple[Followed, float, Left]
-"""What is followed along pieces, how little beyond one is still on it, and what is left of it."""
+Followed = TrackPoint | CurveFollower | TableFollower
+PlaceOf = Callable[[FloatArray, FloatArray], Any]
+"""Places (n,) of what is followed, by coordinates (n, links) and slots' places (n, slots)."""
+Following = tuple[Followed, PlaceOf]
+"""What is followed along pieces, and where it is."""
 
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
 MOST_LATE = 1e-6  # of the step: rounding does not make an event later than that
-SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
 
 
 class ContactChange(NamedTuple):
@@ -407,52 +412,57 @@ class TurnsMade(NamedTuple):
 
 
 class EventFinder:
-    """Looks at steps; `touches` are those of the contacts at the end of the last one accepted."""
+    """Looks at steps; `seen` are all contacts at the end of the last one accepted."""
 
     def __init__(
         self, model: MinimalModel, goal: Goal | None, x: FloatArray, v: FloatArray
     ) -> None:
         self.model, self.goal = model, goal
-        self._sides = model.touches
-        self.touches = [contact.touch(x, v) for contact in model.contacts]
-        self._endless = np.array([touch.inside == inf for touch in self.touches], dtype=bool)
-        own = np.array([contact.length for contact in model.contacts])
-        self._lengths = np.where(self._endless, inf, own)
-        shapes = [contact.shape for contact in model.contacts]
-        self._motion = RelativeMotion(model.layout, shapes)
-        self._straight = np.array([shape.straight for shape in shapes], dtype=bool)
-        self._let_go = np.array([contact.lets_go for contact in model.contacts], dtype=bool)
+        self._sides, self._contacts = model.touches, model.contacts
+        self._count = self._contacts.count
+        self._lengths = self._contacts.length
+        self._endless = np.isinf(self._lengths)
+        self._held = np.array(
+            [getattr(own, "side", 1.0) == 0 for own in self._contacts.all], dtype=bool
+        )
+        self._pairs = slice(self._count, None)  # of link and guide: they follow the scene's
+        self._poses = model.contacts.poses
         self.x, self._v = x, v
-        self._move = model.kinematics.moving
-        self.walls = WallWatch(model.walls, model.kinematics, self._move(x, v))
+        self.seen = self._contacts.every.seen(self._poses(x, v))
         self.kinks = KinkWatch(model)
         self.frictions = FrictionWatch(model)
         self._looks: dict[float, TreeState] = {}  # within the present step
-        self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
+        self._ahead: tuple[TreeState, Seen] | None = None  # where the last step ends
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
-        self.walls.accept(end)
-        self.x, self._v, self.touches = end.x, end.v, self._touches_at(end)
-        for k, touch in enumerate(self.touches):
-            if touch.inside < 0:
-                self._sides.beside(k, touch.gap)
-            self.model.contacts[k].follow(end.x, presses=self.presses(k))
+        self.x, self._v, self.seen = end.x, end.v, self._seen_at(end)
+        for k in np.flatnonzero(self._inside(self.seen)[: self._count] < 0).tolist():
+            self._sides.beside(k, float(self.seen.gap[k]))
+        for k in {**self._contacts.curves, **self._contacts.tables}:
+            self._contacts.follow(k, end.x, presses=self.presses(k))
 
     def presses(self, k: int) -> bool:
         """Tell whether contact k does."""
         return bool(self._sides.pressed[k])
 
+    def touch(self, k: int) -> Touch:
+        """Where contact k is at the end of the last step."""
+        return self._contacts.touch_of(k, self.seen.of(k))
+
+    def touch_at(self, k: int, end: TreeState) -> Touch:
+        """Where contact k is at the end of a step that is looked at."""
+        return self._contacts.touch_of(k, self._seen_at(end).of(k))
+
     def first(self, step: Step, end: TreeState) -> Event | None:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
         found = self._ends_of_pieces(step, end)
-        if len(self._sides.sides):
+        if len(self._contacts.all):
             nodes = self._at_nodes(step.stages.kept.state.pick(slice(-1)), end)
             found += self._changes_of_contacts(step, nodes, end)
-            if (touched := self.walls.first(step, nodes, end)) is not None:
-                what = ContactChange(len(self.touches) + touched[1])
-                found.append(Event(touched[0], what, bends=True))
+            if (touched := self._touch_of_pairs(step, nodes)) is not None:
+                found.append(touched)
         if (kink := self.kinks.first(step)) is not None:
             found.append(kink)
         found += self.frictions.events(step)
@@ -463,20 +473,57 @@ class EventFinder:
 
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
-        self._v, self.touches = end.v, self._touches_at(end)
-        self.walls.accept(end)
+        self._v, self.seen = end.v, self._seen_at(end)
 
-    def _at_nodes(self, within: TreeState, end: TreeState) -> Moving:
-        """How the links move at a step's nodes, of which those `within` and the end are known."""
+    def _at_nodes(self, within: TreeState, end: TreeState) -> Poses:
+        """Parts at a step's nodes, of which those `within` and the end are known."""
         x = np.vstack([self.x, within.x, end.x])
         v = np.vstack([self._v, within.v, end.v])
-        return self._move(x, v)
+        return self._poses(x, v)
 
-    def _touches_at(self, end: TreeState) -> list[Touch]:
-        """Touches at the end of a step, which are asked for again as it is accepted."""
+    def _seen_at(self, end: TreeState) -> Seen:
+        """All contacts at the end of a step, which are asked for again as it is accepted."""
         if self._ahead is None or self._ahead[0] is not end:
-            self._ahead = end, [contact.touch(end.x, end.v) for contact in self.model.contacts]
+            self._ahead = end, self._contacts.every.seen(self._poses(end.x, end.v))
         return self._ahead[1]
+
+    def _inside(self, seen: Seen) -> FloatArray:
+        """How far (m) places are from the nearer ends of faces; infinite where there are none."""
+        if self._endless.all():
+            return np.full(seen.place.shape, inf)
+        return np.where(self._endless, inf, np.minimum(seen.place, self._lengths - seen.place))
+
+    # --- pairs of link and guide --------------------------------------------------------------
+
+    def changed_pairs(self, time: float, there: int | None = None) -> list[int]:
+        """Pairs that now (s), at an event of contact `there`, begin or cease to press."""
+        pairs, first = self._pairs, self._count
+        now = self.seen.of(pairs).closed(self._held[pairs])
+        at = None if there is None else there - first
+        which = changed(now, self._lengths[pairs], self._sides.pressed[pairs], time, at)
+        return [first + k for k in np.flatnonzero(which).tolist()]
+
+    def late_pair(self, k: int, end: TreeState, time: float) -> float:
+        """How long (s) before a step's end at this time pair k's event was; negative: after."""
+        return late_by(self._seen_at(end).closed(self._held), self._lengths, k, time)
+
+    def _touch_of_pairs(self, step: Step, nodes: Poses) -> Event | None:
+        """What a pair of link and guide does first within a step."""
+        path = self._contacts.pairs.seen(nodes).closed(self._held[self._pairs])
+        lengths, pressing = self._lengths[self._pairs], self._sides.pressed[self._pairs]
+        restless = np.flatnonzero(~calm(path, lengths, pressing, step.h))
+        if not len(restless):
+            return None
+        at_once = self.changed_pairs(step.t)
+        if at_once:
+            return Event(step.t, ContactChange(at_once[0]), bends=True)
+        found = first_of(restless, path, lengths, pressing, step.h)
+        if found is None:
+            return None
+        part, pair = found
+        return Event(step.t + part * step.h, ContactChange(self._count + pair), bends=True)
+
+    # --- ends of pieces -----------------------------------------------------------------------
 
     def _at(self, step: Step, t: float) -> TreeState:
         """All coordinates at a time within the step."""
@@ -501,50 +548,44 @@ class EventFinder:
         leaving = [
             k
             for k, (point, low, high) in enumerate(zip(points, lowest, highest, strict=True))
-            if point.left(high)[0] < -SEAM or point.left(low)[1] < -SEAM
+            if point.left(high)[0] < -point.seam or point.left(low)[1] < -point.seam
         ]
-        pressed = [self.model.contacts[k] for k in self.model.pressed_of_scene]
-        followed: list[Following] = [
-            *((points[k], SEAM, partial(_left_of_slot, points[k], k)) for k in leaving),
-            *((own, own.seam, own.left) for contact in pressed for own in contact.followed),
-        ]
+        followed: list[Following] = [(points[k], partial(_place_of, k)) for k in leaving]
+        for k in self._sides.pressing:
+            followed += self._contacts.followed(k)
         if not followed:
             return []
-        nodes = [*zip(stages.x[:-1], stages.places[:-1], strict=True), (end.x, end.places)]
-        times = (step.t + step.h * C).tolist()
-        found = [self._end_of_piece(step, one, zip(times, nodes, strict=True)) for one in followed]
+        nodes = np.vstack([stages.x[:-1], end.x]), passed
+        found = [self._end_of_piece(step, *one, nodes) for one in followed]
         return [event for event in found if event is not None]
 
     def _end_of_piece(
-        self,
-        step: Step,
-        one: Following,
-        nodes: Iterable[tuple[float, tuple[FloatArray, FloatArray]]],
+        self, step: Step, point: Followed, place: PlaceOf, nodes: tuple[FloatArray, FloatArray]
     ) -> Event | None:
-        """Where one of them does, by the times (s) of nodes, with coordinates and places there."""
-        point, seam, left = one
-        for time, node in nodes:
-            ahead, behind = left(*node)
-            if min(ahead, behind) >= -seam:
+        """Where one of them does, by coordinates and slots' places at nodes."""
+        times = (step.t + step.h * C).tolist()
+        for time, at in zip(times, place(*nodes).tolist(), strict=True):
+            ahead, behind = point.left(at)
+            if min(ahead, behind) >= -point.seam:
                 continue
             side, way = (0, 1) if ahead < behind else (1, -1)
-            on_piece = partial(self._on_piece, step, left, side)
+            on_piece = partial(self._on_piece, step, point, place, side)
             passed = first_fall(on_piece, None, (step.t, time))
             if passed is not None:
                 return Event(passed, PieceEnd(point, way))
         return None
 
-    def _on_piece(self, step: Step, left: Left, side: int, t: float) -> float:
+    def _on_piece(self, step: Step, point: Followed, place: PlaceOf, side: int, t: float) -> float:
         at = self._at(step, t)
-        return left(at.x, at.places)[side]
+        return point.left(place(at.x[None], at.places[None])[0])[side]
 
     # --- contacts -----------------------------------------------------------------------------
 
-    def _changes_of_contacts(self, step: Step, nodes: Moving, end: TreeState) -> list[Event]:
-        every = range(len(self.model.contacts))
+    def _changes_of_contacts(self, step: Step, nodes: Poses, end: TreeState) -> list[Event]:
+        every = range(self._count)
         free = [not self.presses(k) and not self.let_go(k) for k in every]
         held = [k for k in every if not free[k]]
-        times = [(self._change(k, step), k) for k in self._restless(step, end, held)]
+        times = [(self._change(k, step), k) for k in self._restless(step, nodes, held)]
         for k, search in self._flights(step, nodes, end, np.flatnonzero(free)):
             times.append((self._closing(k, first_part(search), step), k))
         return [Event(time, ContactChange(k)) for time, k in times if time is not None]
@@ -562,7 +603,7 @@ class EventFinder:
         return time - late if abs(late) < MOST_LATE * step.h else time
 
     def _flights(
-        self, step: Step, nodes: Moving, end: TreeState, free: IndexArray
+        self, step: Step, nodes: Poses, end: TreeState, free: IndexArray
     ) -> Iterator[tuple[int, Flight]]:
         """Contacts `free` that may close within a step, since the way in it is long enough.
 
@@ -573,11 +614,11 @@ class EventFinder:
         place, rate = self._places(step.h, nodes, free)
         moved = POLYNOMIAL.coefficients(place, rate, 1)
         along, across = (np.abs(part).sum(axis=1) for part in (moved.real, moved.imag))
-        straight = self._straight[free]
+        straight = self._contacts.of_scene.shapes.straight[free]
         way = np.where(straight, across, np.abs(moved).sum(axis=1))
-        ends = zip(self.touches, self._touches_at(end), strict=True)
-        sums = np.array([(old.gap + new.gap, old.inside + new.inside) for old, new in ends])
-        gap, inside = sums[free].T
+        ends = self.seen, self._seen_at(end)
+        gap = (ends[0].gap + ends[1].gap)[free]
+        inside = (self._inside(ends[0]) + self._inside(ends[1]))[free]
         sides = np.array([self._way(k) for k in free.tolist()])
         passes = straight & (inside < -along)
         near = free[(sides * gap <= way) & ~passes]
@@ -588,53 +629,48 @@ class EventFinder:
         within = self.model.states(times, *step.at(times))
         exact = self._at_nodes(within, end)
         paths = zip(*self._places(step.h, exact, near), strict=True)
-        for k, path in zip(near.tolist(), paths, strict=True):
-            shape = self.model.contacts[k].shape
-            yield k, Flight(shape.glance, shape.feature, path, self._way(k))
+        for k, flown in zip(near.tolist(), paths, strict=True):
+            glimpse, feature = (
+                self._contacts.of_scene.shapes.glimpse(k),
+                self._contacts.all[k].feature,
+            )
+            yield k, Flight(glimpse, feature, flown, self._way(k))
 
     def _places(
-        self, h: float, nodes: Moving, which: IndexArray
+        self, h: float, nodes: Poses, which: IndexArray
     ) -> tuple[ComplexArray, ComplexArray]:
         """Places (c, n) of contacts at the nodes of a step of h (s), m, and rates, m per step."""
-        place, rate = self._motion.look(nodes)
+        place, rate = self._contacts.of_scene.path(nodes)
         return place.T[which], h * rate.T[which]
 
-    def _restless(self, step: Step, end: TreeState, held: list[int]) -> list[int]:
+    def _restless(self, step: Step, nodes: Poses, held: list[int]) -> list[int]:
         """Contacts that press, or have let go, of which it is not sure that nothing happens."""
         if not held:
             return []
         pressed = self._sides.pressed[held]
-        contacts = [self.model.contacts[k] for k in held]
-        x, v, *_ = step.stages.kept.state
-        inner = zip(x[:-1], v[:-1], strict=True)
-        at_stages = [[contact.touch(*at) for contact in contacts] for at in inner]
-        at_end = self._touches_at(end)
-        before, after = [self.touches[k] for k in held], [at_end[k] for k in held]
-        path = self._path(held, [before, *at_stages, after])
+        path = self._from_sides(self._contacts.some(tuple(held)).seen(nodes), held)
         still = calm(path, self._lengths[held], pressed, step.h)
         press = step.stages.kept.pushes[:, held, 0]
-        lifts = pressed & (self._sides.rigid[held] | self._let_go[held])
+        lifts = pressed & (self._sides.rigid[held] | self._contacts.lets_go[held])
         steady = press.min(axis=0) >= LEAST_PRESS * press.max(axis=0)
         still &= ~lifts | steady
         return [k for k, calmly in zip(held, still.tolist(), strict=True) if not calmly]
 
-    def _path(self, which: Sequence[int], nodes: Sequence[Sequence[Touch]]) -> Seen:
+    def _from_sides(self, path: Seen, which: list[int]) -> Seen:
         """Contacts at nodes, seen from the side where they are.
 
         A rigid one that presses is as if behind a face that never opens; round ones have no ends.
         """
-        found = [[(own.gap, own.place, own.gap_rate, own.slip) for own in node] for node in nodes]
-        gap, place, gap_rate, slip = np.array(found).transpose(2, 0, 1)
-        endless = self._endless[list(which)]  # they may be anywhere
-        place, slip = np.where(endless, 1.0, place), np.where(endless, 0.0, slip)
+        endless = self._endless[which]  # they may be anywhere
+        place, slip = np.where(endless, 1.0, path.place), np.where(endless, 0.0, path.slip)
         way = np.array([self._way(k) for k in which])
-        path = Seen(way * gap, place, way * gap_rate, slip)
-        return path.closed((self._sides.pressed & self._sides.rigid)[list(which)])
+        path = Seen(way * path.gap, place, way * path.gap_rate, slip)
+        return path.closed((self._sides.pressed & self._sides.rigid)[which])
 
     def let_go(self, k: int) -> bool:
         """Tell whether a contact let go before its gap had opened, and has not been apart since."""
-        closed = self.touches[k].gap < -GAP_ROUNDING and self._sides.sides[k] is Side.APART
-        return bool(self._let_go[k]) and closed
+        closed = self.seen.gap[k] < -GAP_ROUNDING and self._sides.sides[k] is Side.APART
+        return bool(self._contacts.lets_go[k] and closed)
 
     def _change(self, k: int, step: Step) -> float | None:
         """When within the step a contact's state changes that presses, or has let go."""
@@ -642,26 +678,24 @@ class EventFinder:
 
     def _left(self, k: int, step: Step, t: float) -> float:
         """Value (m) that is positive until contact k's state changes; of a reaction, N."""
-        contact = self.model.contacts[k]
-        if self.presses(k) and isinstance(contact, RigidContact):
+        if self.presses(k) and k in self._contacts.rigid:
             q, v = step.at(np.array([t]))
             at = self.model.evaluate(t, q[0], v[0]).kept
-            return min(float(at.pushes[k, 0]), contact.touch(at.state.x, at.state.v).inside)
+            inside = self._contacts.touch(k, at.state.x, at.state.v).inside
+            return min(float(at.pushes[k, 0]), inside)
         touch = self._touch(k, step, t)
-        if self.presses(k):
-            return min(contact.pressed_by(touch), touch.inside)
-        return -contact.pressed_by(touch)  # what has let go has no force until it is apart
+        pressed = self._contacts.pressed_by(k, touch)
+        # What has let go has no force until it is apart.
+        return min(pressed, touch.inside) if self.presses(k) else -pressed
 
     def _touch(self, k: int, step: Step, t: float) -> Touch:
         at = self._at(step, t)
-        return self.model.contacts[k].touch(at.x, at.v)
+        return self._contacts.touch(k, at.x, at.v)
 
     def _way(self, k: int) -> float:
         """Behind a face the gap is that to its back."""
         return -1.0 if self._sides.sides[k] is Side.BEHIND else 1.0
 
 
-def _left_of_slot(
-    point: TrackPoint, k: int, _: FloatArray, places: FloatArray
-) -> tuple[float, float]:
-    return point.left(float(places[k]))
+def _place_of(k: int, _: FloatArray, places: FloatArray) -> FloatArray:
+    return places[:, k]

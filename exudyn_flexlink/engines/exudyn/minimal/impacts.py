@@ -24,8 +24,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics import REST_SPEED, Bounces, is_over
-from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact
+from exudyn_flexlink.engines.exudyn.minimal.contacts import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -33,6 +32,7 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.rigid import (
     Gaps,
     Meeting,
+    RigidContact,
     impulses,
     mobility,
     turned_back,
@@ -173,9 +173,8 @@ class Impacts:
 
     def __post_init__(self) -> None:
         self.together: list[tuple[float, list[str]]] = []  # s, and contacts with one impact
-        names = [contact.name for contact in self.model.assembly.mechanism.touching]
         self._bounces = {
-            k: Bounces(names[k], contact.restitution) for k, contact in self._contacts.items()
+            k: Bounces(contact.name, contact.restitution) for k, contact in self._contacts.items()
         }
 
     @property
@@ -184,7 +183,7 @@ class Impacts:
 
     def change(self, time: float, k: int) -> None:
         """Contact k closes, opens, or its point passes the face's line beside it."""
-        touch = self.finder.touches[k]
+        touch = self.finder.touch(k)
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
         if what is Change.CLOSES:
             self._meet(time, k)
@@ -197,7 +196,7 @@ class Impacts:
 
     def _meet(self, time: float, struck: int) -> None:
         """Let contacts that are closed bounce, or rest."""
-        touches = self.finder.touches
+        before = self.finder.seen
         which = [k for k in self._contacts if k == struck or self._is_closed(time, k)]
         at, gaps = self._look(time, which)
         restitution = np.array([self._contacts[k].restitution for k in which])
@@ -221,24 +220,26 @@ class Impacts:
         resting = [
             k
             for k, e in zip(which, restitution.tolist(), strict=True)
-            if e == 0 and self.finder.touches[k].gap_rate <= slow[k]
+            if e == 0 and self.finder.touch(k).gap_rate <= slow[k]
         ]
         for k in which:
             if self.finder.presses(k) and k not in resting:
                 self._change(time, k, Change.OPENS)
         stopped = [k for k, ended in zip(which, over, strict=True) if ended]
-        self._rest(time, resting, struck, {k: max(0.0, -touches[k].gap_rate) for k in stopped})
+        self._rest(
+            time, resting, struck, {k: max(0.0, -float(before.gap_rate[k])) for k in stopped}
+        )
 
     def _is_closed(self, time: float, k: int) -> bool:
         if self.finder.presses(k):
             return True
-        touch = self.finder.touches[k]
+        touch = self.finder.touch(k)
         apart = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
         return apart and touch.gap_rate <= REST_SPEED and meets(touch, time)
 
     def _jump(self, time: float, jump: Jump, which: Sequence[int], over: BoolArray) -> None:
         """Let the speeds jump, and write down the impacts."""
-        coordinates, before = self.model.coordinates, self.finder.touches
+        coordinates, before = self.model.coordinates, self.finder.seen
         z, v = coordinates.independent()
         end = self.model.state(time, z, v + jump.speeds)
         coordinates.settle(time, end, np.zeros(len(z)))
@@ -247,7 +248,7 @@ class Impacts:
             own = (jump.impulse[c], jump.lost[c], jump.motor_work[c])
             self.recorder.leap(k, *map(float, own))
             if not over[c] and jump.impulse[c] > 0:
-                hit = _interval(time, before[k].place, jump, c)
+                hit = _interval(time, float(before.place[k]), jump, c)
                 self.model.touches.bounce(k, hit)
                 endless = self._bounces[k].endless(time, hit.approach_speed)
                 self.endless = self.endless or endless
@@ -286,7 +287,7 @@ class Impacts:
 
     def _change(self, time: float, k: int, what: Change, rate: float | None = None) -> None:
         """Contact k begins or ends, with the `rate` of its gap (m/s) if that is not the present."""
-        touch = self.finder.touches[k]
+        touch = self.finder.touch(k)
         rate = touch.gap_rate if rate is None else rate
         now = Moment(time, touch.place, rate, self.recorder.totals_of(k))
         self.model.touches.change(k, what, now)

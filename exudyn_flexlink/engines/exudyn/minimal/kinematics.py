@@ -33,7 +33,7 @@ from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArr
 from exudyn_flexlink.curves import Evaluator, Knots, evaluator
 from exudyn_flexlink.curves import Places as CurvePlaces
 from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
-from exudyn_flexlink.mechanism import Anchor, Assembly, Slot
+from exudyn_flexlink.mechanism import Anchor, Assembly, Poses, Slot
 from exudyn_flexlink.mechanism.constraints import ROOT
 from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, GuidedSlot, TreeLayout
 from exudyn_flexlink.result import Event
@@ -220,6 +220,12 @@ class Points:
         """Second derivatives (..., points)."""
         turned = ((bends.spin - rates.angle**2) * at.axis).take(self.links, axis=-1)
         return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._own)
+
+
+def poses(moving: Moving) -> Poses:
+    """Return the links as contacts ask for them."""
+    _, _, at, rates = moving
+    return Poses(at.origin, at.axis, at.angle, rates.origin, rates.angle, rates.spin)
 
 
 def motions(

@@ -17,12 +17,7 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    PenaltyContact,
-    WallPush,
-    Walls,
-    contact_of,
-)
+from exudyn_flexlink.engines.exudyn.minimal.contacts import ContactPush, TreeContacts
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     Coordinates,
     OpenCoordinates,
@@ -68,7 +63,7 @@ class TreeForces(NamedTuple):
     force: FloatArray  # (links,)
     pushes: FloatArray  # (contacts and pairs, 2): pressing force, N, and the power it takes, W
     friction: FloatArray  # (joints, 4): torque or force of friction, bound, press, if it rests
-    wall: WallPush | None  # what pairs of link and guide do that press
+    push: ContactPush | None  # what contacts and pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
     def pick(self, which: Which) -> TreeForces:
@@ -101,10 +96,8 @@ class MinimalModel:
         self.loads = Loads(layout, self.kinematics, mechanism)
         self.window = Window()
         self.trouble: tuple[float, Any] | None = None  # of the last evaluation that failed, and s
-        self.contacts = [contact_of(layout, contact) for contact in mechanism.touching]
-        self.walls = Walls(layout, self.kinematics, mechanism.channels)
-        pairs = [*mechanism.touching, *self.walls.contacts]
-        self.touches = Touches(pairs, len(self.contacts))
+        self.contacts = TreeContacts(layout, self.kinematics, mechanism)
+        self.touches = Touches(self.contacts.all, self.contacts.count)
         self.rigid = RigidContacts(self.contacts, self.touches)
         self.frictions = JointFrictions(layout, mechanism.frictions, self.coordinates)
         self._build()
@@ -196,14 +189,19 @@ class MinimalModel:
         if self.loads.any:
             applied, supply = self.loads.push_and_supply(t, state.x, state.v)
             force += applied
-        pushes, touching = self._push(state.x, state.v, force)
-        wall = self.walls.push(state.x, state.v)
-        if wall is not None:
-            force += wall.force
-            pairs = len(self.contacts) + self.walls.which
-            pushes[:, pairs, 0], pushes[:, pairs, 1] = wall.press, wall.power
+        pushes = np.zeros((len(t), len(self.touches.pressed), 2))
+        touching = np.zeros((len(t), 0, 2))
+        acting, push = self.contacts.acting(self.touches.pressing), None
+        if acting is not None:
+            approach = self.touches.approach[acting.which]
+            push = acting.push(self.kinematics.moving(state.x, state.v), approach)
+            force += push.force
+            pushes[:, acting.which, 0], pushes[:, acting.which, 1] = push.press, push.power
+            touching = np.empty((len(t), acting.of_scene, 2))
+            touching[..., 0] = push.look.gap[:, : acting.of_scene]
+            touching[..., 1] = push.look.gap_rate[:, : acting.of_scene]
         rubbed = np.zeros((len(t), len(self.frictions.all), 4))
-        kept = TreeForces(t, state, mass, force, pushes, rubbed, wall, supply)
+        kept = TreeForces(t, state, mass, force, pushes, rubbed, push, supply)
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
         mass, force = state.transform.reduced(mass), state.transform.reduced_rows(left)
         return Evaluation(mass, force, kept, touching)
@@ -223,31 +221,10 @@ class MinimalModel:
             mass[i], force[i] = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
         return mass, force
 
-    def _push(
-        self, x: FloatArray, v: FloatArray, onto: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Add the forces of contacts, but for pairs.
-
-        Return force and power of each (n, contacts and pairs, 2), and gaps and rates of those that
-        act (n, c, 2).
-        """
-        pushes = np.zeros((len(x), len(self.touches.pressed), 2))
-        acting, approach = self.giving_way(), self.touches.approach.tolist()
-        touching = np.empty((len(x), len(acting), 2))
-        for c, (k, contact) in enumerate(acting):
-            for i in range(len(x)):
-                pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i], approach[k])
-        return pushes, touching
-
-    def giving_way(self) -> list[tuple[int, PenaltyContact]]:
-        """Numbered contacts with a penalty force that acts."""
-        acting = [(k, self.contacts[k]) for k in self.pressed_of_scene]
-        return [(k, own) for k, own in acting if isinstance(own, PenaltyContact)]
-
     @property
     def pressed_of_scene(self) -> list[int]:
         """Contacts that press, but for pairs of link and guide."""
-        return [k for k in self.touches.pressing if k < len(self.contacts)]
+        return [k for k in self.touches.pressing if k < self.contacts.count]
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs, dampers, loads, walls, friction, round contacts, and what rigid ones hold.
@@ -269,16 +246,15 @@ class MinimalModel:
         for across in self._slopes(whole):
             stiffness = stiffness + transform.reduced(across[0])
             damping = damping + transform.reduced(across[1])
-        if whole.wall is not None:
-            of_walls = self.walls.slopes(whole.wall, transform.matrix)
-            stiffness, damping = stiffness + of_walls[0], damping + of_walls[1]
         return stiffness, damping + self.rigid.slopes(at)
 
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
         x, v = whole.state.x, whole.state.v
-        approach = self.touches.approach
-        found = [own.slopes(x, v, float(approach[k])) for k, own in self.giving_way()]
+        found, acting = [], self.contacts.acting(self.touches.pressing)
+        if acting is not None and whole.push is not None:
+            moving, approach = self.kinematics.moving(x, v), self.touches.approach[acting.which]
+            found.append(acting.slopes(whole.push, moving, approach))
         if self.loads.stiff:
             push = partial(self.loads.push, np.full(4 * len(x), float(whole.t)))
             found.append(falls(push, x, v, self._lengths))
@@ -292,17 +268,16 @@ class MinimalModel:
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
-        acting = self.giving_way()
-        if not acting:
+        acting, push = self.contacts.acting(self.touches.pressing), at.kept.push
+        if acting is None or not acting.of_scene:
             return None
         state: TreeState = at.kept.state
-        found = [contact.gradient_and_law(state.x, state.v) for _, contact in acting]
-        gradients, laws = zip(*found, strict=True)
-        rows = state.transform.reduced_rows(np.array(gradients))
+        rows = state.transform.reduced_rows(push.rows.across[: acting.of_scene])
         # Closed gaps let a force through to the same motions by which they let a gap open.
         projector = self._projector(at)
         rows = rows if projector is None else rows @ projector.free.T
-        return rows, press_by(laws, self.touches.approach[[k for k, _ in acting]])
+        which = acting.which[: acting.of_scene]
+        return rows, press_by(acting.laws[: acting.of_scene], self.touches.approach[which])
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move any point, at most."""

@@ -17,12 +17,7 @@ from exudyn_flexlink.engines.diagnostics import (
     LOSE_SPEED,
     broken_wall,
 )
-from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    PenaltyContact,
-    RigidContact,
-    TableFollower,
-)
+from exudyn_flexlink.engines.exudyn.minimal.contacts import TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
@@ -83,19 +78,18 @@ class MinimalProblem:
 
     def __post_init__(self) -> None:
         x, v = self.model.start
-        gaps = [contact.touch(x, v).gap for contact in self.model.contacts]
-        springs = [contact.lets_go for contact in self.model.contacts]
-        assembly = self.model.assembly
+        contacts, assembly = self.model.contacts, self.model.assembly
         pressed = pressed_among(assembly.mechanism.touching, assembly.state.q)
-        springs = [own or k in pressed for k, own in enumerate(springs)]
-        self.model.touches.start(np.where(springs, 0.0, gaps))
+        self._finder = EventFinder(self.model, self.goal, x, v)
+        springs = contacts.lets_go.copy()
+        springs[pressed] = True
+        self.model.touches.start(np.where(springs, 0.0, self._finder.seen.gap)[: contacts.count])
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
         self._overlooked = Overlooked(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
-        self._walls = len(self.model.contacts)  # number of the first pair of link and guide
-        self._finder = EventFinder(self.model, self.goal, x, v)
+        self._walls = contacts.count  # number of the first pair of link and guide
         self._change_walls(0.0)
         self.bounds = DepthBounds(self.recorder.contacts)
         self._begin_pressed(pressed)
@@ -104,13 +98,14 @@ class MinimalProblem:
 
     def _begin_pressed(self, pressed: list[int]) -> None:
         """Let contacts press that do at time 0: `pressed` at a rest; ropes that are stretched."""
-        for k, contact in enumerate(self.model.contacts):
-            touch = self._finder.touches[k]
-            if not isinstance(contact, PenaltyContact):
+        contacts = self.model.contacts
+        for k in range(contacts.count):
+            touch = self._finder.touch(k)
+            if k in contacts.rigid:
                 continue
-            if contact.pressed_by(touch) > 0 if contact.lets_go else k in pressed:
+            if contacts.pressed_by(k, touch) > 0 if contacts.lets_go[k] else k in pressed:
                 self._change(0.0, k, Change.CLOSES, touch)
-                contact.follow(self.model.start[0], presses=True)
+                contacts.follow(k, self.model.start[0], presses=True)
 
     @property
     def over(self) -> bool:
@@ -153,13 +148,16 @@ class MinimalProblem:
         pair of link and guide that has touched counts as a spring across its gap, so soft that
         errors last as in the longest flight so far.
         """
-        walls, state = self.model.walls, at.kept.state
-        caught = bool(walls.touched.any())
+        state = at.kept.state
+        caught = sorted(k for k in self.model.touches.ever if k >= self._walls)
         if self._lasting is None or state.transform.chosen is None or caught:
             stiffness = self.model.springs(at)[0]
             if caught:
                 flight = max(self._longest_flight(float(at.kept.t)), SHORTEST_SWING)
-                stiffness = stiffness + walls.catching(state, at.mass, FREELY / PART * flight)
+                moving = self.model.kinematics.moving(state.x, state.v)
+                stiffness = stiffness + self.model.contacts.catching(
+                    caught, moving, state.transform, at.mass, FREELY / PART * flight
+                )
             self._lasting = slow_motions(at.mass, stiffness, self.end, SHORTEST_SWING)
         return self._lasting
 
@@ -180,12 +178,11 @@ class MinimalProblem:
         self.model.look(end.x, end.transform)
         self._finder.accept(end)
         self.recorder.take(step, found)
-        if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
+        gaps, pressed = self._finder.seen.gap, self.model.touches.pressed
+        if (broken := self.model.contacts.broken(gaps, pressed)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
         elif self.bounds.any:
-            gaps = [touch.gap for touch in self._finder.touches]
-            depths = -np.concatenate([gaps, self._finder.walls.seen.gap])
-            self.stop_reason = self.bounds.passed(depths * self.model.touches.pressed)
+            self.stop_reason = self.bounds.passed(-gaps * pressed)
             self.stop_advice = TOO_DEEP_ADVICE
 
     def _look(self, step: Step) -> _Looked:
@@ -229,21 +226,21 @@ class MinimalProblem:
         """How long (s) before the step's end its event was; negative: after. 0 if near enough."""
         what, end = event.what, self._look(step).end
         if isinstance(what, ContactChange) and what.contact >= self._walls:
-            return self._finder.walls.late(what.contact - self._walls, end, step.end)
+            return self._finder.late_pair(what.contact, end, step.end)
         if isinstance(what, KinkPassed):
             return self._finder.kinks.late(what, end, step.end)
         if isinstance(what, FrictionChange):
             return self._finder.frictions.late(what, step)
         if not isinstance(what, ContactChange):
             return 0.0
-        contact, presses = self.model.contacts[what.contact], self._finder.presses(what.contact)
-        touch = contact.touch(end.x, end.v)
-        slid = contact.left_since(touch) if presses else 0.0
+        k, contacts = what.contact, self.model.contacts
+        presses, touch = self._finder.presses(k), self._finder.touch_at(k, end)
+        slid = contacts.left_since(k, touch) if presses else 0.0
         # The force of a law begins at zero, however near; a reaction tells by itself where it ends,
         # and so does a force that lets go.
-        tells = isinstance(contact, RigidContact) == presses
-        if contact.lets_go:
-            tells = presses or self._finder.let_go(what.contact)
+        tells = (k in contacts.rigid) == presses
+        if contacts.lets_go[k]:
+            tells = presses or self._finder.let_go(k)
         beside = touch.inside < 0 or touch.gap_rate == 0
         if slid or tells or beside or meets(touch, step.end):
             return slid
@@ -258,7 +255,7 @@ class MinimalProblem:
         if k is None or k not in self.model.rigid.all:
             return True
         end = self._look(step).end
-        touch = self.model.contacts[k].touch(end.x, end.v)
+        touch = self._finder.touch_at(k, end)
         closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
         return not closes or meets(touch, step.end)
 
@@ -276,7 +273,7 @@ class MinimalProblem:
             self.recorder.keep_last(before=self._jumped)
             self._finder.frictions.cross(event.time, event.what)
         elif event.what.contact >= self._walls:
-            self._change_walls(event.time, event.what.contact - self._walls)
+            self._change_walls(event.time, event.what.contact)
         elif self._has_passed(event.time, event.what.contact):
             return
         elif event.what.contact in self.model.rigid.all:
@@ -286,7 +283,7 @@ class MinimalProblem:
 
     def _has_passed(self, time: float, k: int) -> bool:
         """Tell that a point has passed the line of its face, beside it, before the step ended."""
-        touch = self._finder.touches[k]
+        touch = self._finder.touch(k)
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
         return what is Change.PASSES and not meets(touch, time)
 
@@ -314,30 +311,29 @@ class MinimalProblem:
             self.stop_advice = error.advice if isinstance(error, JammedError) else advice
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
-        for other, contact in self.model.rigid.all.items():  # one impact may begin or end others
-            contact.follow(self._finder.x, presses=self._finder.presses(other))
+        for other in self.model.rigid.all:  # one impact may begin or end others
+            presses = self._finder.presses(other)
+            self.model.contacts.follow(other, self._finder.x, presses=presses)
 
     def _change_contact(self, time: float, k: int) -> None:
         """Let a contact begin or end."""
-        touch = self._finder.touches[k]
+        touch = self._finder.touch(k)
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
-        self._jumped = what is Change.SLIDES_OFF or self.model.contacts[k].lets_go
+        self._jumped = what is Change.SLIDES_OFF or bool(self.model.contacts.lets_go[k])
         if k < self._of_scene:
             self.recorder.keep_last(before=self._jumped)
         self._change(time, k, what, touch)
-        self.model.contacts[k].follow(self._finder.x, presses=what is Change.CLOSES)
+        self.model.contacts.follow(k, self._finder.x, presses=what is Change.CLOSES)
 
     def _change_walls(self, time: float, there: int | None = None) -> None:
         """Let all pairs that do so at an event of `there` begin or cease to press."""
-        walls = self._finder.walls
-        for k in walls.changed(time, there).tolist():
-            touch, number = walls.touch(k), self._walls + k
-            what = self.model.touches.crossing(number, touch.gap, touch.inside)
-            self._change(time, number, what, touch)
-        touches, pairs = self.model.touches, slice(self._walls, None)
-        self.model.walls.choose(touches.pressed[pairs], touches.approach[pairs])
+        for k in self._finder.changed_pairs(time, there):
+            touch = self._finder.touch(k)
+            what = self.model.touches.crossing(k, touch.gap, touch.inside)
+            self._change(time, k, what, touch)
         self._flight = self._longest_flight(time)
-        self._free_since = None if self.model.walls.touching.any() else time
+        any_presses = self.model.touches.pressed[self._walls :].any()
+        self._free_since = None if any_presses else time
 
     def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
         if what is Change.CLOSES:
@@ -348,5 +344,4 @@ class MinimalProblem:
     @property
     def places(self) -> FloatArray:
         """Where all contacts are on their faces now (c,), m."""
-        own = [touch.place for touch in self._finder.touches]
-        return np.concatenate([own, self._finder.walls.seen.place])
+        return self._finder.seen.place

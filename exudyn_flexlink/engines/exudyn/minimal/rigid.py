@@ -31,11 +31,12 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
+from exudyn_flexlink.engines.exudyn.minimal.contacts import TreeContacts
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.contact_share import RANK
 from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.laws import Friction, Impulse
 from exudyn_flexlink.raising import Sendable
 
 ROUND = 1e-9  # of sqrt(k_t k_n): less of k_tn is rounding, and so is less of k_n in what it opens
@@ -153,12 +154,25 @@ class Projector(NamedTuple):
         return self.free @ stiffness + of_gaps, self.free @ damping + of_rates
 
 
+class RigidContact(NamedTuple):
+    """A contact by impulse: speeds jump as it closes, and pushing leaves no gap."""
+
+    name: str
+    restitution: float
+    tangential: float
+    friction: Friction | None
+
+
 class RigidContacts:
     """Those of a model's contacts that are rigid, by their numbers."""
 
-    def __init__(self, contacts: Sequence[MinimalContact], touches: Touches) -> None:
-        self._touches = touches
-        self.all = {k: c for k, c in enumerate(contacts) if isinstance(c, RigidContact)}
+    def __init__(self, contacts: TreeContacts, touches: Touches) -> None:
+        self._touches, self._contacts = touches, contacts
+        self.all = {
+            k: RigidContact(own.name, own.law.restitution, own.law.tangential, own.friction)
+            for k, own in enumerate(contacts.all)
+            if isinstance(own.law, Impulse)
+        }
 
     def closed(self) -> list[int]:
         """Numbers of those that press."""
@@ -166,15 +180,12 @@ class RigidContacts:
 
     def gaps(self, which: Sequence[int], state: TreeState) -> Gaps:
         """Gaps at instants (n,)."""
-        shape = len(state.x), len(which)
-        rows, touching = np.empty((*shape, state.x.shape[1])), np.empty((*shape, 2))
-        bend, slip, slides = np.empty(shape), np.empty(shape), np.empty(rows.shape)
-        for i, (x, v) in enumerate(zip(state.x, state.v, strict=True)):
-            for c, contact in enumerate(self.all[k] for k in which):
-                touch, rows[i, c], bend[i, c], slides[i, c] = contact.moving_gap(x, v)
-                touching[i, c], slip[i, c] = (touch.gap, touch.gap_rate), touch.slip
-        bend += (rows @ state.b[:, :, None])[:, :, 0]
-        return Gaps(rows, rows @ state.transform.matrix, bend, touching, slides, slip)
+        contacts = self._contacts.some(tuple(which))
+        moving = self._contacts.kinematics.moving(state.x, state.v)
+        look, (rows, slides) = contacts.look(moving)
+        bend = contacts.gap_bends(moving, look) + (rows @ state.b[:, :, None])[:, :, 0]
+        touching = np.stack([look.gap, look.gap_rate], axis=-1)
+        return Gaps(rows, rows @ state.transform.matrix, bend, touching, slides, look.slip)
 
     def rubbed(self, which: Sequence[int], slip: FloatArray) -> FloatArray:
         """Friction (..., c) of some contacts that press by 1 N, by their slip (..., c), m/s."""
@@ -236,17 +247,17 @@ class RigidContacts:
 
     def slopes(self, at: Evaluation) -> FloatArray | float:
         """Damping (independent, independent) by friction of those that last, at one state."""
-        found: FloatArray | float = 0.0
-        for k in self.closed():
-            rub, contact = self.all[k].friction, self.all[k]
-            if rub is not None:
-                state: TreeState = at.kept.state
-                touch, _, _, row = contact.moving_gap(state.x, state.v)
-                slid = state.transform.reduced_rows(np.atleast_2d(row))[0]
-                steep = rub.coefficient**2 - float(rub.force(1.0, touch.slip)) ** 2
-                steep *= at.kept.pushes[k, 0] / (rub.coefficient * rub.slip_speed)
-                found = found + steep * np.outer(slid, slid)
-        return found
+        which = [k for k in self.closed() if self.all[k].friction is not None]
+        if not which:
+            return 0.0
+        state: TreeState = at.kept.state
+        gaps = self.gaps(which, state.pick(None)).pick(0)
+        slid = state.transform.reduced_rows(gaps.slides)
+        rubs = [(own.coefficient, own.slip_speed) for k in which if (own := self.all[k].friction)]
+        coefficient, slip_speed = np.array(rubs).T
+        steep = coefficient**2 - self.rubbed(which, gaps.slip) ** 2
+        steep *= at.kept.pushes[which, 0] / (coefficient * slip_speed)
+        return np.asarray((slid.T * steep) @ slid)
 
     def projector(self, at: Evaluation) -> Projector | None:
         """What those that last let through at one state; None if none does."""

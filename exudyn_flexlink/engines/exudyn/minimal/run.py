@@ -329,9 +329,8 @@ def prepare(
     except DeadCentreError as error:
         hint = "it is a dead centre: start at another angle"
         raise SceneError(scene.document, [Mistake(("joints",), str(error), hint)]) from error
-    contacts = [*mechanism.touching, *model.walls.contacts]
     watched = Watched(scene, mechanism, assembly.state.q)
-    seeker = ExtremeSeeker(watched, contacts, np.array([0.0, *C]))
+    seeker = ExtremeSeeker(watched, model.contacts.all, np.array([0.0, *C]))
     recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))

@@ -20,15 +20,16 @@ the same way from the gap expected at the step's end.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from cmath import phase
 from collections.abc import Callable, Sequence
-from math import atan2, cos, inf, sin, sqrt
+from dataclasses import dataclass
+from math import cos, inf, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
-from exudyn_flexlink.engines.exudyn.faces import Circles, Faces, Touch, Vector
 from exudyn_flexlink.engines.exudyn.redundant.recording import Changed
 from exudyn_flexlink.engines.exudyn.redundant.slots import REACHED, StepEnd, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.system import System
@@ -41,11 +42,16 @@ from exudyn_flexlink.mechanism import (
     Channel,
     CircleContact,
     Contact,
+    ContactShapes,
     FaceContact,
     JointFriction,
     Resolution,
+    Seen,
     Slide,
+    approach,
     deepest_allowed,
+    grips,
+    poses_of,
     pressed_among,
 )
 
@@ -63,6 +69,31 @@ RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations 
 LOOK_AHEAD = AHEAD + 2
 # Of a pair's own step, likewise: where a gap closes within so much, a step ends before that.
 MARGIN = 1.5
+
+
+Vector = tuple[float, float]
+
+
+@dataclass(slots=True)
+class Touch:
+    """Gap and place (m), rate of the gap and slip (m/s), as in `mechanism.Seen`.
+
+    `path` (m) and its rate are those of `mechanism.ContactShapes`. `gap_bend` and `slip_bend`
+    (m/s^2) are rates of the rates, from the step before; 0 unknown.
+    """
+
+    gap: float
+    place: float
+    gap_rate: float
+    slip: float
+    path: complex
+    path_rate: complex
+    gap_bend: float = 0.0
+    slip_bend: float = 0.0
+
+    def gap_after(self, step: float) -> float:
+        """Gap (m) at the end of a step (s)."""
+        return self.gap + step * (self.gap_rate + 0.5 * step * self.gap_bend)
 
 
 class ContactItem:
@@ -92,8 +123,8 @@ class ContactItem:
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self.touch: Touch | None = None  # at the last look
         state = system.assembly.state
-        start = self.items.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
-        behind = not self.walled and start.gap < -TOUCHING
+        gap = float(approach(contact, state.q, state.v).gap)
+        behind = not self.walled and gap < -TOUCHING
         behind = behind and not pressed_among([contact], state.q)
         self.side = Side.BEHIND if behind else Side.APART
         self.changed: Changed | None = None  # what happened to it as the last step ended
@@ -105,9 +136,10 @@ class ContactItem:
             return False
         return -self.touch.gap > deepest_allowed(self.channel)
 
-    def after_step(self, now: StepEnd, step: float) -> float:
+    def after_step(self, touch: Touch, now: StepEnd, step: float) -> float:
         """Tell what began or ended with the last step; return the next step (s)."""
-        touch, before = self.items.touch(now.q_list, now.v_list), self.touch
+        before = self.touch
+        self.items.see(touch, now)
         self.changed = self._change(touch, now, before)
         if self.changed is not None:
             self.side = BECOMES[self.side, self.changed.what]
@@ -243,18 +275,24 @@ class Contacts:
         for own in contacts:
             self.touches.sides[own.index] = own.side
         self._pairs = [own for own in contacts if own.channel is not None]
-        faces = [own.contact for own in self._pairs if isinstance(own.contact, FaceContact)]
-        self._broad_phase = BroadPhase(faces)
+        self._shapes = ContactShapes([own.contact for own in contacts])
+        self._broad_phase = BroadPhase([own.contact for own in self._pairs])
         self._margin = MARGIN * max((own.contact_step for own in self._pairs), default=0.0)
         self._near: list[int] = []  # numbers of the pairs that are looked at
         self._looked_at = self._always
 
     def after_step(self, now: StepEnd, step: float) -> float:
         """Look at what began or ended with the last step; return the next step (s)."""
+        if not self.all:
+            return step
+        at = poses_of(*(np.reshape(own, (-1, 3)) for own in (now.q_list, now.v_list)))
+        seen = self._shapes.seen(at)
         if self._pairs:
-            self._choose(now, step)
+            self._choose(seen.of(slice(len(self._always), None)), now, step)
+        columns = zip(*(column.tolist() for column in (*seen, *self._shapes.path(at))), strict=True)
+        touches = [Touch(*own) for own in columns]
         for contact in self._looked_at:
-            step = contact.after_step(now, step)
+            step = contact.after_step(touches[contact.index], now, step)
         return step
 
     def aim(self, step: float) -> None:
@@ -278,9 +316,11 @@ class Contacts:
         leaping = [changed.contact for changed in self.changes if changed.leaps]
         return RESTART * min((self.all[k].contact_step for k in leaping), default=inf)
 
-    def _choose(self, now: StepEnd, step: float) -> None:
+    def _choose(self, seen: Seen, now: StepEnd, step: float) -> None:
         """Look at pairs that may touch soon, and at those that act; let the others rest."""
-        near = set(self._broad_phase.near(now, LOOK_AHEAD * step + self._margin).tolist())
+        near = set(
+            self._broad_phase.near(seen, now.step, LOOK_AHEAD * step + self._margin).tolist()
+        )
         near.update(k for k in self._near if self._pairs[k].items.awake)
         for k in self._near:
             if k not in near:
@@ -293,63 +333,37 @@ class BroadPhase:
     """Which pairs of link and guide may touch soon: one look at all of them, after every step.
 
     Nearly all are far from touching at any time; only the others are looked at one by one.
-
-    With C a pair's point, O the origin of the part that carries its face, w that part's angular
-    velocity and e the face's direction (complex numbers, global axes), the point is in the axes of
-    the face at
-
-        z = e* (C - O) - z_0,      z' = e* (C' - O') - i w (z + z_0),
-
-    along the face by Re z, to its left by Im z; z_0 is where the face starts.
     """
 
-    def __init__(self, pairs: Sequence[FaceContact]) -> None:
-        self._points = np.array([pair.point.part for pair in pairs])
-        self._bases = np.array([pair.start.part for pair in pairs])
-        self._own = np.array([complex(pair.point.x, pair.point.y) for pair in pairs])
-        starts = np.array([complex(pair.start.x, pair.start.y) for pair in pairs])
-        ends = np.array([complex(pair.end.x, pair.end.y) for pair in pairs])
-        self._back = np.conj(ends - starts) / np.abs(ends - starts)
-        self._start = self._back * starts
+    def __init__(self, pairs: Sequence[Contact]) -> None:
         lengths = np.array([pair.length for pair in pairs])
         self._low, self._high = -BESIDE * lengths, (1 + BESIDE) * lengths
-        self._side = np.array([pair.side for pair in pairs])
+        self._held = np.array([getattr(pair, "side", 1.0) == 0 for pair in pairs], dtype=bool)
         self._gap_rate: FloatArray | None = None  # at the last look
 
-    def near(self, now: StepEnd, ahead: float) -> IndexArray:
+    def near(self, seen: Seen, made: float, ahead: float) -> IndexArray:
         """Numbers of the pairs that may touch within a time (s) ahead, or touch now.
+
+        They are `seen` after a step that was `made` (s).
 
         Gaps go on with their rate and with its change in the last step, where that closes them;
         places with the slip. A pair that is held on its line from both sides touches wherever its
         point is over the face.
         """
-        at, rate = self._seen(now)
-        gap, gap_rate = self._side * at.imag, self._side * rate.imag
+        gap = np.where(self._held, 0.0, seen.gap)
+        gap_rate = np.where(self._held, 0.0, seen.gap_rate)
         closing = np.minimum(gap_rate, 0.0)
-        if self._gap_rate is not None and now.step > 0:
-            closing += (0.5 * ahead / now.step) * np.minimum(gap_rate - self._gap_rate, 0.0)
+        if self._gap_rate is not None and made > 0:
+            closing += (0.5 * ahead / made) * np.minimum(gap_rate - self._gap_rate, 0.0)
         self._gap_rate = gap_rate
         close = (gap + ahead * closing <= 0).nonzero()[0]
         if not len(close):
             return close
-        place, slide = at.real[close], ahead * rate.real[close]
+        place, slide = seen.place[close], ahead * seen.slip[close]
         over = (place + np.maximum(slide, 0.0) >= self._low[close]) & (
             place + np.minimum(slide, 0.0) <= self._high[close]
         )
         return close[over]
-
-    def _seen(self, now: StepEnd) -> tuple[ComplexArray, ComplexArray]:
-        """Where the points are in the axes of the faces, and the rates of that."""
-        x, y, angle = np.array(now.q_list).reshape(-1, 3).T
-        u, v, spin = np.array(now.v_list).reshape(-1, 3).T
-        points, bases = self._points, self._bases
-        axis, turning = np.exp(1j * angle), 1j * spin
-        origin, moving = x + 1j * y, u + 1j * v
-        arm = axis[points] * self._own
-        back = axis.conj()[bases] * self._back
-        apart = back * (origin[points] - origin[bases] + arm)
-        rate = back * (moving[points] - moving[bases] + turning[points] * arm)
-        return apart - self._start, rate - turning[bases] * apart
 
 
 Law = Callable[..., Any]
@@ -389,8 +403,8 @@ class Pressing(ABC):
         self.awake = False
 
     @abstractmethod
-    def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
-        """Evaluate at the coordinates and velocities of all parts, one after the other."""
+    def see(self, touch: Touch, now: StepEnd) -> None:
+        """Take up where the contact is as a step has ended."""
 
     @abstractmethod
     def meeting(self, touch: Touch, gap: float) -> float:
@@ -434,10 +448,11 @@ class PressingFace(Pressing):
     """The force of a point against a face."""
 
     def __init__(self, system: System, contact: FaceContact) -> None:
-        self._faces = Faces(contact)
         self.length = contact.length
-        self._point, self._start = _Place(contact.point), _Place(contact.start)
-        (ex, ey), side = self._faces.along, contact.side or 1.0
+        self._point, self._start = ((own.x, own.y) for own in (contact.point, contact.start))
+        dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
+        ex, ey = self._along = dx / self.length, dy / self.length
+        self._free, side = contact.side, contact.side or 1.0
         law = _law(system, contact.law, 1.0 if contact.side else 0.0, COORDINATE_SPRING)
         anchors = contact.start, contact.point
         self._marker, item = _across(system, anchors, (-side * ey, side * ex), law)
@@ -449,19 +464,14 @@ class PressingFace(Pressing):
         self._mbs.SetMarkerParameter(self._marker, "localPosition0", [x, y, 0.0])
         super().aim(touch, step)
 
-    def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
-        """Evaluate at the coordinates and velocities of all parts, one after the other."""
-        (px, py), (pu, pv), _, _ = self._point.state(q, v)
-        (sx, sy), (su, sv), angle, turning = self._start.state(q, v)
-        touch, _, self._side = self._faces.touch(
-            (px - sx, py - sy), (pu - su, pv - sv), angle, turning
-        )
-        return touch
+    def see(self, touch: Touch, now: StepEnd) -> None:  # noqa: ARG002
+        """Where the point is held on the line, tell on which side the gap is."""
+        self._side = self._free or (-1.0 if touch.path.imag > 0 else 1.0)
 
     def _ahead(self, touch: Touch, step: float) -> Vector:
         """Where they touch at the end of a step (s), on the face, in the axes of its part."""
         place = touch.place + step * (touch.slip + 0.5 * step * touch.slip_bend)
-        (bx, by), (ex, ey) = self._start.own, self._faces.along
+        (bx, by), (ex, ey) = self._start, self._along
         return bx + place * ex, by + place * ey
 
     def meeting(self, touch: Touch, gap: float) -> float:
@@ -470,9 +480,9 @@ class PressingFace(Pressing):
 
     def _aim(self, touch: Touch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
-        (x, y), (ex, ey) = self._ahead(touch, step), self._faces.along
+        (x, y), (ex, ey) = self._ahead(touch, step), self._along
         lateral = self._side * touch.gap_after(step)
-        return Aim((x - lateral * ey, y + lateral * ex), self._point.own, (ex, ey))
+        return Aim((x - lateral * ey, y + lateral * ex), self._point, (ex, ey))
 
 
 class PressingCircles(Pressing):
@@ -481,8 +491,7 @@ class PressingCircles(Pressing):
     length = inf
 
     def __init__(self, system: System, contact: CircleContact) -> None:
-        self._circles = Circles(contact)
-        self._first, self._second = _Place(contact.first), _Place(contact.second)
+        self._contact, self._way = contact, -1.0 if contact.inside else 1.0
         law = _law(system, contact.law, -1.0 if contact.inside else 1.0, SPRING)
         markers = [system.point_marker(contact.second), system.point_marker(contact.first)]
         item = system.mbs.AddObject(
@@ -495,30 +504,26 @@ class PressingCircles(Pressing):
         )
         super().__init__(system, contact, int(item))
 
-    def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
-        """Evaluate at the coordinates and velocities of all parts, one after the other."""
-        (px, py), (pu, pv), first, spin = self._first.state(q, v)
-        (sx, sy), (su, sv), second, turning = self._second.state(q, v)
-        touch, (nx, ny), far = self._circles.touch(
-            (px - sx, py - sy), (pu - su, pv - sv), (spin, turning), second
-        )
-        # For `meeting` and `_aim`: how the centres move past each other, and directions with rates.
-        self._past = nx * (pv - sv) - ny * (pu - su)
-        around = self._past / far if far > 0 else 0.0
-        way = atan2(ny, nx)
+    def see(self, touch: Touch, now: StepEnd) -> None:
+        """Take up how the centres move past each other, and directions in both parts' axes."""
+        outward = touch.path or touch.path_rate or 1.0
+        outward /= abs(outward)
+        self._past, far = (outward.conjugate() * touch.path_rate).imag, abs(touch.path)
+        around, way = self._past / far if far > 0 else 0.0, phase(outward)
         self._in_first, self._in_second = (
-            (way - first, around - spin),
-            (way - second, around - turning),
+            (way, around)
+            if part == GROUND
+            else (way - now.q_list[3 * part + 2], around - now.v_list[3 * part + 2])
+            for part in self._contact.parts
         )
-        return touch
 
     def meeting(self, touch: Touch, gap: float) -> float:
         """Time (s) until they touch if their centres go straight on; inf if they don't."""
-        circles = self._circles
-        far = circles.distance + circles.way * gap
-        rate = far * circles.way * touch.gap_rate
+        distance = self._contact.distance
+        far = distance + self._way * gap
+        rate = far * self._way * touch.gap_rate
         square = touch.gap_rate**2 + self._past**2
-        left = far * far - circles.distance**2
+        left = far * far - distance**2
         under = rate * rate - square * left
         if square == 0 or under < 0 or (left >= 0 and rate >= 0):
             return inf
@@ -529,10 +534,13 @@ class PressingCircles(Pressing):
         ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]
         gap = touch.gap_after(step)
-        part, arm = self._circles.grip(gap)
+        own, way = self._contact, self._way
+        pressed = own.distance + way * min(gap, 0.0)
+        of_gap = np.array([-way * own.radii[0], own.distance, pressed])
+        part, arm = map(float, grips(*of_gap))
         arm /= part
-        edge = self._circles.distance + self._circles.way * gap + arm
-        (ax, ay), (bx, by) = self._first.own, self._second.own
+        edge = own.distance + way * gap + arm
+        (ax, ay), (bx, by) = (own.first.x, own.first.y), (own.second.x, own.second.y)
         c, s = cos(ahead), sin(ahead)
         return Aim(
             (bx + edge * c, by + edge * s),
@@ -540,24 +548,6 @@ class PressingCircles(Pressing):
             (-s, c),
             part,
         )
-
-
-class _Place:
-    """A place on a part, or on the ground."""
-
-    def __init__(self, anchor: Anchor) -> None:
-        self._row = None if anchor.part == GROUND else 3 * anchor.part
-        self.own = anchor.x, anchor.y
-
-    def state(self, q: Sequence[float], v: Sequence[float]) -> tuple[Vector, Vector, float, float]:
-        """Place, velocity, angle of the part and its rate."""
-        if self._row is None:
-            return self.own, (0.0, 0.0), 0.0, 0.0
-        x, y, angle = q[self._row : self._row + 3]
-        u, w, spin = v[self._row : self._row + 3]
-        c, s = cos(angle), sin(angle)
-        rx, ry = c * self.own[0] - s * self.own[1], s * self.own[0] + c * self.own[1]
-        return (x + rx, y + ry), (u - spin * ry, w + spin * rx), angle, spin
 
 
 def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) -> Any:

@@ -4,7 +4,10 @@ import numpy as np
 from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.exudyn.minimal.contacts import TreeContacts
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import path
 from exudyn_flexlink.source import parse_document
 
@@ -131,3 +134,9 @@ def on_grid(result, values, interval):
 def impulses(result, name):
     """Ends of contact `name`: events with impulse and energy lost."""
     return [e for e in result.events if e.name == name and e.kind != "contact begins"]
+
+
+def tree_contacts(mechanism):
+    """Contacts of a mechanism, as its tree carries them."""
+    layout = tree_layout(mechanism)
+    return TreeContacts(layout, LinkKinematics(layout), mechanism)

@@ -1,0 +1,712 @@
+"""Where contacts are, in which directions they act, and how near they come: a class for each shape.
+
+A shape is a point against a face or a curve, a straight face on a curve, two circles, or a hinge
+and its stop. Each class looks at many contacts and many instants at once, by the poses of parts.
+Laws, states and events are the same for all shapes.
+
+Vectors in the plane are complex numbers. With C the point of the first part, S that of the second,
+e the direction of the axes in which the first is seen and w their angular velocity,
+
+    z = e* (C - S),      z' = e* (C' - S') - i w z
+
+tell all of a gap: along a face it is Re z, to its left Im z.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from cmath import rect
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from math import atan2, inf, pi, sqrt
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.curves import Curve
+from exudyn_flexlink.mechanism.constraints import Frame
+from exudyn_flexlink.mechanism.model import (
+    Anchor,
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
+    FlatContact,
+    TurnStop,
+)
+
+ALWAYS_CLOSED = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
+TINY = 1e-150  # m: so far apart are centres of circles that coincide, to have a direction
+BESIDE = 1e-12  # m: so far beyond its end a point is beside a curve
+
+
+class Poses(NamedTuple):
+    """Where parts, or the links that carry them, are, and how they move: (..., n + 1) each.
+
+    Origins (m), axes ``exp(i angle)``, angles (rad), velocities of origins (m/s), and angular
+    speeds (rad/s), also times i. The last is the ground.
+    """
+
+    origin: ComplexArray
+    axis: ComplexArray
+    angle: FloatArray
+    velocity: ComplexArray
+    spin: FloatArray
+    turning: ComplexArray
+
+
+def poses_of(q: FloatArray, v: FloatArray) -> Poses:
+    """Take coordinates and velocities, (..., parts, 3) that broadcast."""
+    q, v = np.broadcast_arrays(q, v)
+    shape = (*q.shape[:-2], q.shape[-2] + 1)
+    origin, velocity = np.zeros(shape, dtype=complex), np.zeros(shape, dtype=complex)
+    angle, spin = np.zeros(shape), np.zeros(shape)
+    for place, turn, own in ((origin, angle, q), (velocity, spin, v)):
+        place.real[..., :-1], place.imag[..., :-1] = own[..., 0], own[..., 1]
+        turn[..., :-1] = own[..., 2]
+    return Poses(origin, np.exp(1j * angle), angle, velocity, spin, 1j * spin)
+
+
+class Seen(NamedTuple):
+    """Gap and place (m), their rates (m/s), of contacts: at one instant (c,), or several (m, c).
+
+    A gap is positive while apart. A place counts along the face or the curve from its start, or
+    around the second circle from the x-axis of its part; its rate is the slip of the first part's
+    material against that of the second. A stop's gap is an angle (rad).
+    """
+
+    gap: FloatArray
+    place: FloatArray
+    gap_rate: FloatArray
+    slip: FloatArray
+
+    def pick(self, which: int | slice) -> Seen:
+        """Return some of the instants."""
+        return Seen(*(column[which] for column in self))
+
+    def of(self, contacts: int | slice | IndexArray | Sequence[int]) -> Seen:
+        """Return some of the contacts."""
+        return Seen(*(column[..., contacts] for column in self))
+
+    def closed(self, which: BoolArray) -> Seen:
+        """The same with some as if behind a face that never opens: what is held from both sides."""
+        gap = np.where(which, ALWAYS_CLOSED, self.gap)
+        return self._replace(gap=gap, gap_rate=np.where(which, 0.0, self.gap_rate))
+
+
+class Look(NamedTuple):
+    """All of contacts (c,) that their forces need, (..., c) each; the first four are as `Seen`.
+
+    `normal` is the direction in which a contact pushes its first part, `along` that of the slip;
+    both act at the place `at`, m. `bend` (1/m) is the second derivative of the gap as `at` moves
+    past the second part's `centre`, across the normal; 0 where nothing is round.
+
+    Friction of round parts acts where the distance of their centres is divided as their radii are:
+    what rolls there has rims of one speed, however deep. In a hollow that is outside the rims: with
+    the part `grip` of mu F, and of slip, and by an `arm` (m) about the first part's centre,
+    friction turns nothing by more than mu F times its radius.
+    """
+
+    gap: FloatArray
+    place: FloatArray
+    gap_rate: FloatArray
+    slip: FloatArray
+    normal: ComplexArray
+    along: ComplexArray
+    at: ComplexArray
+    centre: ComplexArray
+    bend: FloatArray
+    grip: FloatArray
+    arm: FloatArray
+
+    @property
+    def seen(self) -> Seen:
+        """Gaps, places and their rates alone."""
+        return Seen(*self[:4])
+
+    def of(self, contacts: int | IndexArray) -> Look:
+        """Return some of the contacts."""
+        return Look._make(column[..., contacts] for column in self)
+
+
+class Glimpse(NamedTuple):
+    """Gap (m) and its rate (m/s) of a contact; beside its face, how far (m) that is."""
+
+    gap: float
+    gap_rate: float
+    beside: float = -inf
+
+
+Foot = tuple[Any, Any, Any, Any]
+"""A place on a curve: length up to there (m), the place, and its first two derivatives."""
+Search = Callable[[complex], Foot]
+"""Finds the place of a curve that is nearest to a point, or to a face in a direction."""
+
+AnyContact = TypeVar("AnyContact", bound=Contact)
+OnCurve = TypeVar("OnCurve", bound=CurveContact | FlatContact)
+
+
+class Relative(NamedTuple):
+    """What is at the head of this file (..., c): z (m) and its rate, the axes, and the place C."""
+
+    place: ComplexArray
+    rate: ComplexArray
+    axes: ComplexArray
+    point: ComplexArray
+
+
+class Shape(ABC, Generic[AnyContact]):
+    """Contacts (c,) of one shape.
+
+    Where they are `straight` the gap is the place across. `moment` (c,) is the torque on the first
+    part by a unit of pressing force, of what has no direction. `links` (2, c) carry both parts.
+    """
+
+    straight: ClassVar[bool] = False
+
+    def __init__(self, contacts: Sequence[AnyContact], frame: Callable[[int], Frame]) -> None:
+        """`frame` tells in which axes of which link a part is."""
+        self.contacts = contacts
+        firsts, seconds, turned = zip(*map(self.between, contacts), strict=True)
+        self._links, self._own, _ = _carried(firsts, frame)
+        self._bases, self._start, angles = _carried(seconds, frame)
+        self._turned = np.exp(1j * (angles + turned))
+        self._behind = self._turned.conj() * self._start
+        frames = [tuple(map(frame, contact.parts)) for contact in contacts]
+        self.links = np.array([[own.link for own in pair] for pair in frames], dtype=int).T
+        self._angles = np.array([[own.angle for own in pair] for pair in frames]).T
+        self.moment = np.zeros(len(contacts))
+        self._rubs = any(contact.friction is not None for contact in contacts)
+
+    @abstractmethod
+    def between(self, contact: AnyContact) -> tuple[Anchor, Anchor, float]:
+        """What is seen from what, in the axes of whose part, turned by an angle (rad)."""
+
+    @abstractmethod
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts."""
+
+    @abstractmethod
+    def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
+        """How near contact number c is, by its `path` and the rate of that."""
+
+    def seen(self, at: Poses) -> Seen:
+        """Gaps and places, and their rates, alone."""
+        return self.look(at).seen
+
+    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """Places (..., c), m, by which `glimpse` tells how near it is, and their rates, m/s."""
+        return self._relative(at)[:2]
+
+    def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
+        """Second derivatives (..., c), m/s^2, of the gaps, by accelerations of the origins.
+
+        `bends` (..., n + 1), m/s^2, are those where no speed of turning changes.
+        """
+        return _gap_bends(look, self.links, at, bends)
+
+    def _relative(self, at: Poses) -> Relative:
+        links, bases = self._links, self._bases
+        arms = at.axis.take(links, axis=-1) * self._own
+        axes = at.axis.take(bases, axis=-1) * self._turned
+        point, back = at.origin.take(links, axis=-1) + arms, axes.conj()
+        apart = back * (point - at.origin.take(bases, axis=-1))
+        going = at.velocity.take(links, axis=-1) - at.velocity.take(bases, axis=-1)
+        going += at.turning.take(links, axis=-1) * arms
+        rate = back * going - at.turning.take(bases, axis=-1) * apart
+        return Relative(apart - self._behind, rate, axes, point)
+
+    def _grips(
+        self, radius: FloatArray, touching: FloatArray, pressed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """As `grips`; of contacts that are all smooth those of a touch without penetration."""
+        if self._rubs:
+            return grips(radius, touching, pressed)
+        return np.ones(pressed.shape), np.broadcast_to(radius, pressed.shape)
+
+    def _spins(self, at: Poses) -> tuple[FloatArray, FloatArray]:
+        """Angular speeds of both parts."""
+        first, second = self.links
+        return at.spin.take(first, axis=-1), at.spin.take(second, axis=-1)
+
+
+def _carried(
+    anchors: Sequence[Anchor], frame: Callable[[int], Frame]
+) -> tuple[IndexArray, ComplexArray, FloatArray]:
+    """Links of anchors (c,), their places (m) there, and angles (rad) of their parts' axes."""
+    frames = [frame(anchor.part) for anchor in anchors]
+    places = [own.place(at.x, at.y) for own, at in zip(frames, anchors, strict=True)]
+    links = np.array([own.link for own in frames], dtype=int)
+    return links, np.array(places) @ [1, 1j], np.array([own.angle for own in frames])
+
+
+def _carried_rate(links: IndexArray, place: ComplexArray, at: Poses) -> ComplexArray:
+    """Velocities (..., c) of what links carry at places."""
+    arms = place - at.origin.take(links, axis=-1)
+    return np.asarray(at.velocity.take(links, axis=-1) + at.turning.take(links, axis=-1) * arms)
+
+
+def _carried_bend(
+    links: IndexArray, place: ComplexArray, at: Poses, bends: ComplexArray
+) -> ComplexArray:
+    """Accelerations (..., c) of what links carry at places, if no turning changes."""
+    arms = place - at.origin.take(links, axis=-1)
+    return np.asarray(bends.take(links, axis=-1) - at.spin.take(links, axis=-1) ** 2 * arms)
+
+
+def _gap_bends(look: Look, links: IndexArray, at: Poses, bends: ComplexArray) -> FloatArray:
+    """A place of the first link accelerates against the second one, turns and bends with that."""
+    first, second = links
+    moved = _carried_bend(first, look.at, at, bends) - _carried_bend(second, look.at, at, bends)
+    rates = _carried_rate(first, look.at, at) - _carried_rate(second, look.at, at)
+    past = _dot(look.along, rates)
+    turned = 2 * np.sign(_cross(look.along, look.normal)) * at.spin.take(second, axis=-1) * past
+    return np.asarray(_dot(look.normal, moved) - turned + look.bend * past * past)
+
+
+def _dot(one: Any, other: Any) -> Any:
+    return (one.conjugate() * other).real
+
+
+def _cross(one: Any, other: Any) -> Any:
+    return (one.conjugate() * other).imag
+
+
+class Faces(Shape[FaceContact]):
+    """Points against faces; one that is held on its line is on the side where it is not."""
+
+    straight = True
+
+    def __init__(self, contacts: Sequence[FaceContact], frame: Callable[[int], Frame]) -> None:
+        super().__init__(contacts, frame)
+        self._side = np.array([contact.side for contact in contacts])
+        self._held = self._side == 0
+        self._any_held = bool(self._held.any())
+
+    def between(self, contact: FaceContact) -> tuple[Anchor, Anchor, float]:
+        """See the point from where the face starts, along it."""
+        start, end = contact.start, contact.end
+        return contact.point, start, atan2(end.y - start.y, end.x - start.x)
+
+    def seen(self, at: Poses) -> Seen:
+        """Gaps and places, and their rates, alone."""
+        return self._seen(*self.path(at))[0]
+
+    def _seen(self, place: ComplexArray, rate: ComplexArray) -> tuple[Seen, FloatArray]:
+        side = self._side
+        if self._any_held:
+            side = np.where(self._held, np.where(place.imag > 0, -1.0, 1.0), side)
+        return Seen(side * place.imag, place.real, side * rate.imag, rate.real), side
+
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts."""
+        place, rate, along, point = self._relative(at)
+        seen, side = self._seen(place, rate)
+        none = np.zeros_like(seen.gap)
+        return Look(*seen, 1j * side * along, along, point, point, none, none + 1.0, none)
+
+    def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
+        """How near a contact is; one that is held never is: it always presses."""
+        own = self.contacts[c]
+        beside = max(-place.real, place.real - own.length)
+        return Glimpse(own.side * place.imag, own.side * rate.imag, beside)
+
+
+class Stops(Shape[TurnStop]):
+    """Hinges at their stops: the gap is an angle, and what presses is a torque."""
+
+    straight = True
+
+    def __init__(self, contacts: Sequence[TurnStop], frame: Callable[[int], Frame]) -> None:
+        super().__init__(contacts, frame)
+        self.moment = np.array([contact.way for contact in contacts])
+        self._bound = np.array([contact.bound for contact in contacts])
+
+    def between(self, contact: TurnStop) -> tuple[Anchor, Anchor, float]:
+        """See one part from the other: by their angles, which are all that counts."""
+        return contact.second, contact.first, 0.0
+
+    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """Return the angles as if they were places across."""
+        second, first = self.links
+        turned = at.angle.take(second, axis=-1) - at.angle.take(first, axis=-1)
+        turning = at.turning.take(second, axis=-1) - at.turning.take(first, axis=-1)
+        return 1j * (turned + self._angles[0] - self._angles[1]), turning
+
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts; a torque has no direction, and no place."""
+        place, rate = self.path(at)
+        none, zero = np.zeros(place.shape), np.zeros_like(place)
+        gap, gap_rate = self.moment * (place.imag - self._bound), self.moment * rate.imag
+        return Look(gap, none, gap_rate, none, zero, zero, zero, zero, none, none + 1.0, none)
+
+    def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
+        """How near a contact is, by its angle."""
+        own = self.contacts[c]
+        return Glimpse(own.way * (place.imag - own.bound), own.way * rate.imag)
+
+
+class Circles(Shape[CircleContact]):
+    """Two circles, which touch on the line through their centres, the first out- or inside."""
+
+    def __init__(self, contacts: Sequence[CircleContact], frame: Callable[[int], Frame]) -> None:
+        super().__init__(contacts, frame)
+        self._distance = np.array([contact.distance for contact in contacts])
+        self._way = np.array([-1.0 if contact.inside else 1.0 for contact in contacts])
+        self._radius, self._edge = np.array([contact.radii for contact in contacts]).T
+
+    def between(self, contact: CircleContact) -> tuple[Anchor, Anchor, float]:
+        """See the first centre from the second."""
+        return contact.first, contact.second, 0.0
+
+    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """First centres from second ones in the axes of the ground: how these turn is nothing."""
+        place, rate, axes, _ = self._relative(at)
+        turning = at.turning.take(self._bases, axis=-1)
+        return axes * place, axes * (rate + turning * place)
+
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts. Concentric circles part the way they move, or along x."""
+        place, rate, axes, point = self._relative(at)
+        far, way = np.abs(place), self._way
+        if not far.all():
+            place = np.where(far > 0, place, TINY * np.where(rate == 0, 1.0, rate))
+        outward = place / np.abs(place)
+        moving, gap = outward.conj() * rate, way * (far - self._distance)
+        pressed = self._distance + way * np.minimum(gap, 0.0)
+        grip, arm = self._grips(-way * self._radius, self._distance, pressed)
+        first, second = self._spins(at)
+        normal = axes * outward
+        return Look(
+            gap,
+            self._edge * np.mod(np.angle(outward), 2 * pi),
+            way * moving.real,
+            grip * moving.imag + arm * (first - second),
+            way * normal,
+            1j * normal,
+            point,
+            point - axes * place,
+            np.divide(way, far, out=np.zeros_like(far), where=far > 0),
+            grip,
+            arm,
+        )
+
+    def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
+        """How near a contact is, by the places of its centres."""
+        own, far = self.contacts[c], abs(place)
+        way = -1.0 if own.inside else 1.0
+        gap_rate = way * _dot(place, rate) / far if far > 0 else -abs(rate)
+        return Glimpse(way * (far - own.distance), gap_rate)
+
+
+def grips(
+    radius: FloatArray, touching: FloatArray, pressed: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return grips, and arms (m) of friction about first parts' centres, (..., c): see `Look`.
+
+    `pressed` is in proportion to how far those are from the second parts' centres of curvature, and
+    `touching` what it is without penetration.
+    """
+    pressed = np.maximum(pressed, 0.0)
+    farthest = np.maximum(np.maximum(touching, 0.0), pressed)
+    farthest = np.where(farthest > 0, farthest, 1.0)  # at the centre of curvature: no friction
+    return np.maximum(touching, 0.0) / farthest, radius * pressed / farthest
+
+
+class _Searched(Shape[OnCurve]):
+    """What touches a curve where a search finds it: by default the nearest place of the curve."""
+
+    def __init__(
+        self,
+        contacts: Sequence[OnCurve],
+        frame: Callable[[int], Frame],
+        searches: Sequence[Search],
+    ) -> None:
+        super().__init__(contacts, frame)
+        self._searches = searches
+        self._side = np.array([contact.side for contact in contacts])
+
+    @abstractmethod
+    def nearest(self, contact: OnCurve, seen: ComplexArray) -> FloatArray:
+        """Parameters (...) of the curve for what is seen from its axes."""
+
+    @abstractmethod
+    def view(self, at: Poses) -> ComplexArray:
+        """What is seen from the axes of the curves (..., c), of which the nearest places count."""
+
+    def _feet(self, seen: ComplexArray) -> Foot:
+        """Places on the curves (..., c) for what is seen from their axes: see `Foot`."""
+        if self._searches:
+            rows = seen.reshape(-1, len(self.contacts)).tolist()
+            found = [
+                search(z) for row in rows for search, z in zip(self._searches, row, strict=True)
+            ]
+            length, *feet = np.moveaxis(np.array(found).reshape(*seen.shape, 4), -1, 0)
+            return length.real, *feet
+        columns = []
+        for c, contact in enumerate(self.contacts):
+            curve: Curve = contact.curve
+            u = self.nearest(contact, seen[..., c])
+            columns.append((curve.arc_length.to(u), *curve.places(curve.wrap(u))))
+        length, foot, tangent, second = (
+            np.stack(part, axis=-1) for part in zip(*columns, strict=True)
+        )
+        return length, foot, tangent, second
+
+
+def _found(search: Search, seen: complex) -> Foot:
+    return search(seen)
+
+
+class OnCurves(_Searched[CurveContact]):
+    """Points, or rollers around them, against curves. An open curve goes on straight on."""
+
+    def __init__(
+        self,
+        contacts: Sequence[CurveContact],
+        frame: Callable[[int], Frame],
+        searches: Sequence[Search],
+    ) -> None:
+        super().__init__(contacts, frame, searches)
+        self._radius = np.array([contact.radius for contact in contacts])
+
+    def between(self, contact: CurveContact) -> tuple[Anchor, Anchor, float]:
+        """See the point in the axes of the curve."""
+        return contact.point, Anchor(contact.carrier, 0.0, 0.0), 0.0
+
+    def view(self, at: Poses) -> ComplexArray:
+        """Points (..., c), m."""
+        return self.path(at)[0]
+
+    def nearest(self, contact: CurveContact, seen: ComplexArray) -> FloatArray:
+        """Parameters (...) of the curve next to points."""
+        return contact.curve.closest(vectors(seen))
+
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts."""
+        place, rate, axes, point = self._relative(at)
+        length, foot, tangent, second = self._feet(place)
+        speed, side = np.abs(tangent), self._side
+        way = tangent / speed
+        off = way.conj() * (place - foot)
+        curvature = _cross(tangent, second) / speed**3
+        near = 1 - curvature * off.imag  # 0 at the centre of curvature, where nothing touches
+        bend = np.divide(-side * curvature, near, out=np.zeros_like(near), where=near > 0)
+        gap = side * off.imag - self._radius
+        touching = 1 - curvature * side * self._radius
+        grip, arm = self._grips(side * self._radius, touching, np.where(gap < 0, near, touching))
+        moving, along = way.conj() * rate, axes * way
+        spins = self._spins(at)
+        return Look(
+            gap,
+            length + off.real,
+            side * moving.imag,
+            grip * moving.real + arm * (spins[0] - spins[1]),
+            1j * side * along,
+            along,
+            point,
+            point,
+            bend,
+            grip,
+            arm,
+        )
+
+    def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
+        """How near a contact is."""
+        own = self.contacts[c]
+        _, foot, tangent, _ = self._searches[c](place)
+        way, apart = tangent / abs(tangent), place - foot
+        gap = own.side * _cross(way, apart) - own.radius
+        beyond = not own.curve.closed and abs(_dot(way, apart)) > BESIDE
+        beside = abs(apart) - own.radius if beyond else -inf
+        return Glimpse(gap, own.side * _cross(way, rate), beside)
+
+
+class OnFlats(_Searched[FlatContact]):
+    """Straight faces on convex curves: they touch where those reach farthest towards them.
+
+    A curve's origin is seen from the face's start, along the face.
+    """
+
+    def __init__(
+        self,
+        contacts: Sequence[FlatContact],
+        frame: Callable[[int], Frame],
+        searches: Sequence[Search],
+    ) -> None:
+        super().__init__(contacts, frame, searches)
+        # What the farthest place turns counts as a way, too, so that both may add up in `path`.
+        self._farthest = np.array([contact.farthest for contact in contacts])
+
+    def between(self, contact: FlatContact) -> tuple[Anchor, Anchor, float]:
+        """See the curve's origin from the face's start, along the face."""
+        start, end = contact.start, contact.end
+        turned = atan2(end.y - start.y, end.x - start.x)
+        return Anchor(contact.carrier, 0.0, 0.0), start, turned
+
+    def view(self, at: Poses) -> ComplexArray:
+        """Directions (..., c) towards the faces."""
+        axes = at.axis.take(self._bases, axis=-1) * self._turned
+        return np.asarray(self._axis(at).conj() * -1j * self._side * axes)
+
+    def _axis(self, at: Poses) -> ComplexArray:
+        """Axes of the curves (..., c)."""
+        return np.asarray(at.axis.take(self.links[1], axis=-1) * np.exp(1j * self._angles[1]))
+
+    def nearest(self, contact: FlatContact, seen: ComplexArray) -> FloatArray:
+        """Parameters (...) of the curve, by directions towards the face."""
+        return contact.search.parameters(vectors(seen))
+
+    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """Places of origins across their faces, with what the farthest place turns."""
+        place, rate, *_ = self._relative(at)
+        face, carrier = self.links
+        turned = at.angle.take(carrier, axis=-1) - at.angle.take(face, axis=-1)
+        turned = turned + self._angles[1] - self._angles[0]
+        turning = at.turning.take(carrier, axis=-1) - at.turning.take(face, axis=-1)
+        return (
+            np.asarray(sqrt(2) * (self._side * place.imag + 1j * self._farthest * turned)),
+            np.asarray(sqrt(2) * (self._side * rate.imag + self._farthest * turning)),
+        )
+
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts."""
+        _, _, along, origin = self._relative(at)
+        normal = -1j * self._side * along
+        _, foot, tangent, second = self._feet(self.view(at))
+        radius = np.abs(tangent) ** 3 / np.abs(_cross(tangent, second))
+        arm = self._axis(at) * foot
+        touched = origin + arm
+        start = at.origin.take(self._bases, axis=-1)
+        reach = touched - start - at.axis.take(self._bases, axis=-1) * self._start
+        mine, other = (_carried_rate(link, touched, at) for link in self.links)
+        moving, none = mine - other, np.zeros_like(radius)
+        return Look(
+            -_dot(normal, reach),
+            _dot(along, reach),
+            _dot(normal, moving),
+            _dot(along, moving),
+            normal,
+            along,
+            touched,
+            touched - radius * normal,
+            none,
+            none + 1.0,
+            none,
+        )
+
+    def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
+        """As if a curve were the circle that fits it there: to the second order it is.
+
+        Its centre is a point against the face.
+        """
+        centre = look._replace(at=look.centre, normal=-look.normal)
+        return _gap_bends(centre, self.links[::-1], at, bends)
+
+    def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
+        """How near a contact is, by its curve's origin's place across the face, and its angle."""
+        own = self.contacts[c]
+        scale = sqrt(2) * own.farthest
+        dx, dy = own.end.x - own.start.x, own.end.y - own.start.y
+        axis = rect(1.0, place.imag / scale - atan2(dy, dx))
+        seen = -1j * own.side * axis.conjugate()
+        arm = axis * self._searches[c](seen)[1]
+        gap = place.real / sqrt(2) + own.side * arm.imag
+        return Glimpse(gap, rate.real / sqrt(2) + own.side * arm.real * rate.imag / scale)
+
+
+class ContactShapes:
+    """Contacts (c,) of any shapes, in their order; `searches` follow curves, by their numbers."""
+
+    def __init__(
+        self,
+        contacts: Sequence[Contact],
+        frame: Callable[[int], Frame] = Frame,
+        searches: Mapping[int, Search] | None = None,
+    ) -> None:
+        """`frame` tells in which axes of which link a part is; left out, parts are what moves."""
+        self.contacts = contacts
+        kinds: dict[type, list[int]] = {}
+        for k, contact in enumerate(contacts):
+            kinds.setdefault(type(contact), []).append(k)
+        self._groups: list[tuple[IndexArray, Shape[Any]]] = []
+        for kind, numbers in kinds.items():
+            some = [contacts[k] for k in numbers]
+            shape = SHAPES[kind]
+            own = [] if searches is None else [searches[k] for k in numbers if k in searches]
+            more = (own,) if issubclass(shape, _Searched) else ()
+            self._groups.append((np.array(numbers), shape(some, frame, *more)))
+        self._only = self._groups[0][1] if len(self._groups) == 1 else None
+        self._places = {k: (g, c) for g, (own, _) in enumerate(self._groups)
+                        for c, k in enumerate(own.tolist())}  # fmt: skip
+        parts = [[frame(part).link for part in contact.parts] for contact in contacts]
+        self.links = np.array(parts, dtype=int).reshape(-1, 2).T
+        self.moment = self._of_all((len(contacts),), (1,), lambda group: (group.moment,))[0]
+        self.straight = np.array([self._group(k).straight for k in self._places], dtype=bool)
+
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts, (..., c)."""
+        if self._only is not None:
+            return self._only.look(at)
+        return Look(*self._of_all(self._shape(at), _LOOK_KINDS, lambda group: group.look(at)))
+
+    def seen(self, at: Poses) -> Seen:
+        """Gaps and places, and their rates, alone, (..., c)."""
+        if self._only is not None:
+            return self._only.seen(at)
+        return Seen(*self._of_all(self._shape(at), _LOOK_KINDS[:4], lambda group: group.seen(at)))
+
+    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """How first parts move as seen from the second ones, and rates: see `Shape.path`."""
+        if self._only is not None:
+            return self._only.path(at)
+        place, rate = self._of_all(self._shape(at), (1j, 1j), lambda group: group.path(at))
+        return place, rate
+
+    def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
+        """Second derivatives of the gaps: see `Shape.gap_bends`."""
+        found = np.empty(look.gap.shape)
+        for numbers, group in self._groups:
+            found[..., numbers] = group.gap_bends(look.of(numbers), at, bends)
+        return found
+
+    def view(self, at: Poses) -> ComplexArray:
+        """What is seen from the axes of the curves, where all are on curves: see `Foot`."""
+        assert isinstance(self._only, _Searched)
+        return self._only.view(at)
+
+    def glimpse(self, k: int) -> Callable[[complex, complex], Glimpse]:
+        """How near contact k is, by its path and the rate of that."""
+        return partial(self._group(k).glimpse, self._places[k][1])
+
+    def _group(self, k: int) -> Shape[Any]:
+        return self._groups[self._places[k][0]][1]
+
+    def _shape(self, at: Poses) -> tuple[int, ...]:
+        return (*at.angle.shape[:-1], len(self.contacts))
+
+    def _of_all(
+        self, shape: tuple[int, ...], kinds: tuple[complex, ...], ask: Callable[[Any], Any]
+    ) -> list[Any]:
+        """Columns of all contacts, real or complex ones."""
+        found: list[Any] = [np.zeros(shape, dtype=type(kind)) for kind in kinds]
+        for numbers, group in self._groups:
+            for column, part in zip(found, ask(group), strict=True):
+                column[..., numbers] = part
+        return found
+
+
+SHAPES: dict[type, type[Shape[Any]]] = {
+    FaceContact: Faces,
+    CircleContact: Circles,
+    CurveContact: OnCurves,
+    FlatContact: OnFlats,
+    TurnStop: Stops,
+}
+_LOOK_KINDS = (1.0, 1.0, 1.0, 1.0, 1j, 1j, 1j, 1j, 1.0, 1.0, 1.0)
+
+
+def vectors(numbers: ComplexArray) -> FloatArray:
+    """Vectors (..., 2) of complex numbers (...)."""
+    return np.stack([numbers.real, numbers.imag], axis=-1)
