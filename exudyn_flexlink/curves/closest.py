@@ -15,7 +15,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable
 from itertools import pairwise
-from math import cos, hypot, sin
+from math import atan2, cos, hypot, remainder, sin, tau
 
 import numpy as np
 
@@ -40,6 +40,7 @@ class Closest:
     def __init__(self, curve: Curve) -> None:
         self._closed = curve.closed
         self.at: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
+        self._direct = [_direct(piece) for piece in curve.pieces]
         self._straight = [isinstance(piece, LineSegment) for piece in curve.pieces]
         u, points = curve.samples
         self._x, self._y = points[:, 0].copy(), points[:, 1].copy()
@@ -63,6 +64,9 @@ class Closest:
         the piece Newton's method is kept between samples: a roller that hardly has room in a hollow
         is so near the centre of curvature that it would not get there by itself.
         """
+        direct = self._direct[piece]
+        if direct is not None:
+            return direct(x, y, near)
         i, count = self._nearest(x, y), len(self._spans)
         found, u = self._around(i, x, y)
         if found == piece and self._bounds[piece][0] < u < self._bounds[piece][1]:
@@ -159,6 +163,27 @@ def evaluator(piece: Curve) -> Evaluator:
     raise TypeError(f"not a smooth piece: {type(piece).__name__}")
 
 
+def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
+    """Place of a piece next to (x, y), also beyond its ends, where no search is needed for that.
+
+    Of a circle it is on the piece, or else less than half a turn from the third argument.
+    """
+    if isinstance(piece, LineSegment):
+        (x0, y0), (x1, y1) = piece.a, piece.b
+        tx, ty = (x1 - x0) / piece.end, (y1 - y0) / piece.end
+        return lambda x, y, _: tx * (x - x0) + ty * (y - y0)
+    if isinstance(piece, Arc) and piece.semi_axes[0] == piece.semi_axes[1]:
+        (cx, cy), middle = piece.centre, 0.5 * (piece.start + piece.end)
+
+        def on_circle(x: float, y: float, near: float) -> float:
+            angle = atan2(y - cy, x - cx) - piece.rotation
+            u = middle + remainder(angle - middle, tau)
+            return u if piece.start <= u <= piece.end else near + remainder(angle - near, tau)
+
+        return on_circle
+    return None
+
+
 def foot(at: Evaluator, x: float, y: float, u: float, steps: int = NEWTON_STEPS) -> float:
     """Parameter of the place next to (x, y), by at most `steps` of Newton from `u`."""
     for _ in range(steps):
@@ -223,6 +248,7 @@ class Farthest(Closest):
 
     def __init__(self, curve: Curve) -> None:
         super().__init__(curve)
+        self._direct = [None] * len(curve.pieces)
         self._shifts = [
             float(b) - p.start for b, p in zip(curve.breaks[:-1], curve.pieces, strict=True)
         ]

@@ -91,10 +91,13 @@ def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
     """
     own, every = Laws(laws), np.arange(len(laws))
     lets_go = np.array([not isinstance(law, Impulse) and law.lets_go for law in laws], dtype=bool)
+    always = bool(lets_go.all())
 
     def press(touching: FloatArray) -> Pressing:
         gap = touching[..., 0]
         found = own.pressing(every, gap, touching[..., 1], approach)
+        if always or gap.max(initial=-1.0) < 0:
+            return found
         closed = (gap < 0) | lets_go
         return found._replace(force=found.force * closed, stiffness=found.stiffness * closed)
 

@@ -223,7 +223,8 @@ class Shape(ABC, Generic[AnyContact]):
         """As `grips`; of contacts that are all smooth those of a touch without penetration."""
         if self._rubs:
             return grips(radius, touching, pressed)
-        return np.ones(pressed.shape), np.broadcast_to(radius, pressed.shape)
+        ones = np.ones(pressed.shape)
+        return ones, radius * ones
 
     def _spins(self, at: Poses) -> tuple[FloatArray, FloatArray]:
         """Angular speeds of both parts."""

@@ -336,7 +336,6 @@ class TreeContacts:
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self.every = SomeContacts(self, range(len(self.all)), places=True)
         self.of_scene = self.some(tuple(range(self.count)))
-        self.pairs = self.some(tuple(range(self.count, len(self.all))))
 
     # --- where they are -----------------------------------------------------------------------
 

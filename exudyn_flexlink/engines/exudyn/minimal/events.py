@@ -460,8 +460,10 @@ class EventFinder:
         found = self._ends_of_pieces(step, end)
         if len(self._contacts.all):
             nodes = self._at_nodes(step.stages.kept.state.pick(slice(-1)), end)
-            found += self._changes_of_contacts(step, nodes, end)
-            if (touched := self._touch_of_pairs(step, nodes)) is not None:
+            path, watched = self._path(nodes, end)
+            found += self._changes_of_contacts(step, nodes, end, (path, watched))
+            pairs = path.of(np.flatnonzero(watched >= self._count))
+            if (touched := self._touch_of_pairs(step, pairs)) is not None:
                 found.append(touched)
         if (kink := self.kinks.first(step)) is not None:
             found.append(kink)
@@ -507,9 +509,9 @@ class EventFinder:
         """How long (s) before a step's end at this time pair k's event was; negative: after."""
         return late_by(self._seen_at(end).closed(self._held), self._lengths, k, time)
 
-    def _touch_of_pairs(self, step: Step, nodes: Poses) -> Event | None:
+    def _touch_of_pairs(self, step: Step, path: Seen) -> Event | None:
         """What a pair of link and guide does first within a step."""
-        path = self._contacts.pairs.seen(nodes).closed(self._held[self._pairs])
+        path = path.closed(self._held[self._pairs])
         lengths, pressing = self._lengths[self._pairs], self._sides.pressed[self._pairs]
         restless = np.flatnonzero(~calm(path, lengths, pressing, step.h))
         if not len(restless):
@@ -581,11 +583,24 @@ class EventFinder:
 
     # --- contacts -----------------------------------------------------------------------------
 
-    def _changes_of_contacts(self, step: Step, nodes: Poses, end: TreeState) -> list[Event]:
+    def _path(self, nodes: Poses, end: TreeState) -> tuple[Seen, IndexArray]:
+        """Contacts at nodes, and which these are: all but free ones on curves, which take long."""
+        every = range(len(self._contacts.all))
+        curves = self._contacts.curves
+        watched = [k for k in every if k not in curves or self.presses(k) or self.let_go(k)]
+        if len(watched) < len(every):
+            return self._contacts.some(tuple(watched)).seen(nodes), np.array(watched, dtype=int)
+        path = self._contacts.every.seen(nodes)
+        self._ahead = end, path.pick(-1)
+        return path, np.array(watched, dtype=int)
+
+    def _changes_of_contacts(
+        self, step: Step, nodes: Poses, end: TreeState, path: tuple[Seen, IndexArray]
+    ) -> list[Event]:
         every = range(self._count)
         free = [not self.presses(k) and not self.let_go(k) for k in every]
         held = [k for k in every if not free[k]]
-        times = [(self._change(k, step), k) for k in self._restless(step, nodes, held)]
+        times = [(self._change(k, step), k) for k in self._restless(step, *path, held)]
         for k, search in self._flights(step, nodes, end, np.flatnonzero(free)):
             times.append((self._closing(k, first_part(search), step), k))
         return [Event(time, ContactChange(k)) for time, k in times if time is not None]
@@ -643,12 +658,12 @@ class EventFinder:
         place, rate = self._contacts.of_scene.path(nodes)
         return place.T[which], h * rate.T[which]
 
-    def _restless(self, step: Step, nodes: Poses, held: list[int]) -> list[int]:
+    def _restless(self, step: Step, path: Seen, watched: IndexArray, held: list[int]) -> list[int]:
         """Contacts that press, or have let go, of which it is not sure that nothing happens."""
         if not held:
             return []
         pressed = self._sides.pressed[held]
-        path = self._from_sides(self._contacts.some(tuple(held)).seen(nodes), held)
+        path = self._from_sides(path.of(np.searchsorted(watched, held)), held)
         still = calm(path, self._lengths[held], pressed, step.h)
         press = step.stages.kept.pushes[:, held, 0]
         lifts = pressed & (self._sides.rigid[held] | self._contacts.lets_go[held])
