@@ -87,6 +87,7 @@ MECHANISMS = (
     "hard/fast_spin",
     "hard/short_spring",
     "hard/sharp_groove",
+    "hard/squircle",
     "hard/micron_bearing",
     "hard/dome",
     "hard/kinked_drive",

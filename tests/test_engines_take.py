@@ -51,6 +51,10 @@ CHANGES = {
         "curves.ring={type: circle, centre: [0, 0], radius: 0.04}",
         "joints.pin.curve=ring",
     ],
+    "`superellipse`": [
+        "curves.pad={type: superellipse, centre: [0, 0], semi_axes: [0.04, 0.03], exponent: 4}",
+        "joints.pin.curve=pad",
+    ],
     "`line`": [
         "curves.edge={type: line, from: [0.04, -0.04], to: [0.04, 0.04]}",
         "joints.pin.curve=edge",

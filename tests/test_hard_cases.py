@@ -47,6 +47,7 @@ def variant_of(case, label):
         ("dead_points", "", MINIMAL),
         ("short_spring", "mass [-0.05,1e-5]", MINIMAL),
         ("sharp_groove", "", MINIMAL),
+        ("squircle", "", MINIMAL),
         ("micron_bearing", "", MINIMAL),
         ("grazing_circles", "by 1 um", MINIMAL),
         ("grazing_circles", "past by 1 um", MINIMAL),

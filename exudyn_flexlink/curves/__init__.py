@@ -17,6 +17,7 @@ from exudyn_flexlink.curves.pieces import (
     LineSegment,
     Spline,
     SplinePiece,
+    Superellipse,
     circle_arc,
     closing,
     ends_of_lap,

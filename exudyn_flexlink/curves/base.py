@@ -326,8 +326,30 @@ class Curve(ABC):
         raise NotImplementedError
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
-        """Own parameters where a smooth piece crosses a line, by its unit vector `direction`."""
-        raise NotImplementedError
+        """Own parameters where a smooth piece crosses a line, by its unit vector `direction`.
+
+        Searched between samples, and a little beyond the ends of an open piece; a piece that knows
+        a formula takes that.
+        """
+        slack = 0.0 if self.closed else OVERLAP * self.period
+        begin, end = self.start - slack, self.end + slack
+        u = np.concatenate([[begin], self.grid()[1:-1], [end]])
+
+        def beside(at: FloatArray) -> FloatArray:
+            place, _, _ = self.places(at)
+            return cross(direction, as_vectors(place) - origin)
+
+        sides = beside(u) > 0
+        changes = np.flatnonzero(sides[1:] != sides[:-1])
+        side = sides[changes]
+        low, high = u[changes], u[changes + 1]
+        for _ in range(ROUNDS):
+            middle = 0.5 * (low + high)
+            left_of = beside(middle) > 0
+            before = left_of == side
+            low = np.where(before, middle, low)
+            high = np.where(before, high, middle)
+        return np.asarray(0.5 * (low + high))
 
 
 @dataclass(frozen=True)

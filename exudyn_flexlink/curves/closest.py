@@ -150,9 +150,7 @@ def _span(curve: Curve, low: float, high: float) -> tuple[int, float, float]:
 def evaluator(piece: Curve) -> Evaluator:
     """Return the function that evaluates a smooth piece at its own parameter.
 
-    Raises:
-        TypeError: the curve is not a single smooth piece.
-
+    One that has no formula here is asked by itself, which takes some ten times as long.
     """
     if isinstance(piece, Arc):
         return _arc(piece)
@@ -160,7 +158,7 @@ def evaluator(piece: Curve) -> Evaluator:
         return _line(piece)
     if isinstance(piece, (Spline, SplinePiece)):
         return _spline(piece if isinstance(piece, Spline) else piece.spline)
-    raise TypeError(f"not a smooth piece: {type(piece).__name__}")
+    return _by_itself(piece)
 
 
 def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
@@ -207,6 +205,15 @@ def _arc(piece: Arc) -> Evaluator:
         c, s = cos(u), sin(u)
         x, y = ax * c + bx * s, ay * c + by * s
         return cx + x, cy + y, bx * c - ax * s, by * c - ay * s, -x, -y
+
+    return at
+
+
+def _by_itself(piece: Curve) -> Evaluator:
+    def at(u: float) -> Place:
+        places = piece.places(np.float64(u))
+        place, first, second = (complex(each) for each in places)
+        return place.real, place.imag, first.real, first.imag, second.real, second.imag
 
     return at
 

@@ -91,6 +91,58 @@ class Arc(Curve):
         return replace(self, start_angle=first, end_angle=last)
 
 
+@dataclass(frozen=True)
+class Superellipse(Curve):
+    """Lame's curve ``|x/a|^n + |y/b|^n = 1``, or an arc of it, counter-clockwise, with n above 3.
+
+    As `Arc`, but for a factor ``f = (|cos u|^n + |sin u|^n)^(-1/n)``: ``P = centre +
+    R(rotation) f (a cos u, b sin u)``. Up to n = 3 its third derivative would jump, or have no end.
+    """
+
+    centre: tuple[float, float]
+    semi_axes: tuple[float, float]
+    exponent: float
+    rotation: float = 0.0
+    start_angle: float = 0.0
+    end_angle: float = TURN
+
+    def __post_init__(self) -> None:
+        full = abs(self.end_angle - self.start_angle - TURN) <= ROUNDING
+        end = self.start_angle + TURN if full else self.end_angle
+        self._range(self.start_angle, end, full)
+
+    def places(self, u: FloatArray) -> Places:
+        """Evaluate the whole curve."""
+        n = self.exponent
+        c, s = np.cos(u), np.sin(u)
+        turned = complex(math.cos(self.rotation), math.sin(self.rotation))
+        a, b = self.semi_axes
+        arm = turned * (a * c + 1j * b * s)
+        ahead = turned * (1j * b * c - a * s)
+        cosine = np.abs(c) ** (n - 2)
+        sine = np.abs(s) ** (n - 2)
+        whole = cosine * c * c + sine * s * s
+        slope = c * s * (sine - cosine)  # of `whole`, over n
+        turning = (c * c - s * s) * (sine - cosine)
+        bend = turning + (n - 2) * (sine * c * c + cosine * s * s)
+        factor = whole ** (-1 / n)
+        first = -factor * slope / whole
+        second = factor * ((1 + n) * (slope / whole) ** 2 - bend / whole)
+        place = complex(*self.centre) + factor * arm
+        along = first * arm + factor * ahead
+        bent = second * arm + 2 * first * ahead - factor * arm
+        return place, along, bent
+
+    def grid(self) -> FloatArray:
+        """Steps of at most 2 pi/128, and places on the axes."""
+        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - ROUNDING)
+        return np.linspace(self.start, self.end, max(steps, 4) + 1)
+
+    def part(self, first: float, last: float) -> Superellipse:
+        """Cut out the arc ``first <= u <= last`` of the same curve."""
+        return replace(self, start_angle=first, end_angle=last)
+
+
 def circle_arc(
     centre: tuple[float, float], radius: float, start_angle: float = 0.0, end_angle: float = TURN
 ) -> Arc:

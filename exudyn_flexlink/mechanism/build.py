@@ -26,6 +26,7 @@ from exudyn_flexlink.curves import (
     Laps,
     LineSegment,
     Spline,
+    Superellipse,
     circle_arc,
     closing,
     is_convex,
@@ -95,6 +96,7 @@ from exudyn_flexlink.scene import (
     RevoluteJoint,
     Scene,
     SplineSpec,
+    SuperellipseSpec,
     ends_of,
     meshes_of,
 )
@@ -335,7 +337,7 @@ class _CurveBuilder:
             return None
 
 
-def _simple(spec: EllipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
+def _simple(spec: EllipseSpec | SuperellipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
     """Build a curve that contains no other.
 
     Raises:
@@ -344,6 +346,9 @@ def _simple(spec: EllipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
     """
     if isinstance(spec, EllipseSpec):
         return Arc(spec.centre, spec.semi_axes, spec.rotation, *_angles(spec))
+    if isinstance(spec, SuperellipseSpec):
+        axes = spec.semi_axes, spec.exponent, spec.rotation
+        return Superellipse(spec.centre, *axes, *_angles(spec))
     if isinstance(spec, CircleSpec):
         return circle_arc(spec.centre, spec.radius, *_angles(spec))
     if isinstance(spec, LineSpec):
@@ -352,7 +357,7 @@ def _simple(spec: EllipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
     return Spline(points, closed=closed)
 
 
-def _angles(spec: EllipseSpec | CircleSpec) -> tuple[float, float]:
+def _angles(spec: EllipseSpec | SuperellipseSpec | CircleSpec) -> tuple[float, float]:
     if spec.from_ is None or spec.to is None:
         return 0.0, 2 * pi
     return spec.from_, spec.to

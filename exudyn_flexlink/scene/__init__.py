@@ -19,6 +19,7 @@ from exudyn_flexlink.scene.bodies import (
     RoundSection,
     Section,
     SplineSpec,
+    SuperellipseSpec,
 )
 from exudyn_flexlink.scene.contacts import (
     CircleOnCircle,

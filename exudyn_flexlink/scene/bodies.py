@@ -70,6 +70,20 @@ class EllipseSpec(_Arc):
     rotation: Angle = Field(0.0, description="of the first axis from +x, counter-clockwise")
 
 
+class SuperellipseSpec(_Arc):
+    """A superellipse |x/a|^n + |y/b|^n = 1 about its centre, turned by `rotation`, or an arc."""
+
+    type: Literal["superellipse"] = "superellipse"
+    centre: Point = Field(description="[x, y], metres")
+    semi_axes: Annotated[tuple[PositiveLength, PositiveLength], listed("a", "b")] = Field(
+        description="[a, b], metres"
+    )
+    exponent: Annotated[float, si.Number(above=3.0)] = Field(
+        description="n, above 3; 4 is a 'squircle', 2 would be an ellipse"
+    )
+    rotation: Angle = Field(0.0, description="of the first axis from +x, counter-clockwise")
+
+
 class CircleSpec(_Arc):
     """A circle, or an arc of it."""
 
@@ -109,7 +123,7 @@ class SplineSpec(_Carried):
     )
 
 
-Piece = EllipseSpec | CircleSpec | LineSpec | SplineSpec
+Piece = EllipseSpec | SuperellipseSpec | CircleSpec | LineSpec | SplineSpec
 
 
 class JoinedSpec(_Carried):

@@ -40,6 +40,7 @@ PART_CASES = (
         part_truths.short_spring,
     ),
     Case("sharp_groove", "one equation", TOLD, EXUDYN, part_truths.sharp_groove),
+    Case("squircle", "closed form", TOLD, EXUDYN, part_truths.squircle),
     Case("micron_bearing", "three equations", PLAIN, EXUDYN, part_truths.micron_bearing),
     Case(
         "grazing_circles",

@@ -95,6 +95,25 @@ def sharp_groove(result: Result) -> float:
     )
 
 
+def squircle(result: Result) -> float:
+    """A bead that keeps its speed along |x/a|^n + |y/b|^n = 1, from (a, 0), counter-clockwise.
+
+    The curve's length is that of the polygon through its points, of which there are so many that
+    it is short by less than 1e-10 m.
+    """
+    scene = result.scene
+    track = scene.curves["track"]
+    a, b = track.semi_axes
+    turned = np.linspace(0, 2 * np.pi, 4_000_001)
+    c, d = np.cos(turned), np.sin(turned)
+    x, y = np.array([a * c, b * d]) / (np.abs(c) ** track.exponent + np.abs(d) ** track.exponent) ** (
+        1 / track.exponent
+    )
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    way = np.mod(scene.initial.velocities["bead"][1] * result.time, length[-1])
+    return _off(result, np.stack([np.interp(way, length, x), np.interp(way, length, y)], axis=-1))
+
+
 def micron_bearing(result: Result) -> float:
     """A pendulum whose journal's middle, at (x, y), is pressed back from the bearing's wall."""
     scene = result.scene
