@@ -78,15 +78,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError as FilmError
-    from exudyn_flexlink.api.comparisons import Comparison as Comparison
-    from exudyn_flexlink.api.comparisons import Fit as Fit
-    from exudyn_flexlink.api.comparisons import MeasuredComparison as MeasuredComparison
-    from exudyn_flexlink.api.comparisons import compare as compare
-    from exudyn_flexlink.api.comparisons import fit as fit
-    from exudyn_flexlink.api.comparisons import joined as joined
     from exudyn_flexlink.api.exudyn_systems import exudyn_system as exudyn_system
     from exudyn_flexlink.api.figures import Animation as Animation
+    from exudyn_flexlink.api.results import Comparison as Comparison
+    from exudyn_flexlink.api.results import Fit as Fit
+    from exudyn_flexlink.api.results import MeasuredComparison as MeasuredComparison
     from exudyn_flexlink.api.results import Result as Result
+    from exudyn_flexlink.api.results import compare as compare
+    from exudyn_flexlink.api.results import fit as fit
+    from exudyn_flexlink.api.results import joined as joined
     from exudyn_flexlink.api.results import load as load
     from exudyn_flexlink.api.results import simulate as simulate
     from exudyn_flexlink.api.scenes import Equilibrium as Equilibrium

@@ -8,8 +8,8 @@ from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.exudyn.engine import no_solution_advice
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME
+from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import extent, least_tolerance
 from exudyn_flexlink.source import SceneError

@@ -20,7 +20,7 @@ SIMULATE = ["simulate", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here", 
 @pytest.fixture(autouse=True)
 def without_figures(monkeypatch):
     """Leave out the figures of pages, which take seconds."""
-    monkeypatch.setattr("exudyn_flexlink.page.contents.pictures_of", lambda _: {})
+    monkeypatch.setattr("exudyn_flexlink.page.pictures_of", lambda _: {})
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def test_no_failure_of_a_page_costs_the_run(failure, run_of, monkeypatch, capsys
     def fail(_):
         raise error
 
-    monkeypatch.setattr("exudyn_flexlink.page.contents.page_of", fail)
+    monkeypatch.setattr("exudyn_flexlink.page.page_of", fail)
     assert main(SIMULATE) == code
     assert told in capsys.readouterr().err
     assert {path.name for path in Path("here").iterdir()} >= {"result.nc", "summary.json"}

@@ -9,8 +9,8 @@ import results
 
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.storage.arrays import write_netcdf
-from exudyn_flexlink.storage.manifest import FORMAT
+from exudyn_flexlink.storage.replacing import FORMAT
+from exudyn_flexlink.storage.run import write_netcdf
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from exudyn_flexlink.api.scenes import own_scene
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import StorageError, staged_folder
-from exudyn_flexlink.storage.manifest import KINDS
+from exudyn_flexlink.storage.replacing import KINDS
 
 
 @pytest.fixture(scope="module")

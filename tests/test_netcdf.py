@@ -13,7 +13,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.api.results import own_result
 from exudyn_flexlink.result import Interval, Result
 from exudyn_flexlink.storage import Array, arrays_of, load, save
-from exudyn_flexlink.storage.arrays import read_netcdf, write_netcdf
+from exudyn_flexlink.storage.run import read_netcdf, write_netcdf
 
 INF = float("inf")
 MADE = {

@@ -33,7 +33,7 @@ def whole():
 @pytest.fixture
 def told(monkeypatch):
     """Return a function that reads the page of a run without its figures, which take seconds."""
-    monkeypatch.setattr("exudyn_flexlink.page.contents.pictures_of", lambda _: {})
+    monkeypatch.setattr("exudyn_flexlink.page.pictures_of", lambda _: {})
     return lambda result: read_page(page_of(result))
 
 

@@ -14,7 +14,7 @@ from exudyn_flexlink.storage import (
     staged_folder,
     trajectory_columns,
 )
-from exudyn_flexlink.storage.arrays import read_netcdf, write_netcdf
+from exudyn_flexlink.storage.run import read_netcdf, write_netcdf
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 from random_strikes import RIGHT, draw, judge
 
 from exudyn_flexlink.engines import measured, simulate
-from exudyn_flexlink.integrate.clock import CLOCK, instant
+from exudyn_flexlink.integrate.problem import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import common_times, lever_response, separation
 

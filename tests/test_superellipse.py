@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from cli_runs import MODELS
-from scipy.special import gamma
 from physics_tools import scene
+from scipy.special import gamma
 
 from exudyn_flexlink.curves import Arc, Curve, Superellipse
 from exudyn_flexlink.engines import simulate

@@ -16,7 +16,7 @@ from sweep_runs import LENGTH, Length, plan_of, work
 import exudyn_flexlink as fl
 from exudyn_flexlink.storage import SeriesKeeper, load, load_sweep, open_journal
 from exudyn_flexlink.sweeps import carried_out, local_processes
-from exudyn_flexlink.sweeps.executors import dask_cluster
+from exudyn_flexlink.sweeps.study import dask_cluster
 
 COUNT = 8
 SCRIPT = f"""

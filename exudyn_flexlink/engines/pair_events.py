@@ -20,7 +20,6 @@ from collections.abc import Callable
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
@@ -29,6 +28,7 @@ from exudyn_flexlink.integrate.events import (
     chebyshev_sum,
     first_fall,
 )
+from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.mechanism import Glimpse, Seen
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.

@@ -1,8 +1,9 @@
 """Formulas of a model file: of time, and of angles, speeds and places."""
 
-from exudyn_flexlink.expressions.expression import Expression, NoValueError
-from exudyn_flexlink.expressions.parsing import (
+from exudyn_flexlink.expressions.expression import (
+    Expression,
     ExpressionError,
+    NoValueError,
     Sensed,
     in_words,
     looks_like_expression,
@@ -10,6 +11,7 @@ from exudyn_flexlink.expressions.parsing import (
     tokens_of,
 )
 from exudyn_flexlink.expressions.resolving import (
+    RATES,
     SHORTER,
     Addend,
     Bounds,
@@ -18,4 +20,3 @@ from exudyn_flexlink.expressions.resolving import (
     remainders,
     resolved,
 )
-from exudyn_flexlink.expressions.tape import RATES

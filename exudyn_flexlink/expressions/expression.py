@@ -1,18 +1,409 @@
-"""A formula that was read: its values, its derivatives, and where it bends."""
+"""A formula: its text is read, then it has values, derivatives, and places where it bends.
+
+The text comes in pieces: numbers with their units, names, operators, what is sensed. Python's own
+parser tells what belongs together; nothing is evaluated. Dimensions are checked as far as units
+tell: a number without a unit may stand for anything, and angles count as numbers.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import ast
+import re
+from collections.abc import Iterator, Sequence
 from functools import cached_property
+from itertools import pairwise
+from math import pi
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions.resolving import Addend, zeros
-from exudyn_flexlink.expressions.tape import TIME, Operation, Program, Sensed, Tape, Values
-from exudyn_flexlink.quantities import Powers
+from exudyn_flexlink.expressions.resolving import (
+    OF_ONE,
+    TIME,
+    Addend,
+    Operation,
+    Program,
+    Sensed,
+    Tape,
+    Values,
+    zeros,
+)
+from exudyn_flexlink.quantities import (
+    DOTS,
+    RAISED,
+    SPELLINGS,
+    UNITS,
+    Dimension,
+    Powers,
+    UnknownUnitError,
+    find_unit,
+)
 from exudyn_flexlink.raising import Sendable
+from exudyn_flexlink.source import MINUS, HintedError, did_you_mean
+
+LONGEST = 500  # letters of a formula
+
+
+class ExpressionError(HintedError):
+    """What is wrong with a formula, in words, and a hint."""
+
+
+class Token(NamedTuple):
+    """A piece: `kind` is number, sensed, name, operator or end; `text` as it was written."""
+
+    kind: str
+    text: str
+    value: float = 0.0
+    powers: Powers | None = None
+    sensed: Sensed | None = None
+
+    @property
+    def shown(self) -> str:
+        """The piece as messages name it."""
+        return "the end" if self.kind == "end" else f"'{self.text}'"
+
+
+# Words that units are made of: tonnes are none, since `2 t` is a slip for `2*t`; 'grad'
+# is refused with a hint.
+_WORDS = {*UNITS, "Nm", "Nmm", "mNm", "kNm", "grad"} - {"t"}
+_SPELT = "|".join([*SPELLINGS, *sorted(_WORDS, key=len, reverse=True)])
+_WORD = rf"(?:{_SPELT})(?:[{RAISED}]+(?![\w(])|(?![\w(])(?:\s*\^\s*[0-9])?)"
+_NUMBER = r"(?P<value>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+_UNIT = (
+    rf"\s*(?P<unit>(?:1(?=/{_WORD})|{_WORD})(?:[ {DOTS}]+{_WORD})*(?:\s*/\s*{_WORD})*)"
+    r"(?!\s*[*]{2})"
+)
+_PIECE = re.compile(
+    rf"(?P<number>{_NUMBER}(?:{_UNIT})?)"
+    r"|(?P<sensed>(?P<kind>angle|speed|place)\s*\((?P<of>[^()]*)\))"
+    r"|(?P<name>[^\W\d]\w*)"
+    rf"|(?P<operator>\*\*|<=|>=|[-+*/(),<>{MINUS}])"
+    r"|(?P<other>\S)"
+)
+_SLIPS = {
+    "^": "powers are written '**'",
+    "=": "conditions compare by < or >, and the value is written alone",
+    ".": "points stand in place(body.point, x)",
+    "[": "there are no lists or keys",
+    "'": "names are written without quotes",
+    '"': "names are written without quotes",
+}
+
+
+def tokens_of(text: str, own: str = "") -> Iterator[Token]:
+    """Cut a formula into its pieces, the last of kind end; the word `own` is sensed.
+
+    Raises:
+        ExpressionError: a piece is none.
+
+    """
+    if len(text) > LONGEST:
+        raise ExpressionError(f"an expression of {len(text)} letters; at most {LONGEST}")
+    text = text.replace("µ", "u").replace("μ", "u").replace("°", "deg")
+    for found in _PIECE.finditer(text):
+        if found["number"]:
+            yield _quantity(found)
+        elif found["sensed"]:
+            yield Token("sensed", found[0], sensed=_sensed(found))
+        elif own and found["name"] == own:
+            yield Token("sensed", own, sensed=Sensed(own, ""))
+        elif found["other"]:
+            hint = _SLIPS.get(found[0], "")
+            raise ExpressionError(f"'{found[0]}' can't stand in an expression", hint)
+        else:
+            kind = "name" if found["name"] else "operator"
+            yield Token(kind, found[0].replace(MINUS, "-"))
+    yield Token("end", "the end")
+
+
+def _quantity(found: re.Match[str]) -> Token:
+    """Read a number with the unit that may follow it."""
+    if found["unit"] is None:
+        return Token("number", found[0], float(found["value"]))
+    try:
+        unit = find_unit(found["unit"], Dimension.NUMBER)
+    except UnknownUnitError as error:
+        raise ExpressionError(str(error)) from None
+    return Token("number", found[0], float(found["value"]) * unit.factor, unit.powers)
+
+
+def _sensed(found: re.Match[str]) -> Sensed:
+    """Read what stands in the brackets of angle, speed and place."""
+    kind, names = found["kind"], [name.strip() for name in found["of"].split(",")]
+    if len(names) == 1 and names[0] and not (kind == "place" and "." in names[0]):
+        return Sensed(kind, names[0])
+    if kind != "place":
+        raise ExpressionError(f"'{found[0]}': expected the name of a joint", f"e.g. {kind}(crank)")
+    if len(names) == 2 and names[1] in ("x", "y") and "." in names[0]:
+        return Sensed(kind, *names)
+    raise ExpressionError(
+        f"'{found[0]}': expected a point and its coordinate, or a joint that slides",
+        "e.g. place(rod.end, x) or place(way)",
+    )
+
+
+def unknown_name(name: str, known: list[str]) -> ExpressionError:
+    """Return the error of a name that an expression does not have."""
+    near = did_you_mean(name, known)
+    if name in _WORDS:
+        return ExpressionError(
+            f"the unit '{name}' follows no number",
+            "units stand after numbers, with powers as in '5 m/s^2'",
+        )
+    return ExpressionError(f"unknown name '{name}'{near}", "there are: " + ", ".join(known))
+
+
+DEEPEST = 40  # brackets in brackets
+_ARGUMENTS = dict.fromkeys(OF_ONE, 1) | dict.fromkeys(("atan2", "min", "max"), 2) | {"where": 3}
+NAMES = ["t", "pi", "angle", "speed", "place", *_ARGUMENTS]
+_PURE = Powers()
+_IN_WORDS = {one.powers._replace(rad=0): one.words for one in reversed(Dimension)}
+_SIGNS = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Pow: "**",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+}
+_OPERATIONS = {"+": "add", "-": "sub", "*": "mul", "/": "div", "**": "pow"}
+_EXAMPLE = "where(t < 1, one, other)"
+
+
+class _Piece(NamedTuple):
+    """The number of an operation, and the dimension that units give it; None: anything."""
+
+    result: int
+    powers: Powers | None
+
+
+def parse_expression(text: str, own: str = "") -> Expression:
+    """Read a formula; the word `own` is what has it: the length of a spring, or its angle.
+
+    Raises:
+        ExpressionError: it is none, or has more than a formula may have.
+
+    """
+    return _Reader(text, own).expression()
+
+
+def looks_like_expression(text: str) -> bool:
+    """Tell whether a text is a formula, and more than a number with a unit."""
+    try:
+        reader = _Reader(text)
+        reader.expression()
+    except ExpressionError:
+        return False
+    named = any(token.kind in ("name", "sensed") for token in reader.tokens)
+    return named or any(isinstance(node, ast.BinOp) for node in reader.nodes)
+
+
+def in_words(powers: Powers) -> str:
+    """Name a dimension."""
+    return _IN_WORDS.get(powers, "another quantity")
+
+
+def _require_order(tokens: Sequence[Token], known: list[str]) -> None:
+    """Refuse what can't follow what is before it, brackets without their other half, odd names."""
+    depth = 0
+    for before, token in pairwise((Token("operator", "("), *tokens)):
+        value_before = before.kind not in ("operator", "end") or before.text == ")"
+        begins_value = token.kind not in ("operator", "end") or token.text == "("
+        calls = before.kind == "name" and before.text not in ("t", "pi") and token.text == "("
+        if value_before and ((begins_value and not calls) or (token.text == ")" and depth == 0)):
+            raise ExpressionError(f"expected an operator before '{token.text}'", "such as + - * /")
+        if not value_before and not begins_value and token.text not in ("+", "-"):
+            raise ExpressionError(f"expected a number or a name, got {token.shown}")
+        depth += (token.text == "(") - (token.text == ")")
+        if depth > DEEPEST:
+            raise ExpressionError(f"brackets more than {DEEPEST} deep")
+    if depth:
+        raise ExpressionError("expected ')', got the end")
+    for token in tokens:
+        if token.kind == "name" and token.text not in ("t", "pi", *_ARGUMENTS):
+            raise unknown_name(token.text, known)
+
+
+class _Reader:
+    """Takes Python's tree of a formula apart, inner nodes first: no formula is too deep for it."""
+
+    def __init__(self, text: str, own: str = "") -> None:
+        self.text = text
+        self.tokens = list(tokens_of(text, own))
+        _require_order(self.tokens, [own, "pi", *_ARGUMENTS] if own else NAMES)
+        # Numbers in place of words: none of Python's own is among them.
+        words = (
+            token.text if token.kind == "operator" else f"_{i}"
+            for i, token in enumerate(self.tokens[:-1])
+        )
+        self.nodes = list(ast.walk(ast.parse(" ".join(words), mode="eval").body))
+        self._found: dict[ast.AST, _Piece] = {}
+        self._sensed = list(dict.fromkeys(one.sensed for one in self.tokens if one.sensed))
+        self._tape = Tape()
+        self._switches: list[int] = []
+
+    def expression(self) -> Expression:
+        for node in reversed(self.nodes):
+            found = self._read(node)
+            if found is not None:
+                self._found[node] = found
+        result, powers = self._of(self.nodes[0])
+        plan = Plan(self._tape, result, self._switches)
+        return Expression(self.text, plan, self._sensed, None if powers == _PURE else powers)
+
+    def _read(self, node: ast.AST) -> _Piece | None:
+        """Return what a node stands for; None if it only is a part of another."""
+        if isinstance(node, ast.Name):
+            return self._atom(self._token(node))
+        if isinstance(node, ast.UnaryOp):
+            inner = self._of(node.operand)
+            return (
+                inner if isinstance(node.op, ast.UAdd) else self._piece("neg", inner.powers, inner)
+            )
+        if isinstance(node, ast.BinOp):
+            return self._joined(_SIGNS[type(node.op)], self._of(node.left), self._of(node.right))
+        return self._call(node) if isinstance(node, ast.Call) else None
+
+    def _of(self, node: ast.AST) -> _Piece:
+        """Return what a node stands for; refuse one that is no value."""
+        if node in self._found:
+            return self._found[node]
+        if isinstance(node, ast.Compare):
+            raise ExpressionError(f"'{_SIGNS[type(node.ops[0])]}' compares only in where", _EXAMPLE)
+        if isinstance(node, ast.Name):
+            raise ExpressionError(f"expected '(' after '{self._token(node).text}'")
+        hint = "decimals begin with a point, as in 7.85"
+        raise ExpressionError("',' parts only what a function takes", hint)
+
+    def _token(self, node: ast.Name) -> Token:
+        return self.tokens[int(node.id[1:])]
+
+    def _piece(self, name: str, powers: Powers | None, *taken: _Piece) -> _Piece:
+        return _Piece(self._tape.add(name, *(one.result for one in taken)), powers)
+
+    def _atom(self, token: Token) -> _Piece | None:
+        if token.kind == "number":
+            known = None if token.powers is None else token.powers._replace(rad=0)
+            return _Piece(self._tape.number(token.value), known)
+        if token.sensed is not None:
+            return _Piece(self._tape.variable(self._sensed.index(token.sensed)), None)
+        if token.text == "t":
+            return _Piece(self._tape.variable(TIME), None)
+        if token.text == "pi":
+            return _Piece(self._tape.number(pi), None)
+        return None  # the name of a function
+
+    def _joined(self, sign: str, one: _Piece, other: _Piece) -> _Piece:
+        if sign == "**":
+            powers = self._raised(one.powers, _pure(other, "an exponent"))
+        elif sign in "+-":
+            powers = _alike(sign, one, other)
+        elif one.powers is None or other.powers is None:
+            powers = None
+        else:
+            way = 1 if sign == "*" else -1
+            pairs = zip(one.powers, other.powers, strict=True)
+            powers = Powers(*(a + way * b for a, b in pairs))
+        return self._piece(_OPERATIONS[sign], powers, one, other)
+
+    def _raised(self, powers: Powers | None, exponent: _Piece) -> Powers | None:
+        if powers in (None, _PURE):
+            return powers
+        number = self._tape.number_of(exponent.result)
+        if number is None or not number.is_integer() or abs(number) >= 10:
+            return None
+        return Powers(*(int(number) * p for p in powers or ()))
+
+    # --- functions ----------------------------------------------------------------------------
+
+    def _call(self, node: ast.Call) -> _Piece:
+        assert isinstance(node.func, ast.Name)  # nothing else may stand before '('
+        name = self._token(node.func).text
+        count = _ARGUMENTS[name]
+        if len(node.args) != count:
+            raise ExpressionError(f"{name} takes {count} argument{'s' if count > 1 else ''}")
+        if name == "where":
+            return self._where(*node.args)
+        one, *others = map(self._of, node.args)
+        if name == "atan2":
+            _alike(name, one, *others)
+            return self._piece(name, _PURE, one, *others)
+        if name in ("min", "max"):
+            difference = self._piece("sub", _alike(name, one, *others), *others, one)
+            return self._by_sign(difference, *((*others, one) if name == "min" else (one, *others)))
+        return self._of_one(name, one)
+
+    def _of_one(self, name: str, one: _Piece) -> _Piece:
+        if name == "abs" and self._tape.variables(one.result) - {TIME}:
+            return self._by_sign(one, self._piece("neg", one.powers, one), one)
+        if name in ("abs", "sign"):
+            self._switches.append(one.result)
+            if name == "sign":
+                self._on_time(one.result, "sign")
+            return self._piece(name, one.powers if name == "abs" else _PURE, one)
+        if name == "sqrt":
+            even = one.powers is not None and all(power % 2 == 0 for power in one.powers)
+            halves = Powers(*(power // 2 for power in one.powers or ())) if even else None
+            return self._piece(name, halves, one)
+        return self._piece(name, _PURE, _pure(one, name))
+
+    def _by_sign(self, switch: _Piece, negative: _Piece, positive: _Piece) -> _Piece:
+        """Choose by the sign of what is zero where both are alike."""
+        self._switches.append(switch.result)
+        below = self._piece("less", _PURE, switch, _Piece(self._tape.number(0.0), _PURE))
+        return self._piece("where", switch.powers, below, negative, positive)
+
+    def _where(self, condition: ast.expr, first: ast.expr, second: ast.expr) -> _Piece:
+        if not isinstance(condition, ast.Compare) or len(condition.ops) > 1:
+            raise ExpressionError("expected a condition in where", _EXAMPLE)
+        sign = _SIGNS[type(condition.ops[0])]
+        ends = [self._of(condition.left), self._of(condition.comparators[0])]
+        switch = self._piece("sub", _alike(sign, *ends), *ends).result
+        self._on_time(switch, "where")
+        self._switches.append(switch)
+        values = [self._of(first), self._of(second)]
+        powers = _alike("where", *values)
+        # a <= b is not b < a: at the very instant it counts as true.
+        if sign in (">", "<="):
+            ends.reverse()
+        if sign in ("<=", ">="):
+            values.reverse()
+        return self._piece("where", powers, self._piece("less", _PURE, *ends), *values)
+
+    def _on_time(self, switch: int, name: str) -> None:
+        """Refuse a jump with the state."""
+        if self._tape.variables(switch) - {TIME}:
+            raise ExpressionError(
+                f"{name} may depend on t alone: with the state it would jump at no known instant",
+                "smooth: tanh(speed(joint)/0.01) in place of sign, or abs, min, max, which only "
+                "bend",
+            )
+
+
+# --- dimensions -------------------------------------------------------------------------------
+
+
+def _pure(piece: _Piece, what: str) -> _Piece:
+    """Refuse what is not a number or an angle where it must be."""
+    if piece.powers not in (None, _PURE):
+        raise ExpressionError(
+            f"{what} of {in_words(piece.powers or _PURE)}", "divide by a quantity of its kind"
+        )
+    return piece
+
+
+def _alike(what: str, *pieces: _Piece) -> Powers | None:
+    """Return the dimension of pieces; refuse those of two."""
+    known = list(dict.fromkeys(one.powers for one in pieces if one.powers not in (None, _PURE)))
+    if len(known) > 1:
+        first, second = (in_words(powers or _PURE) for powers in known)
+        raise ExpressionError(f"{first} and {second} can't go together in '{what}'")
+    return known[0] if known else _PURE if all(one.powers for one in pieces) else None
+
 
 ORDERS = "value", "derivative", "second derivative"
 

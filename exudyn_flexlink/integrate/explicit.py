@@ -17,9 +17,8 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.clock import instant, later
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
-from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
+from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError, instant, later
 
 # Tolerances of one step, per metre that the run may be off. By `scripts/tolerance.py --integrator
 # dop853`, from 1e-3 to 1e-8 m, the run is off by less than 1e-4 of that: a judge has to be far

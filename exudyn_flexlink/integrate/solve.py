@@ -9,9 +9,8 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
-from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.problem import NoConvergenceError, instant
 
 if TYPE_CHECKING:
     from exudyn_flexlink.integrate.explicit import ExplicitStepper

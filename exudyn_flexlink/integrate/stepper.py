@@ -30,10 +30,16 @@ import numpy as np
 from scipy.linalg import eigh
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.clock import instant, later
 from exudyn_flexlink.integrate.collocation import STAGES, A, C
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
-from exudyn_flexlink.integrate.problem import Equations, Evaluation, NoConvergenceError, State
+from exudyn_flexlink.integrate.problem import (
+    Equations,
+    Evaluation,
+    NoConvergenceError,
+    State,
+    instant,
+    later,
+)
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, Step
 
 SHARE = 0.07  # of the tolerance: the error estimated of one step

@@ -59,8 +59,14 @@ from exudyn_flexlink.mechanism.dynamics import (
     spring_force,
     wound_at_start,
 )
-from exudyn_flexlink.mechanism.equilibrium import NoRestError, Rest, rest_of
-from exudyn_flexlink.mechanism.mobility import moved_by_forces, other_branches, shared_forces
+from exudyn_flexlink.mechanism.equilibrium import (
+    NoRestError,
+    Rest,
+    moved_by_forces,
+    other_branches,
+    rest_of,
+    shared_forces,
+)
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,

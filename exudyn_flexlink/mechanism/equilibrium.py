@@ -7,23 +7,31 @@ step is Newton's with the absolute values of these: where K is negative it leads
 balances there (Y. Dauphin et al., Adv. Neural Inf. Process. Syst. 27 (2014)). Where it still ends
 on an unstable balance, it is pushed off that.
 
-A mechanism at rest: where it stands, what its joints hold, small motions about it.
+Told are where a mechanism rests, what its joints hold there, and small motions about that; which
+bodies can move, what drives leave to forces, and other ways to close the joints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 
 import numpy as np
 
-from exudyn_flexlink.arrays import ComplexArray, FloatArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism.assembly import Assembly, standing_at
+from exudyn_flexlink.mechanism.assembly import Assembly, State, standing_at, without_play
 from exudyn_flexlink.mechanism.build import tooth_pushes, without_teeth
-from exudyn_flexlink.mechanism.closing import CLOSED, kept_in
+from exudyn_flexlink.mechanism.closing import (
+    CLOSED,
+    CannotAssembleError,
+    Start,
+    kept_in,
+    shuffled,
+    straight_positions,
+)
 from exudyn_flexlink.mechanism.constraints import (
     Constraints,
     anchor_position,
@@ -44,8 +52,7 @@ from exudyn_flexlink.mechanism.least_motion import (
     spanning_tree,
     within_body,
 )
-from exudyn_flexlink.mechanism.mobility import shared_forces
-from exudyn_flexlink.mechanism.model import Contact, Mechanism, Slide, pairs
+from exudyn_flexlink.mechanism.model import GROUND, Contact, Mechanism, Slide, pairs
 from exudyn_flexlink.raising import Sendable
 
 
@@ -176,7 +183,7 @@ SETTLED = 1e-7  # likewise: the forces after a step so short are rounding
 ROUNDED = 1e-8  # of the largest stiffness: less is rounding of differences
 BALANCED = 1e-9  # of all forces: so little is left of them where they balance
 ROUNDING = 1e-15  # of the reach: joints are as closed as they can be
-DEPENDENT = 1e-9  # of a row of a joint: others leave less of it, so that it follows from them
+DEPENDENT = 1e-9  # of the size of a motion or of a joint's row: less than this is rounding
 SLOWEST = 1e-6  # 1/s^2: what resists less is as good as free
 OF_ENERGY = 1e-5  # of the largest stiffness: K is symmetric, as forces with an energy have it
 
@@ -429,3 +436,134 @@ def _not_found(mechanism: Mechanism, at: _Look) -> NoRestError:
     part = int(np.argmax(np.linalg.norm(driven[:, :2], axis=1)))
     far = float(np.linalg.norm(driven[part, :2]))
     return NoRestError("body", mechanism.parts[part].body, far)
+
+
+STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
+SAME = 1e-6  # rad: by so little or less the angles of one way differ
+
+
+def moved_by_forces(assembly: Assembly) -> list[str]:
+    """Names of the bodies that can move while every speed drive stands still.
+
+    A flexible body counts as straight here: that it bends is no motion of the others.
+    """
+    mechanism = assembly.mechanism
+    names, moved = list(mechanism.bodies), set[int]()
+    for bodies, motions in free_motions(mechanism, assembly.state):
+        sizes = np.linalg.norm(motions.reshape(len(bodies), -1), axis=1)
+        moved |= set(bodies[sizes > DEPENDENT].tolist())
+    return [name for body, name in enumerate(names) if body in moved]
+
+
+def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArray, FloatArray]]:
+    """Give bodies (n,) that joints and drives connect, with all motions (3 n, freedoms) they allow.
+
+    Bodies move as one with their first part. Those that nothing connects are solved apart, so that
+    the work grows with the cube of a group, not of the mechanism.
+    """
+    firsts = np.array([parts[0] for parts in mechanism.bodies.values()], dtype=int)
+    body_of = np.repeat(np.arange(len(firsts)), [len(p) for p in mechanism.bodies.values()])
+    joints = constraint_rows(mechanism, state.q, state.places)
+    carried = np.tile(np.eye(3), (len(body_of), 1, 1))
+    arms = state.q[:, :2] - state.q[firsts[body_of], :2]
+    carried[:, 0, 2], carried[:, 1, 2] = -arms[:, 1], arms[:, 0]
+    moving = joints.parts != GROUND
+    slopes = np.where(moving[:, :, None], joints.slopes, 0.0)[:, :, None] @ carried[joints.parts]
+    # What is the ground counts as one of the parts that the same row moves.
+    moved = joints.parts.max(axis=1, keepdims=True)
+    ends = body_of[np.where(moving, joints.parts, moved)]
+    group_of = _connected(len(firsts), ends)
+    by_group = np.argsort(group_of, kind="stable")
+    for bodies in np.split(by_group, np.flatnonzero(np.diff(group_of[by_group])) + 1):
+        own = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
+        rows = np.zeros((len(own), len(bodies), 3))
+        for side in range(ends.shape[1]):
+            np.add.at(rows, (np.arange(len(own)), np.searchsorted(bodies, ends[own, side])),
+                      slopes[own, side, 0])  # fmt: skip
+        yield bodies, _null_space(rows.reshape(len(own), 3 * len(bodies)))
+
+
+def _connected(bodies: int, ends: IndexArray) -> IndexArray:
+    """Give each body the number of its group: that of the first body in it."""
+    # SciPy has this, too, but `check` would wait for its import.
+    groups, before = np.arange(bodies), np.full(bodies, -1)
+    while (groups != before).any():
+        before = groups.copy()
+        np.minimum.at(groups, ends, before[ends].min(axis=1)[:, None])
+        groups = groups[groups]
+    return groups
+
+
+def _null_space(rows: FloatArray) -> FloatArray:
+    """Motions (coordinates, freedoms) that all rows allow, perpendicular and of length 1."""
+    _, sizes, directions = np.linalg.svd(rows)
+    rank = int((sizes > DEPENDENT * sizes.max(initial=0.0)).sum())
+    return np.asarray(directions[rank:].T)
+
+
+def shared_forces(assembly: Assembly) -> set[str]:
+    """Names of the joints whose forces the motion does not tell, for others hold the same."""
+    if not assembly.surplus:
+        return set()
+    joints = constraint_rows(assembly.mechanism, assembly.state.q, assembly.state.places)
+    idle = np.abs(_null_space(joints.jacobian().T)).max(axis=1, initial=0.0) > DEPENDENT
+    starts = joints.first_rows[:-1]
+    return {name for name, any_idle in zip(joints.names, np.logical_or.reduceat(idle, starts),
+                                           strict=True) if any_idle}  # fmt: skip
+
+
+def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
+    """Angles (parts,) in rad of every other way to close the joints that a few searches find.
+
+    What is free to move stays where the assembly has it, and so does what `start` holds. Flexible
+    bodies are straight in all of them.
+    """
+    mechanism = assembly.mechanism
+    bodies = list(mechanism.bodies.values())
+    firsts = [parts[0] for parts in bodies]
+    held = _independent(assembly)
+    at = assembly.state.q
+    angles = dict(start.angles)
+    for body, axis in held:
+        if axis == 2:
+            angles |= {part: float(at[part, 2]) for part in bodies[body]}
+    places = {firsts[body]: (float(x), float(y)) for body, axis in held if axis < 2
+              for x, y in [at[firsts[body], :2]]}  # fmt: skip
+    fixed = replace(start, angles=angles, positions={**start.positions, **places})
+    loose = [parts for parts in bodies if parts[0] not in angles]
+    return _searched(assembly, fixed, loose) if loose else []
+
+
+def _searched(assembly: Assembly, fixed: Start, loose: list[tuple[int, ...]]) -> list[FloatArray]:
+    mechanism = without_play(assembly.mechanism, set(fixed.angles))
+    known = [assembly.state.q[:, 2]]
+    for start in shuffled(fixed, loose, STARTS):
+        try:
+            q, _ = straight_positions(mechanism, start)
+        except CannotAssembleError:
+            continue
+        if all(_apart(q[:, 2], angles) > SAME for angles in known):
+            known.append(q[:, 2])
+    return known[1:]
+
+
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    """Largest difference of two sets of angles, whole turns left out."""
+    return float(np.abs(np.angle(np.exp(1j * (one - other)))).max(initial=0.0))
+
+
+def _independent(assembly: Assembly) -> list[tuple[int, int]]:
+    """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
+    # What a drive, or a gear, moves is free here, and then held where it stands.
+    without = replace(without_play(assembly.mechanism, set()), speed_motors=(), gears=())
+    found = []
+    for bodies, free in free_motions(without, assembly.state):
+        motions = free
+        for axis in (2, 0, 1):
+            for k, body in enumerate(bodies.tolist()):
+                left = motions[3 * k + axis]
+                size = float(np.linalg.norm(left))
+                if size > DEPENDENT:
+                    found.append((body, axis))
+                    motions = motions - np.outer(motions @ left, left) / size**2
+    return found

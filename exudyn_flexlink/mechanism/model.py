@@ -20,7 +20,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest, Curve, Farthest, reach
-from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, SpringLaw
 

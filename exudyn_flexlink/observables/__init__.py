@@ -11,7 +11,6 @@ from exudyn_flexlink.observables.forces import (
     forces_of,
     momentary_forces,
 )
-from exudyn_flexlink.observables.joints import JointForce, force_error, joint_force
 from exudyn_flexlink.observables.levers import (
     ANGLE,
     DISPLACEMENT,
@@ -26,12 +25,15 @@ from exudyn_flexlink.observables.levers import (
 from exudyn_flexlink.observables.parting import (
     STILL,
     Deviation,
+    JointForce,
     common_points,
     common_times,
     error_between,
     farthest,
     first_beyond,
     force_deviations,
+    force_error,
+    joint_force,
     parting_limit,
     positions,
     separation,

@@ -42,12 +42,17 @@ from exudyn_flexlink.scene.contacts import (
 from exudyn_flexlink.scene.forces import (
     Drive,
     ForceDrive,
+    ForceLaw,
+    ForceTable,
     LinearSpring,
     MotionDrive,
     SpeedDrive,
     Spring,
+    Table,
     TorqueDrive,
+    TorqueLaw,
     TorsionalSpring,
+    Value,
 )
 from exudyn_flexlink.scene.joints import (
     BeltJoint,
@@ -84,4 +89,3 @@ from exudyn_flexlink.scene.run import (
     Run,
     Solver,
 )
-from exudyn_flexlink.scene.varying import ForceLaw, ForceTable, Table, TorqueLaw, Value

@@ -20,7 +20,7 @@ from exudyn_flexlink.quantities import (
     UnknownUnitError,
     find_unit,
 )
-from exudyn_flexlink.scene.varying import OF_DRIVES, OF_SPRINGS
+from exudyn_flexlink.scene.forces import OF_DRIVES, OF_SPRINGS
 from exudyn_flexlink.source import Document, KeyPath, Mistake
 
 Columns = Mapping[str, Sequence[Dimension]]

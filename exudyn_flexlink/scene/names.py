@@ -30,11 +30,14 @@ from exudyn_flexlink.scene.base import (
 from exudyn_flexlink.scene.bodies import CurveSpec, FlexibleBody, JoinedSpec, LapsSpec, RigidBody
 from exudyn_flexlink.scene.contacts import CircleOnCircle, HertzLaw, LineOnCurve, PointOnCurve
 from exudyn_flexlink.scene.forces import (
+    OF_DRIVES,
     ForceDrive,
     LinearSpring,
+    Measured,
     SpeedDrive,
     TorqueDrive,
     TorsionalSpring,
+    Value,
 )
 from exudyn_flexlink.scene.joints import (
     GEARED,
@@ -51,7 +54,6 @@ from exudyn_flexlink.scene.joints import (
     ends_of,
     meshes_of,
 )
-from exudyn_flexlink.scene.varying import OF_DRIVES, Measured, Value
 from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
 
 _NOUNS = {"materials": "material", "curves": "curve", "bodies": "body", "joints": "joint"}

@@ -6,16 +6,19 @@ text. `load` gives the Result back exactly. ``summary.json`` and CSV files are p
 readers.
 """
 
-from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
-from exudyn_flexlink.storage.manifest import StorageError, own_files
 from exudyn_flexlink.storage.replacing import (
     KeptBesideError,
+    StorageError,
+    own_files,
     replace_file,
     staged_files,
     staged_folder,
 )
 from exudyn_flexlink.storage.run import (
+    Array,
     all_columns,
+    arrays_of,
+    attributes_of,
     lever_columns,
     load,
     save,

@@ -22,8 +22,14 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 
 from exudyn_flexlink.loading import plain_data
-from exudyn_flexlink.storage.manifest import FORMAT, PROGRAM, StorageError, cannot_write
-from exudyn_flexlink.storage.replacing import check_regular, kind_of
+from exudyn_flexlink.storage.replacing import (
+    FORMAT,
+    PROGRAM,
+    StorageError,
+    cannot_write,
+    check_regular,
+    kind_of,
+)
 from exudyn_flexlink.sweeps import Row
 
 AGAIN = "run the model again"

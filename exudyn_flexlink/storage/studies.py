@@ -42,7 +42,7 @@ from exudyn_flexlink.storage.documents import (
     write_csv,
     write_document,
 )
-from exudyn_flexlink.storage.manifest import (
+from exudyn_flexlink.storage.replacing import (
     ACCURACY,
     COMPARISON,
     FIT,
@@ -53,9 +53,10 @@ from exudyn_flexlink.storage.manifest import (
     STABILITY,
     SWEEP,
     StorageError,
+    check_regular,
     read_manifest,
+    staged_folder,
 )
-from exudyn_flexlink.storage.replacing import check_regular, staged_folder
 from exudyn_flexlink.storage.run import save
 from exudyn_flexlink.sweeps import (
     FAILED,

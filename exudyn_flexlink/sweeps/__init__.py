@@ -3,13 +3,6 @@
 No engine here: whoever starts a sweep hands in what runs a scene, and who makes the runs.
 """
 
-from exudyn_flexlink.sweeps.executors import (
-    CannotStartError,
-    Executor,
-    executor_of,
-    in_this_process,
-    local_processes,
-)
 from exudyn_flexlink.sweeps.plan import (
     Design,
     Sweep,
@@ -41,4 +34,14 @@ from exudyn_flexlink.sweeps.rows import (
     standard_row,
     work_of,
 )
-from exudyn_flexlink.sweeps.study import SweepTable, carried_out, read_study, table_of
+from exudyn_flexlink.sweeps.study import (
+    CannotStartError,
+    Executor,
+    SweepTable,
+    carried_out,
+    executor_of,
+    in_this_process,
+    local_processes,
+    read_study,
+    table_of,
+)

@@ -35,7 +35,7 @@ from exudyn_flexlink.quantities import (
     in_words,
 )
 from exudyn_flexlink.scene import Part, Scene, apply_settings, check_document
-from exudyn_flexlink.scene.varying import Measured, Varying
+from exudyn_flexlink.scene.forces import Measured, Varying
 from exudyn_flexlink.shipped import THIS, version_of
 from exudyn_flexlink.source import (
     MINUS,

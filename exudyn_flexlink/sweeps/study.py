@@ -1,17 +1,29 @@
-"""A file that describes a sweep: a model, what varies in it, and who solves it.
+"""A sweep: its file with a model and what varies in it, who makes its runs, and its table.
 
-A sweep's table, and how it comes about: a row for every point, kept as soon as it is there.
+Runs are made by this process, by processes of this machine, or by workers of Dask: all are pools of
+`concurrent.futures`. A row of the table is kept as soon as its run is finished.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import closing, suppress
+import os
+import pickle
+import signal
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from multiprocessing import connection, current_process, get_context, parent_process
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, TypeAdapter, ValidationError
+from threadpoolctl import threadpool_limits
 
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.scene import Scene
@@ -19,9 +31,278 @@ from exudyn_flexlink.scene.base import Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
 from exudyn_flexlink.shipped import known_names, model_file
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
-from exudyn_flexlink.sweeps.executors import Executor, rows_of
-from exudyn_flexlink.sweeps.plan import Design, Sweep, Value, Varied, drawn, grid, listed
-from exudyn_flexlink.sweeps.rows import COLUMNS, Row, Scalar, Work
+from exudyn_flexlink.sweeps.plan import (
+    Design,
+    Point,
+    Sweep,
+    Value,
+    Varied,
+    drawn,
+    grid,
+    listed,
+    versions,
+)
+from exudyn_flexlink.sweeps.rows import COLUMNS, FAILED, Row, Scalar, Work
+
+MOST = 61  # processes of a pool, which can have no more on Windows
+AHEAD = 2  # tasks for each worker of Dask: one it does, and the next
+SECONDS_TO_CONNECT = 20  # to Dask's scheduler
+ENDED = (
+    "the process that ran it ended, as often as it was tried: killed, perhaps for want of memory, "
+    "or a crash"
+)
+NOT_BEGUN = (
+    "a process ended before it could begin. A script that sweeps must do so below "
+    "\"if __name__ == '__main__':\", since each process reads it again; or give 'workers=1'"
+)
+NOT_SENT = (
+    "what is observed can't be sent to other processes: {}. Put the function into a module, at its "
+    "top level, or give 'workers=1'"
+)
+
+
+class CannotStartError(Exception):
+    """No process of an executor can do the work at all; the text says why, and what to do."""
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Makes the run of a point in a task, and up to `most` tasks at once.
+
+    A task raises `lost` if the process that made the run has ended.
+    """
+
+    submit: Callable[[Point], Future[Row]]
+    most: int = 1
+    lost: type[Exception] = BrokenExecutor
+
+
+Executor = Callable[[Work], AbstractContextManager[Pool]]
+"""Opens a pool for a work, or raises CannotStartError; leaving the pool ends all runs."""
+
+
+def executor_of(workers: int | None = None, scheduler: str | None = None) -> Executor:
+    """Return who makes the runs: `workers` processes, by default one for every core.
+
+    One is this process itself; so are any in a worker of a pool, which may start none (daemonic
+    processes have no children). With the address of Dask's `scheduler`, its workers are.
+
+    Raises:
+        ValueError: both are given, or less than one worker.
+
+    """
+    if scheduler is not None:
+        if workers is not None:
+            raise ValueError("a scheduler has its own workers: give one of both")
+        return partial(dask_cluster, scheduler)
+    cores = (
+        os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    )
+    count = len(cores) if workers is None else workers
+    if count < 1:
+        raise ValueError(f"needs at least one worker, got {count}")
+    here = count == 1 or current_process().daemon
+    return in_this_process if here else partial(local_processes, count)
+
+
+def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
+    """Give a row for every point, each once, in whatever order they are finished.
+
+    Where a process ends, any run under way may be to blame: each of these is tried once more when
+    all others are done, alone. Closing the iterator ends all runs.
+
+    Raises:
+        CannotStartError: the executor can't do the work.
+
+    """
+    lost = yield from _tried(executor, work, points)
+    lost = yield from _tried(executor, work, lost, alone=True)
+    for point in lost:
+        yield Row(point.number, point.id, FAILED, ENDED, 0, 0.0)
+
+
+def _tried(
+    executor: Executor, work: Work, points: Sequence[Point], *, alone: bool = False
+) -> Generator[Row, None, list[Point]]:
+    """Try points, one at a time if `alone`; returns those whose process ended.
+
+    A pool that has lost a process gets no more points: what is left goes to a new one.
+    """
+    waiting, lost = deque(points), []
+    while waiting:
+        with executor(work) as pool:
+            running: dict[Future[Row], Point] = {}
+            most, whole = 1 if alone else pool.most, True
+            while running or (waiting and whole):
+                try:
+                    while whole and waiting and len(running) < most:
+                        task = pool.submit(waiting[0])  # which may raise
+                        running[task] = waiting.popleft()
+                except pool.lost:
+                    whole = False
+                for task in wait(running, return_when=FIRST_COMPLETED).done:
+                    point = running.pop(task)
+                    try:
+                        row = task.result()
+                    except pool.lost:
+                        whole = False
+                        lost.append(point)
+                    except CannotStartError:
+                        raise
+                    except Exception as error:
+                        raise CannotStartError(f"a process can't do the work: {error}") from error
+                    else:
+                        yield row
+    return lost
+
+
+@contextmanager
+def in_this_process(work: Work) -> Iterator[Pool]:
+    """Yield a pool that makes a run here, as it is given it."""
+
+    def submit(point: Point) -> Future[Row]:
+        made: Future[Row] = Future()
+        made.set_result(work.row(point))
+        return made
+
+    yield Pool(submit)
+
+
+# --- processes of this machine ----------------------------------------------------------------
+
+
+@contextmanager
+def local_processes(count: int, work: Work) -> Iterator[Pool]:
+    """Yield a pool of `count` processes of this machine, which end with it.
+
+    Raises:
+        CannotStartError: the work can't be sent to other processes, or they can't begin.
+
+    """
+    try:
+        sent = pickle.dumps(work)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise CannotStartError(NOT_SENT.format(error)) from error
+    count = min(count, MOST)
+    context = get_context("spawn")  # a fork would share threads and locks of the engines
+    pool = ProcessPoolExecutor(count, context, _begin, (sent,))
+
+    def submit(point: Point) -> Future[Row]:
+        with _starting():
+            return pool.submit(_local_row, point)
+
+    try:
+        with _starting():
+            first = pool.submit(int)
+        yield Pool(submit, count)
+        if isinstance(first.exception(), BrokenExecutor):
+            raise CannotStartError(NOT_BEGUN)
+    finally:
+        for process in [*(pool._processes or {}).values()]:
+            process.terminate()  # what is under way is not wanted any more
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _starting() -> Iterator[None]:
+    """Let a process that is started inside begin as it should.
+
+    It never sees Ctrl-C, which ends the sweep as a whole, and does not read again what was no file,
+    such as '<stdin>'.
+    """
+    main, masks = sys.modules["__main__"], hasattr(signal, "pthread_sigmask")  # not on Windows
+    file = getattr(main, "__file__", None)
+    absent = file is not None and not os.path.exists(file)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    if absent:
+        del main.__file__
+    try:
+        yield
+    finally:
+        if absent:
+            main.__file__ = file
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+_sent: list[bytes] = []  # the work, in a process of the pool
+
+
+def _begin(sent: bytes) -> None:
+    """Begin a process of the pool."""
+    _sent.append(sent)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threadpool_limits(limits=1)
+
+
+def _local_row(point: Point) -> Row:
+    """Make the run of a point, in a process of the pool."""
+    try:
+        work: Work = pickle.loads(_sent[0])
+    except Exception as error:  # what it names is not to be found from here
+        raise CannotStartError(NOT_SENT.format(error)) from error
+    return work.row(point)
+
+
+def _end_with_parent() -> None:
+    """End when the process that started this one does, however that ends."""
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os.kill(os.getpid(), signal.SIGTERM)  # which waits for a run that is being saved
+
+
+# --- workers of Dask --------------------------------------------------------------------------
+
+
+@contextmanager
+def dask_cluster(address: str, work: Work) -> Iterator[Pool]:
+    """Yield a pool of the workers of a scheduler at an address such as ``tcp://host:8786``.
+
+    What was not begun is cancelled with the pool. Dask gives the tasks of a worker that ends to
+    others, and gives them up after some times.
+
+    Raises:
+        CannotStartError: there is no such scheduler, no worker that fits, or no Dask.
+
+    """
+    try:
+        distributed = import_module("distributed")
+        client = distributed.Client(address, timeout=SECONDS_TO_CONNECT)
+    except ImportError as error:
+        needs = "this needs Dask: pip install 'exudyn-flexlink[cluster]'"
+        raise CannotStartError(needs) from error
+    except (OSError, ValueError, TimeoutError) as error:
+        raise CannotStartError(f"no scheduler answers at {address}: {error}") from error
+    with client:
+        with suppress(TimeoutError):  # a worker that ended may be on its way back
+            client.wait_for_workers(1, timeout=SECONDS_TO_CONNECT)
+        workers = client.nthreads()
+        if not workers:
+            raise CannotStartError(
+                f"the scheduler at {address} has no workers; start 'dask worker'"
+            )
+        many = [name for name, threads in workers.items() if threads != 1]
+        if many:
+            raise CannotStartError(
+                f"the worker at {many[0]} has more than one thread, which the engines do not "
+                "share; start workers with '--nworkers auto --nthreads 1'"
+            )
+        pool = client.get_executor(pure=False)
+        submit = partial(pool.submit, _dask_row, work, versions())
+        try:
+            yield Pool(submit, AHEAD * len(workers), distributed.KilledWorker)
+        finally:
+            pool.shutdown(wait=False)
+
+
+def _dask_row(work: Work, needed: Mapping[str, str], point: Point) -> Row:
+    """Make the run of a point, on a worker, which may have come late, with other packages."""
+    if versions() != needed:
+        raise RuntimeError(f"this worker has {versions()}")
+    return work.row(point)
+
 
 Told = Callable[[Row, int], None]
 """Called with each row, and the number of rows that are there."""

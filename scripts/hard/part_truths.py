@@ -106,9 +106,8 @@ def squircle(result: Result) -> float:
     a, b = track.semi_axes
     turned = np.linspace(0, 2 * np.pi, 4_000_001)
     c, d = np.cos(turned), np.sin(turned)
-    x, y = np.array([a * c, b * d]) / (np.abs(c) ** track.exponent + np.abs(d) ** track.exponent) ** (
-        1 / track.exponent
-    )
+    n = track.exponent
+    x, y = np.array([a * c, b * d]) / (np.abs(c) ** n + np.abs(d) ** n) ** (1 / n)
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     way = np.mod(scene.initial.velocities["bead"][1] * result.time, length[-1])
     return _off(result, np.stack([np.interp(way, length, x), np.interp(way, length, y)], axis=-1))

@@ -14,8 +14,7 @@ from exudyn_flexlink.engines.diagnostics import passed_on
 from exudyn_flexlink.engines.finer import LATE
 from exudyn_flexlink.engines.interrupts import RADAU, TOO_DEEP_ADVICE, interrupts, outcome_of, timed
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
-from exudyn_flexlink.engines.lagrangian.problem import Problem
-from exudyn_flexlink.engines.lagrangian.recording import Forces, Recorder
+from exudyn_flexlink.engines.lagrangian.problem import Forces, Problem, Recorder
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.pair_events import NODES
 from exudyn_flexlink.engines.recording import Histories

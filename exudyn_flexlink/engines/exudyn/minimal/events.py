@@ -49,7 +49,6 @@ from exudyn_flexlink.engines.pair_events import (
 )
 from exudyn_flexlink.engines.touching import TO_LOOKS, Side
 from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, Expression, remainders, resolved
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import POWERS, C
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
@@ -60,7 +59,7 @@ from exudyn_flexlink.integrate.events import (
     fall,
     first_fall,
 )
-from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Poses, Seen
 

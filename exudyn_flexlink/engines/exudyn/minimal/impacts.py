@@ -27,9 +27,7 @@ from exudyn_flexlink.engines.diagnostics import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.minimal.contacts import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.rigid import (
+from exudyn_flexlink.engines.exudyn.minimal.friction import (
     Gaps,
     Meeting,
     RigidContact,
@@ -37,11 +35,12 @@ from exudyn_flexlink.engines.exudyn.minimal.rigid import (
     mobility,
     turned_back,
 )
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.touching import Change, Moment
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.contact_share import complementary
 from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
 
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding

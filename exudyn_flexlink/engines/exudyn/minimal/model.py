@@ -24,7 +24,13 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     TreeState,
     tree_item,
 )
-from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions, LockedError
+from exudyn_flexlink.engines.exudyn.minimal.friction import (
+    JammedError,
+    JointFrictions,
+    LockedError,
+    Projector,
+    RigidContacts,
+)
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     Points,
@@ -37,12 +43,10 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads, Springs
-from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError, Projector, RigidContacts
 from exudyn_flexlink.engines.finer import seeded
 from exudyn_flexlink.engines.touching import Touches, press_by
 from exudyn_flexlink.expressions import NoValueError
-from exudyn_flexlink.integrate.clock import Window
-from exudyn_flexlink.integrate.problem import Evaluation, Press
+from exudyn_flexlink.integrate.problem import Evaluation, Press, Window
 from exudyn_flexlink.mechanism import Anchor, Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event

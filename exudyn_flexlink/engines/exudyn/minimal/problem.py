@@ -29,11 +29,11 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     PieceEnd,
     TurnsMade,
 )
+from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS

@@ -20,10 +20,9 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import joined, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps
 from exudyn_flexlink.engines.touching import ExtremeSeeker
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Ramp
 

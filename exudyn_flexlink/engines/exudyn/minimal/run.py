@@ -25,10 +25,9 @@ from exudyn_flexlink.engines.interrupts import RADAU, TOO_DEEP_ADVICE, interrupt
 from exudyn_flexlink.engines.recording import Histories, push_of
 from exudyn_flexlink.engines.touching import FIRST, ExtremeSeeker, error_times
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.problem import NoConvergenceError, instant
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ErrorControl, ImplicitStepper
 from exudyn_flexlink.mechanism import (

@@ -26,7 +26,7 @@ from exudyn_flexlink.curves import Arc, Curve, Evaluator, LineSegment, evaluator
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.track_follower import TrackFollower
-from exudyn_flexlink.integrate.clock import Window
+from exudyn_flexlink.integrate.problem import Window
 from exudyn_flexlink.mechanism import (
     GROUND,
     Mechanism,

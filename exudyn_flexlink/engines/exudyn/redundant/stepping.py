@@ -31,7 +31,7 @@ from exudyn_flexlink.engines.exudyn.redundant.slots import (
     end_on,
     first_zero,
 )
-from exudyn_flexlink.integrate.clock import Window, instant
+from exudyn_flexlink.integrate.problem import Window, instant
 from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event

@@ -17,7 +17,7 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, add_beam, without_rods
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import BeamCoordinates, Coordinates
-from exudyn_flexlink.integrate.clock import Window
+from exudyn_flexlink.integrate.problem import Window
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,

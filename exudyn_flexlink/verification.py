@@ -1,11 +1,9 @@
-"""What a run gives for each published number, and whether that is near enough.
+"""Runs of benchmarks held against numbers that others published.
 
-Published numbers as a file gives them: which quantity of a run, its value, what it may miss.
-
-Each tells what a run gives for it, `computed`, in SI: nan if nothing of the kind happened in it. A
-run that has no sample at the instant asked for raises MissingError.
-
-A file of published numbers, and the model that it belongs to.
+A benchmark is a model and, beside it, a file ``<name>.published.yaml`` with the numbers: which
+quantity of a run, its value, and how far a run may be from it. A quantity tells what a run gives
+for it, in SI units: nan if nothing of the kind happened in it; MissingError if the run has no
+sample at the instant asked for. Nothing here runs an engine: who verifies gives the results.
 """
 
 from __future__ import annotations
