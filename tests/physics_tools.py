@@ -67,7 +67,7 @@ def scene(text, *settings):
 
 def run(text, *settings):
     """Result of inline YAML, which must run to its end without a warning."""
-    result = simulate(scene(text, *settings), measure=False)
+    result = simulate(scene(text, *settings))
     assert result.outcome.completed, result.outcome
     assert result.warnings == ()
     return result
@@ -75,14 +75,14 @@ def run(text, *settings):
 
 def alone(text, *settings):
     """Result of inline YAML, which may warn."""
-    result = simulate(scene(text, *settings), measure=False)
+    result = simulate(scene(text, *settings))
     assert result.outcome.completed, result.outcome
     return result
 
 
 def run_model(name, *settings):
     """Result of a model file with settings."""
-    result = simulate(load_scene(MODELS / name, settings), measure=False)
+    result = simulate(load_scene(MODELS / name, settings))
     assert result.outcome.completed, result.outcome
     return result
 

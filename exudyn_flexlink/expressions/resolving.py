@@ -281,20 +281,38 @@ class Bounds(NamedTuple):
 def ranges(
     plan: Iterable[tuple[int, Operation]], time: Bounds, state: Mapping[int, Bounds]
 ) -> Bounds:
-    """Bounds of the last of numbered operations in order; infinite where it may have no value."""
+    """Bounds of the last of numbered operations in order; infinite where it may have no value.
+
+    An operation whose bounds are no numbers has none; what is made of it has none, either, or
+    infinite ones. So the last one tells whether any was, which is seldom: only then each is asked.
+    """
+    with np.errstate(all="ignore"):
+        found = _ranges(plan, time, state, lambda bounds: bounds)
+        return found if not np.isnan(found.low + found.high).any() else _ranges(
+            plan, time, state, _known
+        )
+
+
+def _ranges(
+    plan: Iterable[tuple[int, Operation]],
+    time: Bounds,
+    state: Mapping[int, Bounds],
+    known: Callable[[Bounds], Bounds],
+) -> Bounds:
+    """As `ranges`; `known` makes bounds of those of each operation."""
     found: dict[int, Bounds] = {}
     last = time
-    with np.errstate(all="ignore"):
-        for i, (name, takes, value) in plan:
-            if name == "number":
-                last = Bounds(np.float64(value), np.float64(value))
-            elif name == "variable":
-                last = time if value == TIME else state[int(value)]
-            elif name == "mul" and takes[0] == takes[1]:
-                last = _even(found[takes[0]], 2.0)
-            else:
-                last = _known(_BY_NAME[name](*(found[k] for k in takes)))
-            found[i] = last
+    for i, (name, takes, value) in plan:
+        if name == "number":
+            number = np.float64(value)
+            last = Bounds(number, number)
+        elif name == "variable":
+            last = time if value == TIME else state[int(value)]
+        elif name == "mul" and takes[0] == takes[1]:
+            last = _even(found[takes[0]], 2.0)
+        else:
+            last = known(_BY_NAME[name](*(found[k] for k in takes)))
+        found[i] = last
     return last
 
 
@@ -324,6 +342,16 @@ def _bounds_where(condition: FloatArray | BoolArray, one: Bounds, other: Bounds)
     return Bounds(
         np.where(condition, one.low, other.low), np.where(condition, one.high, other.high)
     )
+
+
+def _mul(a: Bounds, b: Bounds) -> Bounds:
+    """Bounds of a product; most often one of both is a number."""
+    if b.low is b.high:
+        a, b = b, a
+    if a.low is not a.high:
+        return _of_corners(np.multiply, a, b)
+    ends = a.low * b.low, a.low * b.high
+    return Bounds(*(ends if a.low >= 0 else reversed(ends)))
 
 
 def _rising(name: str) -> Callable[[Bounds], Bounds]:
@@ -378,7 +406,7 @@ def _atan2(a: Bounds, b: Bounds) -> Bounds:
 
 
 def _bounds_less(a: Bounds, b: Bounds) -> Bounds:
-    return Bounds((a.high < b.low).astype(float), (a.low < b.high).astype(float))
+    return Bounds((a.high < b.low).astype(float), (~(a.low >= b.high)).astype(float))
 
 
 def _choice(condition: Bounds, one: Bounds, other: Bounds) -> Bounds:
@@ -392,7 +420,7 @@ _BY_NAME: dict[str, Callable[..., Bounds]] = {
     "neg": lambda a: Bounds(-a.high, -a.low),
     "add": lambda a, b: Bounds(a.low + b.low, a.high + b.high),
     "sub": lambda a, b: Bounds(a.low - b.high, a.high - b.low),
-    "mul": partial(_of_corners, np.multiply),
+    "mul": _mul,
     "div": _div,
     "pow": _pow,
     "sin": lambda a: _wave(a, np.pi / 2, "sin"),

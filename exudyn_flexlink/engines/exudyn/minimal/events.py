@@ -348,7 +348,7 @@ class Overlooked:
         earliest = 1.0
         if not self._cells or not len(step.start.q):
             return earliest
-        loads, stages = self._model.loads, step.stages.kept
+        loads, stages, along = self._model.loads, step.stages.kept, None
         now = loads.now(stages.t, stages.state.x, stages.state.v)
         for number, given in enumerate(loads.formulas(now)):
             moved = self._moved(step.begin, given.unit[0])
@@ -359,16 +359,16 @@ class Overlooked:
             if cells and cells.show(given.sensed[0], by_area / 2 / step.h):
                 continue
             try:
-                sensed = np.array(loads.formulas(_along(self._model, step))[number].sensed)
+                along = along or loads.formulas(_along(self._model, step))
             except (ValueError, ArithmeticError):  # no place within: the step itself was good
                 return earliest
             clock = given.formula.clock
             scale = FACTORIALS / step.h**TAYLOR_POWERS
-            rates = scale[:, None] * (COEFFICIENTS @ sensed.T)
+            rates = scale[:, None] * (COEFFICIENTS @ np.array(along[number].sensed).T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
-            along = _AlongStep(clock + step.t, rates)
+            bounds = _AlongStep(clock + step.t, rates).bounds
             for addend in (one for one in given.formula.expression.addends if not one.of_time):
-                edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, along.bounds)
+                edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, bounds)
                 short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
                 inner = np.union1d(edges[short], edges[short + 1]) - ends[0]
                 inner = inner[(inner > SHORTEST * self._end) & (inner < step.h)]
