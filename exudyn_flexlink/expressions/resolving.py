@@ -288,8 +288,10 @@ def ranges(
     """
     with np.errstate(all="ignore"):
         found = _ranges(plan, time, state, lambda bounds: bounds)
-        return found if not np.isnan(found.low + found.high).any() else _ranges(
-            plan, time, state, _known
+        return (
+            found
+            if not np.isnan(found.low + found.high).any()
+            else _ranges(plan, time, state, _known)
         )
 
 

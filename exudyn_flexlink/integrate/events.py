@@ -16,9 +16,8 @@ Where quantities turn within the steps of a run: numerics, no mechanics.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import isnan
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -193,16 +192,32 @@ Function = Callable[[float], float]
 """A value, or a rate, by the time (s)."""
 
 
-@dataclass(frozen=True)
-class Event:
-    """What happens first within a step, and when (s); `what` is the problem's own.
+class Guard:
+    """A function of time whose zero ends a step, since the equations change there.
 
-    Where forces only bend, the last step still tells where the next one goes (`bends`).
+    Where forces only bend there, the last step still tells where the next one goes (`bends`).
     """
 
+    bends = False
+
+    def late(self, step: Any) -> float:  # noqa: ARG002
+        """How long (s) before a step's end the zero was; negative: after. 0 if near enough."""
+        return 0.0
+
+    def arrives(self, step: Any) -> bool:  # noqa: ARG002
+        """Tell that a step ends at the zero, or near enough."""
+        return True
+
+    def cross(self, time: float) -> None:
+        """Change the equations at this time (s)."""
+        raise NotImplementedError
+
+
+class Event(NamedTuple):
+    """What happens first within a step, and when (s)."""
+
     time: float
-    what: Any
-    bends: bool = False
+    guard: Guard
 
 
 def zero(value: Function, begin: float, end: float) -> float:

@@ -30,7 +30,7 @@ class Events(Protocol):
         """Whether the run ends here."""
 
     def cross(self, event: Event) -> None:
-        """Change the equations."""
+        """Let the event's guard change the equations, once what waits for them is worked off."""
 
 
 @dataclass

@@ -22,7 +22,7 @@ change slowly. A step goes over as many knots as may be, and else ends at one of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from typing import Protocol
 
@@ -222,13 +222,6 @@ class HybridProblem(Protocol):
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
 
-    def late(self, event: Event, step: Step) -> float:
-        """How long (s) before a step's end the event was; negative: after. 0 if near enough."""
-
-    def arrives(self, event: Event, step: Step) -> bool:  # noqa: ARG002
-        """Tell that a step ends at its event, or near enough."""
-        return True
-
 
 class ImplicitStepper:
     """Where the integration is, and the steps from there; `h` (s) is the next one.
@@ -275,7 +268,7 @@ class ImplicitStepper:
     def restart(self, event: Event | None = None) -> None:
         """Go on from the present state, after an event if any."""
         self.control.forget()
-        bends = event is not None and event.bends
+        bends = event is not None and event.guard.bends
         if not bends:
             self.radau.restart()
         if bends:
@@ -296,7 +289,7 @@ class ImplicitStepper:
         event = self.problem.first_event(step)
         close = instant(step.end, EVENT_TIME)
         if event is not None and event.time < step.t + close:
-            return replace(event, time=self.time)
+            return event._replace(time=self.time)
         if event is not None and event.time < step.end - close:
             landed = self._landed(event)
             if landed is None:
@@ -308,7 +301,7 @@ class ImplicitStepper:
         self.smallest, self.largest = min(self.smallest, step.h), max(self.largest, step.h)
         self.problem.accept(step)
         # The step that was made again tells the instant better than the one the event was found in.
-        return event and replace(event, time=self.time)
+        return event and event._replace(time=self.time)
 
     def _note(self, step: Step) -> None:
         """Take note of steps past a singularity, or inexact at one; of the user's that slipped."""
@@ -414,7 +407,7 @@ class ImplicitStepper:
         """Move a step's end a little along its polynomial, to its event."""
         solved, farthest = step, END_SHIFT * step.h
         for _ in range(CORRECTIONS):
-            late = self.problem.late(event, step)
+            late = event.guard.late(step)
             if late == 0.0 or abs(late) > farthest:
                 break
             step = step.ending(step.end - late)
@@ -433,4 +426,4 @@ class ImplicitStepper:
 
     def _arrives(self, event: Event, step: Step) -> bool:
         """Tell that a step ends at its event, and that nothing keeps it from being good."""
-        return self.problem.arrives(event, step) and self.knots.part(step) >= 1
+        return event.guard.arrives(step) and self.knots.part(step) >= 1

@@ -57,7 +57,7 @@ from exudyn_flexlink.engines.pair_events import NODES, calm, changed, first_of, 
 from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps, push_of
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, ExtremeSeeker, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
-from exudyn_flexlink.integrate.events import Event, fall
+from exudyn_flexlink.integrate.events import Event, Guard, fall
 from exudyn_flexlink.integrate.explicit import DenseStep
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
@@ -365,20 +365,66 @@ LAST = len(NODES) - 1
 AT_NODES = slice(len(NODES))
 
 
-class OfContact(NamedTuple):
-    """A contact, of this number, begins or ends."""
+@dataclass(frozen=True)
+class FaceGuard(Guard):
+    """A contact of the scene, of this number, begins or ends."""
 
+    problem: Problem
     contact: int
 
+    def late(self, step: Path) -> float:
+        """How long (s) before a step's end its gap was closed; negative: after.
 
-class PieceEnd(NamedTuple):
+        The reaction of a contact by impulse tells by itself where it ends.
+        """
+        touches = self.problem.touches
+        if touches.rigid[self.contact] and touches.pressed[self.contact]:
+            return 0.0
+        return self.problem.late_gap(self.contact, step)
+
+    def cross(self, time: float) -> None:
+        """Let it begin, end, or bounce."""
+        self.problem.change_face(time, self.contact)
+
+
+@dataclass(frozen=True)
+class WallGuard(Guard):
+    """A pair of link and guide, of this number, begins or ceases to press."""
+
+    problem: Problem
+    contact: int
+    bends = True
+
+    def late(self, step: Path) -> float:
+        """How long (s) before a step's end its gap was closed; negative: after."""
+        return self.problem.late_gap(self.contact, step)
+
+    def cross(self, time: float) -> None:
+        """Let all pairs that do so begin or cease to press."""
+        self.problem.settle_walls(time, self.contact)
+
+
+@dataclass(frozen=True)
+class PieceGuard(Guard):
     """P comes to the end of its piece (way 1), or to its start (-1)."""
 
+    problem: Problem
     way: int
 
+    def cross(self, time: float) -> None:  # noqa: ARG002
+        """Go on along the next piece."""
+        self.problem.next_piece(self.way)
 
-class TurnsMade(NamedTuple):
+
+@dataclass(frozen=True)
+class TurnsGuard(Guard):
     """The turns that end the run are made."""
+
+    problem: Problem
+
+    def cross(self, time: float) -> None:  # noqa: ARG002
+        """End the run."""
+        self.problem.reached = True
 
 
 class Problem(HybridProblem):
@@ -414,7 +460,7 @@ class Problem(HybridProblem):
         )
         for k in pressed:
             self.change(0.0, k, Change.CLOSES, self.seen)
-        self._settle_walls(0.0)
+        self.settle_walls(0.0)
 
     def start_off(self) -> None:
         """Start off by what rounding may be: see `finer`."""
@@ -483,7 +529,7 @@ class Problem(HybridProblem):
             def left(t: float) -> float:
                 return self._to_turn(self._at(step, t)[0].q[0])
 
-            found.append(Event(fall(left, step.t, step.t + step.h), TurnsMade()))
+            found.append(Event(fall(left, step.t, step.t + step.h), TurnsGuard(self)))
         return min(found, key=lambda event: event.time, default=None)
 
     def _at(self, step: Path, t: float) -> tuple[Frame, FloatArray]:
@@ -503,7 +549,8 @@ class Problem(HybridProblem):
         def left(t: float) -> float:
             return track.left(float(self._at(step, t)[1][0]))[which]
 
-        return [Event(fall(left, step.t, step.t + step.h * NODES[1 + node]), PieceEnd(way))]
+        end_of_piece = fall(left, step.t, step.t + step.h * NODES[1 + node])
+        return [Event(end_of_piece, PieceGuard(self, way))]
 
     def _of_contacts(self, step: Path, motion: Motion, path: Seen) -> list[Event]:
         contacts = self.system.contacts
@@ -515,15 +562,16 @@ class Problem(HybridProblem):
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
             if len(walls):
-                return [Event(step.t, OfContact(int(walls[0])), bends=True)]
+                return [Event(step.t, WallGuard(self, int(walls[0])))]
             path, lengths = self.system.without_ends(path)
             first = first_of(restless, path, lengths, pressing, step.h)
             if first is not None:
-                bends = first[1] >= contacts.faces
-                found.append(Event(step.t + first[0] * step.h, OfContact(first[1]), bends=bends))
+                part, k = first
+                guard = (FaceGuard if k < contacts.faces else WallGuard)(self, k)
+                found.append(Event(step.t + part * step.h, guard))
         if self.touches.rigid.any():
             lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
-            found += [Event(time, OfContact(k)) for time, k in lifted]
+            found += [Event(time, FaceGuard(self, k)) for time, k in lifted]
         return found
 
     def _changed(self, time: float, there: int | None = None) -> BoolArray:
@@ -534,13 +582,8 @@ class Problem(HybridProblem):
         found[: contacts.faces] = False
         return found
 
-    def late(self, event: Event, step: Path) -> float:
-        """How long (s) before a step's end a contact's event was; negative: after."""
-        if not isinstance(event.what, OfContact):
-            return 0.0
-        k, contacts = event.what.contact, self.system.contacts
-        if k < contacts.faces and self.touches.rigid[k] and self.touches.pressed[k]:
-            return 0.0
+    def late_gap(self, k: int, step: Path) -> float:
+        """How long (s) before a step's end the gap of a contact was closed; negative: after."""
         path, lengths = self.system.without_ends(self.system.from_sides(self._nodes(step)[1]))
         return late_by(path.pick(-1), lengths, k, step.t + step.h)
 
@@ -595,19 +638,13 @@ class Problem(HybridProblem):
             self.stop(reason, TOO_DEEP_ADVICE)
 
     def cross(self, event: Event) -> None:
-        """Change the equations."""
+        """Let the event's guard change the equations, once what waits for them is worked off."""
         self.recorder.work_off()
-        if isinstance(event.what, TurnsMade):
-            self.reached = True
-        elif isinstance(event.what, PieceEnd):
-            self.recorder.keep_last()
-            self._next_piece(event.what.way)
-        elif event.what.contact >= self.system.contacts.faces:
-            self._settle_walls(event.time, event.what.contact)
-        else:
-            self._change_face(event.time, event.what.contact)
+        event.guard.cross(event.time)
 
-    def _next_piece(self, way: int) -> None:
+    def next_piece(self, way: int) -> None:
+        """Go on along the next piece of the track; where there is none, the run stops."""
+        self.recorder.keep_last()
         track = self.system.track
         self.system.forget()
         before = track.at(np.array([track.u]))[1][0]
@@ -621,7 +658,7 @@ class Problem(HybridProblem):
             self.q[-1] = track.u
             self.v[-1] *= abs(before) / abs(after)
 
-    def _settle_walls(self, time: float, there: int | None = None) -> None:
+    def settle_walls(self, time: float, there: int | None = None) -> None:
         """Let all pairs that do so at an event of `there` begin or cease to press."""
         for k in np.flatnonzero(self._changed(time, there)).tolist():
             self.change(time, k, self._happening(k), self.seen)
@@ -630,7 +667,8 @@ class Problem(HybridProblem):
         gap, place = float(self.seen.gap[k]), float(self.seen.place[k])
         return self.touches.crossing(k, gap, min(place, self.system.contacts.length[k] - place))
 
-    def _change_face(self, time: float, k: int) -> None:
+    def change_face(self, time: float, k: int) -> None:
+        """Let a contact of the scene begin, end, or bounce."""
         what, rigid = self._happening(k), bool(self.touches.rigid[k])
         if what is Change.PASSES:
             self.change(time, k, what, self.seen)

@@ -23,10 +23,11 @@ see `mechanism.pulses`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from enum import Enum, auto
 from functools import lru_cache, partial
 from math import ceil, factorial, floor, inf, log2
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.polynomial import Polynomial, chebyshev
@@ -54,6 +55,7 @@ from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
     GAP_ROUNDING,
     Event,
+    Guard,
     StepPolynomial,
     chebyshev_sum,
     fall,
@@ -76,19 +78,34 @@ class Happens(Enum):
     CHANGES_SIDES = auto()
 
 
-class FrictionChange(NamedTuple):
+@dataclass(frozen=True)
+class FrictionGuard(Guard):
     """It happens to friction number `joint` when the `value` comes to zero."""
 
+    watch: FrictionWatch
     joint: int
     what: Happens
     value: Value
+
+    @property
+    def bends(self) -> bool:  # type: ignore[override]
+        """Whether the friction itself does not leap."""
+        return self.what in (Happens.SLIDES, Happens.CHANGES_SIDES)
+
+    def late(self, step: Step) -> float:
+        """How long (s) before a step's end a joint came to rest; negative: after; else 0."""
+        return self.watch.late(self.joint, step) if self.what is Happens.RESTS else 0.0
+
+    def cross(self, time: float) -> None:
+        """Let it happen; what comes to rest, or is swept along, does so as equations restart."""
+        self.watch.cross(time, self.joint, self.what, leaps=not self.bends)
 
 
 class FrictionWatch:
     """Looks at the steps of a model, and tells its friction what happens."""
 
-    def __init__(self, model: MinimalModel) -> None:
-        self._model, self._own = model, model.frictions
+    def __init__(self, model: MinimalModel, changes: Changes) -> None:
+        self._model, self._own, self._changes = model, model.frictions, changes
 
     def settle(self, time: float, q: FloatArray, v: FloatArray) -> None:
         """Let joints slide or rest as the present state tells: speeds or forces may have jumped."""
@@ -103,61 +120,58 @@ class FrictionWatch:
             return []
         known = [step.begin.kept.pick(None), step.stages.kept]
         found = []
-        for change in self._changes(step):
-            at_nodes = np.concatenate([change.value(own) for own in known])
+        for guard in self._guards(step):
+            at_nodes = np.concatenate([guard.value(own) for own in known])
             if (TO_LOOKS @ at_nodes)[1:].min() > 0:
                 continue
             slope = Polynomial(POWERS @ at_nodes).deriv()
             time = first_fall(
-                partial(self._at, step, change.value),
+                partial(self._at, step, guard.value),
                 lambda t, slope=slope: float(slope((t - step.t) / step.h)),  # type: ignore[misc]
                 (step.t, step.end),
             )
             if time is not None:
-                bends = change.what in (Happens.SLIDES, Happens.CHANGES_SIDES)
-                found.append(Event(time, change, bends))
+                found.append(Event(time, guard))
         return found
 
-    def _changes(self, step: Step) -> Iterator[FrictionChange]:
+    def _guards(self, step: Step) -> Iterator[FrictionGuard]:
         """What may happen to each joint, as it slides or rests now."""
-        own, rows = self._own, self._own.rows
+        own, rows, guard = self._own, self._own.rows, partial(FrictionGuard, self)
         driven = own.driven(step.begin.kept.state)
         for k, way in enumerate(own.way.tolist()):
             if way:
-                yield FrictionChange(k, Happens.RESTS, _speed(rows[k], way, own.since[k]))
+                yield guard(k, Happens.RESTS, _speed(rows[k], way, own.since[k]))
             elif driven[k]:
-                yield FrictionChange(k, Happens.SWEPT_ALONG, _stillness(rows[k]))
+                yield guard(k, Happens.SWEPT_ALONG, _stillness(rows[k]))
             else:
-                yield FrictionChange(k, Happens.SLIDES, _left_of_bound(k))
+                yield guard(k, Happens.SLIDES, _left_of_bound(k))
         for k in own.has_sides.tolist():
             if own.way[k]:
-                yield FrictionChange(k, Happens.CHANGES_SIDES, _press(k, own.side[k]))
+                yield guard(k, Happens.CHANGES_SIDES, _press(k, own.side[k]))
 
     def _at(self, step: Step, value: Value, t: float) -> float:
         q, v = step.at(np.array([t]))
         return float(value(self._model.evaluate(t, q[0], v[0]).kept.pick(None))[0])
 
-    def late(self, change: FrictionChange, step: Step) -> float:
-        """How long (s) before a step's end a joint came to rest; negative: after; else 0."""
-        if change.what is not Happens.RESTS:
-            return 0.0
-        row = self._own.rows[change.joint]
+    def late(self, k: int, step: Step) -> float:
+        """How long (s) before a step's end joint k came to rest; negative: after."""
+        row = self._own.rows[k]
         q, v = step.finish.q, step.finish.v
         state = self._model.state(step.end, q, v)
-        speed = row @ state.v - self._own.since[change.joint]
+        speed = row @ state.v - self._own.since[k]
         slope = row @ (state.b + state.transform.expanded(step.finish.a))
         near = abs(speed) <= abs(slope) * instant(step.end, EVENT_TIME)
         return 0.0 if near or slope == 0 else float(speed / slope)
 
-    def cross(self, time: float, change: FrictionChange) -> None:
-        """Let it happen; what comes to rest, or is swept along, does so as equations restart."""
-        k = change.joint
-        if change.what is Happens.SLIDES:
+    def cross(self, time: float, k: int, what: Happens, *, leaps: bool) -> None:
+        """Let it happen to joint k."""
+        self._changes.keep(leaps=leaps)
+        if what is Happens.SLIDES:
             at = self._model.evaluate(time, *self._model.coordinates.independent())
             self._own.slide(k, at.kept.friction, at.kept.state.v)
-        elif change.what is Happens.RESTS:
+        elif what is Happens.RESTS:
             self._own.stopped = k
-        elif change.what is Happens.CHANGES_SIDES:
+        elif what is Happens.CHANGES_SIDES:
             self._own.side[k] *= -1
 
 
@@ -202,19 +216,32 @@ def _along(model: MinimalModel, step: Step) -> Now:
     return model.loads.now(model.window.all_inside(t), state.x, state.v)
 
 
-class KinkPassed(NamedTuple):
+@dataclass(frozen=True)
+class KinkGuard(Guard):
     """A torque or force passes its kink of this number, at which its switch has this rate (1/s)."""
 
+    watch: KinkWatch
     load: LoadSize
     kink: int
     rate: float
+    bends = True
+
+    def late(self, step: Step) -> float:
+        """How long (s) before a step's end the kink was; negative: after. 0 where it is there."""
+        value = float(self.watch.at_end(self.load, step)[self.kink])
+        near = abs(value) <= abs(self.rate) * instant(step.end, EVENT_TIME)
+        return 0.0 if near or self.rate == 0 else value / self.rate
+
+    def cross(self, time: float) -> None:  # noqa: ARG002
+        """Hold the formula on the other side of the kink."""
+        self.load.sides[self.kink] = 1.0 - self.load.sides[self.kink]
 
 
 class KinkWatch:
     """Looks at steps; knows the largest value of each switch so far, beside which others round."""
 
-    def __init__(self, model: MinimalModel) -> None:
-        self._model = model
+    def __init__(self, model: MinimalModel, changes: Changes) -> None:
+        self._model, self._changes = model, changes
         self._largest: dict[LoadSize, FloatArray] = {}
 
     def take_sides(self, time: float, q: FloatArray, v: FloatArray) -> None:
@@ -223,10 +250,6 @@ class KinkWatch:
             load.sides = []
             switches = load.switches(self._now(time, self._model.state(time, q, v)))
             load.sides = (switches[:, 0] < 0).astype(float).tolist()
-
-    def cross(self, passed: KinkPassed) -> None:
-        """Hold a formula on the other side of a kink."""
-        passed.load.sides[passed.kink] = 1.0 - passed.load.sides[passed.kink]
 
     def first(self, step: Step) -> Event | None:
         """Passage of a kink that comes first within a step; None if there is none."""
@@ -246,18 +269,12 @@ class KinkWatch:
                 part = first_fall(value, partial(chebyshev_sum, slopes), (0.0, 1.0))
                 if part is not None:
                     rate = chebyshev_sum(slopes, part) / (ways[k] * step.h)
-                    passed = KinkPassed(load, k, rate)
-                    found.append(Event(step.t + part * step.h, passed, bends=True))
+                    found.append(Event(step.t + part * step.h, KinkGuard(self, load, k, rate)))
         return min(found, key=lambda event: event.time, default=None)
 
-    def late(self, passed: KinkPassed, end: TreeState, time: float) -> float:
-        """How long (s) before a step's end at this time the kink was; negative: after.
-
-        0 where it is there.
-        """
-        value = float(passed.load.switches(self._now(time, end))[passed.kink, 0])
-        near = abs(value) <= abs(passed.rate) * instant(time, EVENT_TIME)
-        return 0.0 if near or passed.rate == 0 else value / passed.rate
+    def at_end(self, load: LoadSize, step: Step) -> FloatArray:
+        """Switches (kinks,) of a load at the end of a step."""
+        return load.switches(self._now(step.end, self._changes.end_of(step)))[:, 0]
 
     def _now(self, time: float, at: TreeState) -> Now:
         inside = self._model.window.inside(time)
@@ -393,30 +410,31 @@ LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not van
 MOST_LATE = 1e-6  # of the step: rounding does not make an event later than that
 
 
-class ContactChange(NamedTuple):
-    """A contact, of this number, begins or ends; pairs of link and guide follow the scene's."""
+class Changes(Protocol):
+    """What guards change: the problem, see there."""
 
-    contact: int
+    def end_of(self, step: Step) -> TreeState:
+        """All coordinates at the end of a step."""
 
+    def keep(self, *, leaps: bool) -> None:
+        """Keep the instant; before what leaps there, too."""
 
-class PieceEnd(NamedTuple):
-    """What is followed on a curve comes to the end of its piece (way 1), or to its start (-1)."""
+    def contact_guard(self, k: int) -> Guard:
+        """Contact k, of the scene or, after these, of link and guide, begins or ends."""
 
-    point: Followed
-    way: int
+    def piece_guard(self, point: Followed, way: int) -> Guard:
+        """What is followed on a curve comes to the end of its piece (1), or to its start (-1)."""
 
-
-class TurnsMade(NamedTuple):
-    """The turns that end the run are made."""
+    def turns_guard(self) -> Guard:
+        """The turns that end the run are made."""
 
 
 class EventFinder:
     """Looks at steps; `seen` are all contacts at the end of the last one accepted."""
 
-    def __init__(
-        self, model: MinimalModel, goal: Goal | None, x: FloatArray, v: FloatArray
-    ) -> None:
-        self.model, self.goal = model, goal
+    def __init__(self, model: MinimalModel, goal: Goal | None, changes: Changes) -> None:
+        x, v = model.start
+        self.model, self.goal, self._changes = model, goal, changes
         self._sides, self._contacts = model.touches, model.contacts
         self._count = self._contacts.count
         self._lengths = self._contacts.length
@@ -428,8 +446,8 @@ class EventFinder:
         self._poses = model.contacts.poses
         self.x, self._v = x, v
         self.seen = self._contacts.every.seen(self._poses(x, v))
-        self.kinks = KinkWatch(model)
-        self.frictions = FrictionWatch(model)
+        self.kinks = KinkWatch(model, changes)
+        self.frictions = FrictionWatch(model, changes)
         self._looks: dict[float, TreeState] = {}  # within the present step
         self._ahead: tuple[TreeState, Seen] | None = None  # where the last step ends
 
@@ -469,7 +487,7 @@ class EventFinder:
         found += self.frictions.events(step)
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
-            found.append(Event(time, TurnsMade()))
+            found.append(Event(time, self._changes.turns_guard()))
         return min(found, key=lambda event: event.time, default=None)
 
     def look_again(self, end: TreeState) -> None:
@@ -517,12 +535,12 @@ class EventFinder:
             return None
         at_once = self.changed_pairs(step.t)
         if at_once:
-            return Event(step.t, ContactChange(at_once[0]), bends=True)
+            return Event(step.t, self._changes.contact_guard(at_once[0]))
         found = first_of(restless, path, lengths, pressing, step.h)
         if found is None:
             return None
         part, pair = found
-        return Event(step.t + part * step.h, ContactChange(self._count + pair), bends=True)
+        return Event(step.t + part * step.h, self._changes.contact_guard(self._count + pair))
 
     # --- ends of pieces -----------------------------------------------------------------------
 
@@ -573,7 +591,7 @@ class EventFinder:
             on_piece = partial(self._on_piece, step, point, place, side)
             passed = first_fall(on_piece, None, (step.t, time))
             if passed is not None:
-                return Event(passed, PieceEnd(point, way))
+                return Event(passed, self._changes.piece_guard(point, way))
         return None
 
     def _on_piece(self, step: Step, point: Followed, place: PlaceOf, side: int, t: float) -> float:
@@ -602,7 +620,8 @@ class EventFinder:
         times = [(self._change(k, step), k) for k in self._restless(step, *path, held)]
         for k, search in self._flights(step, nodes, end, np.flatnonzero(free)):
             times.append((self._closing(k, first_part(search), step), k))
-        return [Event(time, ContactChange(k)) for time, k in times if time is not None]
+        guard = self._changes.contact_guard
+        return [Event(time, guard(k)) for time, k in times if time is not None]
 
     def _closing(self, k: int, part: float | None, step: Step) -> float | None:
         """Instant (s) of an event of contact k after a part of the step, by the state there.

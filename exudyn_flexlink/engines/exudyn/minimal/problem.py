@@ -20,14 +20,10 @@ from exudyn_flexlink.engines.diagnostics import (
 from exudyn_flexlink.engines.exudyn.minimal.contacts import TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
-    ContactChange,
     EventFinder,
-    FrictionChange,
+    Followed,
     Goal,
-    KinkPassed,
     Overlooked,
-    PieceEnd,
-    TurnsMade,
 )
 from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
@@ -37,7 +33,7 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
-from exudyn_flexlink.integrate.events import Event
+from exudyn_flexlink.integrate.events import Event, Guard
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import FREELY, PART, slow_motions
@@ -77,34 +73,32 @@ class MinimalProblem:
     _jumped: bool = False  # a contact's force, or speeds, where the last step ended
 
     def __post_init__(self) -> None:
-        x, v = self.model.start
         contacts, assembly = self.model.contacts, self.model.assembly
         pressed = pressed_among(assembly.mechanism.touching, assembly.state.q)
-        self._finder = EventFinder(self.model, self.goal, x, v)
+        self.finder = EventFinder(self.model, self.goal, self)
         springs = contacts.lets_go.copy()
         springs[pressed] = True
-        self.model.touches.start(np.where(springs, 0.0, self._finder.seen.gap)[: contacts.count])
+        self.model.touches.start(np.where(springs, 0.0, self.finder.seen.gap)[: contacts.count])
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
         self._overlooked = Overlooked(self.model, self.end)
-        self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._walls = contacts.count  # number of the first pair of link and guide
-        self._change_walls(0.0)
+        self.change_walls(0.0)
         self.bounds = DepthBounds(self.recorder.contacts)
         self._begin_pressed(pressed)
-        self._finder.frictions.settle(0.0, *self.model.coordinates.independent())
-        self.impacts = Impacts(self.model, self._finder, self.recorder)
+        self.finder.frictions.settle(0.0, *self.model.coordinates.independent())
+        self.impacts = Impacts(self.model, self.finder, self.recorder)
 
     def _begin_pressed(self, pressed: list[int]) -> None:
         """Let contacts press that do at time 0: `pressed` at a rest; ropes that are stretched."""
         contacts = self.model.contacts
         for k in range(contacts.count):
-            touch = self._finder.touch(k)
+            touch = self.finder.touch(k)
             if k in contacts.rigid:
                 continue
             if contacts.pressed_by(k, touch) > 0 if contacts.lets_go[k] else k in pressed:
-                self._change(0.0, k, Change.CLOSES, touch)
+                self.change(0.0, k, Change.CLOSES, touch)
                 contacts.follow(k, self.model.start[0], presses=True)
 
     @property
@@ -115,7 +109,7 @@ class MinimalProblem:
     @property
     def left(self) -> float | None:
         """Angle still to turn, rad; None where time ends the run."""
-        left = None if self.goal is None else self.goal(self._finder.x)
+        left = None if self.goal is None else self.goal(self.finder.x)
         return 0.0 if self.reached else left
 
     # --- steps --------------------------------------------------------------------------------
@@ -129,9 +123,9 @@ class MinimalProblem:
         self.recorder.work_off()
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
-        self._finder.kinks.take_sides(time, q, v)
+        self.finder.kinks.take_sides(time, q, v)
         ways = self.model.frictions.way
-        self._finder.frictions.settle(time, q, v)
+        self.finder.frictions.settle(time, q, v)
         self._jumped |= bool(np.any(self.model.frictions.way != ways))  # as a drive stops, too
         at = self.model.evaluate(time, q, v)
         self.model.look(at.kept.state.x, at.kept.state.transform)
@@ -176,9 +170,9 @@ class MinimalProblem:
         self._first = inf
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
-        self._finder.accept(end)
+        self.finder.accept(end)
         self.recorder.take(step, found)
-        gaps, pressed = self._finder.seen.gap, self.model.touches.pressed
+        gaps, pressed = self.finder.seen.gap, self.model.touches.pressed
         if (broken := self.model.contacts.broken(gaps, pressed)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
         elif self.bounds.any:
@@ -220,76 +214,38 @@ class MinimalProblem:
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
-        return self._finder.first(step, self._look(step).end)
-
-    def late(self, event: Event, step: Step) -> float:
-        """How long (s) before the step's end its event was; negative: after. 0 if near enough."""
-        what, end = event.what, self._look(step).end
-        if isinstance(what, ContactChange) and what.contact >= self._walls:
-            return self._finder.late_pair(what.contact, end, step.end)
-        if isinstance(what, KinkPassed):
-            return self._finder.kinks.late(what, end, step.end)
-        if isinstance(what, FrictionChange):
-            return self._finder.frictions.late(what, step)
-        if not isinstance(what, ContactChange):
-            return 0.0
-        k, contacts = what.contact, self.model.contacts
-        presses, touch = self._finder.presses(k), self._finder.touch_at(k, end)
-        slid = contacts.left_since(k, touch) if presses else 0.0
-        # The force of a law begins at zero, however near; a reaction tells by itself where it ends,
-        # and so does a force that lets go.
-        tells = (k in contacts.rigid) == presses
-        if contacts.lets_go[k]:
-            tells = presses or self._finder.let_go(k)
-        beside = touch.inside < 0 or touch.gap_rate == 0
-        if slid or tells or beside or meets(touch, step.end):
-            return slid
-        return touch.gap / touch.gap_rate
-
-    def arrives(self, event: Event, step: Step) -> bool:
-        """Tell that a rigid contact closes where its gap is closed.
-
-        What it is off by would be as much as the smallest bounces.
-        """
-        k = event.what.contact if isinstance(event.what, ContactChange) else None
-        if k is None or k not in self.model.rigid.all:
-            return True
-        end = self._look(step).end
-        touch = self._finder.touch_at(k, end)
-        closes = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
-        return not closes or meets(touch, step.end)
+        return self.finder.first(step, self._look(step).end)
 
     def cross(self, event: Event) -> None:
-        """Change the equations."""
+        """Let the event's guard change the equations, once what waits for them is worked off."""
         self.recorder.work_off()
-        if isinstance(event.what, TurnsMade):
-            self.reached = True
-        elif isinstance(event.what, PieceEnd):
-            self._next_piece(event.what, event.time)
-        elif isinstance(event.what, KinkPassed):
-            self._finder.kinks.cross(event.what)
-        elif isinstance(event.what, FrictionChange):
-            self._jumped = not event.bends
-            self.recorder.keep_last(before=self._jumped)
-            self._finder.frictions.cross(event.time, event.what)
-        elif event.what.contact >= self._walls:
-            self._change_walls(event.time, event.what.contact)
-        elif self._has_passed(event.time, event.what.contact):
-            return
-        elif event.what.contact in self.model.rigid.all:
-            self._change_rigid(event.time, event.what.contact)
-        else:
-            self._change_contact(event.time, event.what.contact)
+        event.guard.cross(event.time)
 
-    def _has_passed(self, time: float, k: int) -> bool:
-        """Tell that a point has passed the line of its face, beside it, before the step ended."""
-        touch = self._finder.touch(k)
-        what = self.model.touches.crossing(k, touch.gap, touch.inside)
-        return what is Change.PASSES and not meets(touch, time)
+    def end_of(self, step: Step) -> TreeState:
+        """All coordinates at the end of a step."""
+        return self._look(step).end
 
-    def _next_piece(self, end: PieceEnd, time: float) -> None:
+    def keep(self, *, leaps: bool) -> None:
+        """Keep the end of the last step; with what leaps there also what was before."""
+        self._jumped = leaps
+        self.recorder.keep_last(before=leaps)
+
+    def turns_guard(self) -> Guard:
+        """The turns that end the run are made."""
+        return TurnsGuard(self)
+
+    def piece_guard(self, point: Followed, way: int) -> Guard:
+        """What is followed on a curve comes to the end of its piece (1), or to its start (-1)."""
+        return PieceGuard(self, point, way)
+
+    def contact_guard(self, k: int) -> Guard:
+        """Contact k, of the scene or, after these, of link and guide, begins or ends."""
+        if k >= self._walls:
+            return PairGuard(self, k)
+        return RigidGuard(self, k) if k in self.model.rigid.all else ContactGuard(self, k)
+
+    def next_piece(self, point: Followed, way: int, time: float) -> None:
         """Go on along the next piece of a curve or a table; where there is none, the run stops."""
-        point, way = end
         if point.next_piece(way, time):
             return
         if isinstance(point, TableFollower):
@@ -299,9 +255,9 @@ class MinimalProblem:
             self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
             self.stop_advice = "lengthen the curve, or end the run before"
 
-    def _change_rigid(self, time: float, k: int) -> None:
-        self.recorder.keep_last(before=True)
-        self._jumped = True
+    def strike(self, time: float, k: int) -> None:
+        """Let a contact by impulse bounce, begin or end, and what follows of that."""
+        self.keep(leaps=True)
         try:
             self.impacts.change(time, k)
         except ArithmeticError as error:
@@ -312,36 +268,130 @@ class MinimalProblem:
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         for other in self.model.rigid.all:  # one impact may begin or end others
-            presses = self._finder.presses(other)
-            self.model.contacts.follow(other, self._finder.x, presses=presses)
+            self.model.contacts.follow(other, self.finder.x, presses=self.finder.presses(other))
 
-    def _change_contact(self, time: float, k: int) -> None:
-        """Let a contact begin or end."""
-        touch = self._finder.touch(k)
-        what = self.model.touches.crossing(k, touch.gap, touch.inside)
-        self._jumped = what is Change.SLIDES_OFF or bool(self.model.contacts.lets_go[k])
-        if k < self._of_scene:
-            self.recorder.keep_last(before=self._jumped)
-        self._change(time, k, what, touch)
-        self.model.contacts.follow(k, self._finder.x, presses=what is Change.CLOSES)
-
-    def _change_walls(self, time: float, there: int | None = None) -> None:
-        """Let all pairs that do so at an event of `there` begin or cease to press."""
-        for k in self._finder.changed_pairs(time, there):
-            touch = self._finder.touch(k)
-            what = self.model.touches.crossing(k, touch.gap, touch.inside)
-            self._change(time, k, what, touch)
-        self._flight = self._longest_flight(time)
-        any_presses = self.model.touches.pressed[self._walls :].any()
-        self._free_since = None if any_presses else time
-
-    def _change(self, time: float, k: int, what: Change, touch: Touch) -> None:
+    def change(self, time: float, k: int, what: Change, touch: Touch) -> None:
+        """Let a contact begin or end where it is."""
         if what is Change.CLOSES:
             self._first = min(self._first, FIRST * self.half_periods[k])
         now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
         self.model.touches.change(k, what, now)
 
+    def change_walls(self, time: float, there: int | None = None) -> None:
+        """Let all pairs that do so at an event of `there` begin or cease to press."""
+        for k in self.finder.changed_pairs(time, there):
+            touch = self.finder.touch(k)
+            what = self.model.touches.crossing(k, touch.gap, touch.inside)
+            self.change(time, k, what, touch)
+        self._flight = self._longest_flight(time)
+        any_presses = self.model.touches.pressed[self._walls :].any()
+        self._free_since = None if any_presses else time
+
     @property
     def places(self) -> FloatArray:
         """Where all contacts are on their faces now (c,), m."""
-        return self._finder.seen.place
+        return self.finder.seen.place
+
+
+# --- guards ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TurnsGuard(Guard):
+    """The turns that end the run are made."""
+
+    problem: MinimalProblem
+
+    def cross(self, time: float) -> None:  # noqa: ARG002
+        """End the run."""
+        self.problem.reached = True
+
+
+@dataclass(frozen=True)
+class PieceGuard(Guard):
+    """What is followed on a curve comes to the end of its piece (way 1), or to its start (-1)."""
+
+    problem: MinimalProblem
+    point: Followed
+    way: int
+
+    def cross(self, time: float) -> None:
+        """Go on along the next piece."""
+        self.problem.next_piece(self.point, self.way, time)
+
+
+@dataclass(frozen=True)
+class PairGuard(Guard):
+    """A pair of link and guide, of this number, begins or ceases to press."""
+
+    problem: MinimalProblem
+    contact: int
+    bends = True
+
+    def late(self, step: Step) -> float:
+        """How long (s) before a step's end its gap was closed; negative: after."""
+        problem = self.problem
+        return problem.finder.late_pair(self.contact, problem.end_of(step), step.end)
+
+    def cross(self, time: float) -> None:
+        """Let all pairs that do so begin or cease to press."""
+        self.problem.change_walls(time, self.contact)
+
+
+@dataclass(frozen=True)
+class ContactGuard(Guard):
+    """A contact of the scene, of this number, begins or ends."""
+
+    problem: MinimalProblem
+    contact: int
+
+    def late(self, step: Step) -> float:
+        """How long (s) before a step's end the contact began or ended; negative: after."""
+        k, finder, contacts = self.contact, self.problem.finder, self.problem.model.contacts
+        touch = finder.touch_at(k, self.problem.end_of(step))
+        slid = contacts.left_since(k, touch) if finder.presses(k) else 0.0
+        beside = touch.inside < 0 or touch.gap_rate == 0
+        if slid or beside or self._force_tells() or meets(touch, step.end):
+            return slid
+        return touch.gap / touch.gap_rate
+
+    def _force_tells(self) -> bool:
+        """Tell that the instant is that of a force, which begins at zero, or ends there.
+
+        The force of a law begins at zero, however near that instant is. A reaction tells by itself
+        where it ends, and so does a force that lets go before its gap has opened.
+        """
+        k, finder, contacts = self.contact, self.problem.finder, self.problem.model.contacts
+        if contacts.lets_go[k]:
+            return finder.presses(k) or finder.let_go(k)
+        return finder.presses(k) if k in contacts.rigid else not finder.presses(k)
+
+    def cross(self, time: float) -> None:
+        """Let it begin or end, but for a point that has passed its face's line, beside it."""
+        touch = self.problem.finder.touch(self.contact)
+        what = self.problem.model.touches.crossing(self.contact, touch.gap, touch.inside)
+        if what is not Change.PASSES or meets(touch, time):
+            self.change(time, what, touch)
+
+    def change(self, time: float, what: Change, touch: Touch) -> None:
+        """Let what happens do so."""
+        k, problem, contacts = self.contact, self.problem, self.problem.model.contacts
+        if k < len(problem.model.assembly.mechanism.contacts):  # touches in bearings are too many
+            problem.keep(leaps=what is Change.SLIDES_OFF or bool(contacts.lets_go[k]))
+        problem.change(time, k, what, touch)
+        contacts.follow(k, problem.finder.x, presses=what is Change.CLOSES)
+
+
+class RigidGuard(ContactGuard):
+    """A contact by impulse, of this number, is met, or ends."""
+
+    def arrives(self, step: Step) -> bool:
+        """Tell that it closes where its gap is closed: small bounces are as high as it is off."""
+        k, problem = self.contact, self.problem
+        touch = problem.finder.touch_at(k, problem.end_of(step))
+        closes = problem.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
+        return not closes or meets(touch, step.end)
+
+    def change(self, time: float, what: Change, touch: Touch) -> None:  # noqa: ARG002
+        """Let it bounce, begin or end."""
+        self.problem.strike(time, self.contact)
