@@ -396,6 +396,10 @@ class Impulse:
     restitution: float
     tangential: float = 0.0
 
+    def stored_energy(self, penetration: ArrayLike) -> FloatArray:
+        """No energy (J)."""
+        return np.zeros(np.shape(penetration))
+
 
 PressingLaw = Penalty | Impulse
 """Law of a contact."""

@@ -50,7 +50,6 @@ from exudyn_flexlink.mechanism import (
     in_guides,
     least_tolerance,
     other_branches,
-    pairs,
     pressed_at,
     rest_of,
     sample_bytes,
@@ -364,7 +363,7 @@ def pressed_walls(assembly: Assembly) -> list[Mistake]:
     for channel in assembly.mechanism.channels:
         depths = {
             contact.name.removeprefix(f"{channel.name}: "): -float(at.gap)
-            for contact in (pairs(channel) if channel.clearance > 0 else ())
+            for contact in (channel.contacts if channel.clearance > 0 else ())
             for at in [approach(contact, state.q, state.v)]
             if 0 <= at.place <= contact.length and at.gap < -TOUCHING
         }

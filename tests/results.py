@@ -14,8 +14,6 @@ from exudyn_flexlink.mechanism import (
     EnergyMeter,
     approach,
     build_mechanism,
-    pair_sides,
-    pairs,
 )
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import (
@@ -244,7 +242,7 @@ def _contact(contact, q, v, time, touches):
 
 def _sleeve(channel, q, v, time):
     """Elastic walls: F = k d while the point is behind the face and beside none of its ends."""
-    deep, rates, faces = [], [], pairs(channel)
+    deep, rates, faces = [], [], channel.contacts
     for face in faces:
         near = approach(face, q, v)
         beside = (near.place < 0) | (near.place > face.length)
@@ -258,7 +256,7 @@ def _sleeve(channel, q, v, time):
     )
     return SleeveHistory(
         tuple(face.name for face in faces),
-        pair_sides(channel),
+        channel.sides,
         force,
         touches,
         float(max(np.max(deep), 0.0)),

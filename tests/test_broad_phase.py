@@ -7,7 +7,7 @@ from cli_runs import ROOT
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines.exudyn.redundant.contacts import BESIDE, BroadPhase
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import ContactShapes, approach, pairs, poses_of
+from exudyn_flexlink.mechanism import ContactShapes, approach, poses_of
 
 
 def gaps(faces, q, v):
@@ -20,7 +20,7 @@ def gaps(faces, q, v):
 def test_near_are_pairs_whose_gaps_close_over_their_faces(model):
     """Of 30 random motions: nothing that may touch is left out, nothing else is named."""
     assembly = assemble_scene(load_scene(ROOT / "models" / model))
-    faces = pairs(assembly.mechanism.channels[0])
+    faces = assembly.mechanism.channels[0].contacts
     held = np.array([face.side == 0 for face in faces])
     length = np.array([face.length for face in faces])
     random, named = np.random.default_rng(1), 0

@@ -13,7 +13,7 @@ from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.mechanism import anchor_position, approach, build_mechanism, pairs
+from exudyn_flexlink.mechanism import anchor_position, approach, build_mechanism
 from exudyn_flexlink.observables import common_times, path, separation
 
 PIVOT = np.array([0.02, 0.0])
@@ -45,7 +45,7 @@ def on_guide(result):
     """Force (N, 2) and moment (N,) about the pivot that the link gives the guide, by `approach`."""
     force, moment = np.zeros((len(result.time), 2)), np.zeros(len(result.time))
     channel, history = channel_of(result), result.sleeves["sleeve"]
-    for k, contact in enumerate(pairs(channel)):
+    for k, contact in enumerate(channel.contacts):
         at = approach(contact, result.poses, result.rates)
         along = -contact.side * np.stack([-at.normal[:, 1], at.normal[:, 0]], axis=-1)
         press = history.force[:, k]
@@ -95,7 +95,7 @@ def lasts_as_long_as_its_force(result, met):
 
 def sums_up_its_samples(result):
     history, channel = result.sleeves["sleeve"], channel_of(result)
-    touches, contacts = history.touches, pairs(channel)
+    touches, contacts = history.touches, channel.contacts
     for i, k in enumerate(touches.pair.tolist()):
         begin, end = touches.begin[i], touches.end[i]
         during = (result.time >= begin) & (result.time <= end)
@@ -254,7 +254,7 @@ def test_supported_rods_stay_near_the_axis_and_have_no_touches():
     assert largest(history.force) > 0
     deepest = max(
         float(-approach(contact, result.poses, result.rates).gap[history.force[:, k] > 0].min())
-        for k, contact in enumerate(pairs(channel_of(result)))
+        for k, contact in enumerate(channel_of(result).contacts)
         if (history.force[:, k] > 0).any()
     )
     assert deepest <= history.deepest * (1 + 1e-6)

@@ -28,7 +28,6 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     approach,
     build_mechanism,
-    pairs,
 )
 from exudyn_flexlink.observables import (
     between_samples,
@@ -314,7 +313,7 @@ def touching_of(film: Film, take: Take) -> list[Touching]:
         found.append(Touching(contact.name, inside, contact, None, own.force[:, None], unit))
     for channel in walled(model):
         sleeve = result.sleeves[channel.name]
-        places = through(channel.name, *(pair.point for pair in pairs(channel)))
+        places = through(channel.name, *(pair.point for pair in channel.contacts))
         inside = _within(sleeve.touches, film)
         found.append(Touching(channel.name, inside, None, places, sleeve.force))
     return found

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.animation.film import Film, Zoom, strength
 from exudyn_flexlink.animation.shots import GLOW_SECONDS, LABELLED, Frames, Shots
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import Channel, anchor_position, pair_sides
+from exudyn_flexlink.mechanism import Channel, anchor_position
 from exudyn_flexlink.observables import State, contact_states, turns
 from exudyn_flexlink.plots.forces import STATE_WORDS
 from exudyn_flexlink.plots.frame import BLACK, BLUE, FAILED, GREY, settings, wrapped
@@ -336,7 +336,7 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
     own = next(own for own in shots.touching if own.name == channel.name)
     force = shots.forces(own, frame)
     assert own.places is not None
-    at, sides = place.seen(own.places.at(poses), poses), pair_sides(channel)
+    at, sides = place.seen(own.places.at(poses), poses), channel.sides
     for pair in np.flatnonzero(force > 0).tolist():
         strong = min(shots.film.part(float(force[pair])), 1.0) ** 0.5
         # Arrows press on the link: down from the upper wall, up from the lower.

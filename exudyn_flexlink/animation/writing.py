@@ -42,7 +42,7 @@ from exudyn_flexlink.animation.film import (
 from exudyn_flexlink.animation.picture import Picture, Pixels, look_data
 from exudyn_flexlink.animation.shots import SLOW_SECONDS, frames_of, kept_instants, usual_speed
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import Anchor, pair_sides
+from exudyn_flexlink.mechanism import Anchor
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.outline import Line, through
 from exudyn_flexlink.plots.panels import length_unit
@@ -186,7 +186,7 @@ def _zoom(zoom: Zoom) -> dict[str, Any]:
         "length": channel.length,
         "clearance": channel.clearance,
         "link": _line(through(channel.name, *channel.nodes)),
-        "sides": list(pair_sides(channel)),
+        "sides": list(channel.sides),
     }  # fmt: skip
     return {
         "name": zoom.name,

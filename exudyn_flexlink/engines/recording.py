@@ -23,15 +23,14 @@ from numpy.typing import NDArray
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.touching import ExtremeSeeker, Touches
 from exudyn_flexlink.integrate.collocation import STAGES
-from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     Contact,
+    ContactShapes,
     EnergyMeter,
     Mechanism,
     approach,
     joint_residuals,
-    pair_sides,
-    pairs,
+    poses_of,
     pressed_among,
     spring_force,
 )
@@ -143,10 +142,12 @@ class Histories:
         )
 
     def _of(self, contacts: Sequence[Contact], first: int) -> dict[str, ContactHistory]:
-        found = {}
-        for k, contact in enumerate(contacts, start=first):
-            at, force = approach(contact, self.poses, self.rates), self.kept.press[:, k]
-            found[contact.name] = ContactHistory(at.gap, at.place, force, self._touches(k, k + 1))
+        found, seen = {}, ContactShapes(contacts).seen(poses_of(self.poses, self.rates))
+        for i, contact in enumerate(contacts):
+            k = first + i
+            touches, force = self._touches(k, k + 1), self.kept.press[:, k]
+            gap, place = (column[:, i].copy() for column in seen[:2])
+            found[contact.name] = ContactHistory(gap, place, force, touches)
         return found
 
     def _touches(self, first: int, last: int) -> Intervals:
@@ -157,12 +158,12 @@ class Histories:
         """Of the channels, by the names of their joints."""
         found, first = {}, len(self.mechanism.touching)
         for channel in self.mechanism.channels:
-            names = tuple(contact.name for contact in pairs(channel))
+            names = tuple(contact.name for contact in channel.contacts)
             last = first + len(names)
             deepest = float(self.recorder.seeker.deepest[first:last].max())
             touches = self._touches(first, last) if channel.clearance > 0 else Intervals.of()
             found[channel.name] = SleeveHistory(
-                names, pair_sides(channel), self.kept.press[:, first:last], touches, deepest
+                names, channel.sides, self.kept.press[:, first:last], touches, deepest
             )
             first = last
         return found
@@ -306,10 +307,7 @@ class BlockRecorder(ABC):
     def _stored(self, k: int, q: FloatArray) -> float:
         """Energy (J) that contact k stores, at poses (parts, 3); none by an impulse law."""
         contact = self.contacts[k]
-        if isinstance(contact.law, Impulse):
-            return 0.0
-        depth = -approach(contact, q, np.zeros_like(q)).gap
-        return float(contact.law.stored_energy(depth))
+        return float(contact.law.stored_energy(-approach(contact, q, np.zeros_like(q)).gap))
 
     def _keep_now(self, known: Kept) -> None:
         """Keep a state (1,) as it is now, after what happened there."""
@@ -480,11 +478,12 @@ class BlockRecorder(ABC):
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
         lost, supplied = at.totals[:, :2].T.copy()
-        for k in np.flatnonzero(at.pressed.any(axis=0)).tolist():
-            contact, rows = self.contacts[k], at.pressed[:, k]
-            if isinstance(contact.law, Impulse):
-                continue  # rigid: it stores nothing
-            elastic = contact.law.stored_energy(-approach(contact, poses[rows], rates[rows]).gap)
+        touched = np.flatnonzero(at.pressed.any(axis=0))
+        rows = np.flatnonzero(at.pressed[:, touched].any(axis=1))
+        contacts = [self.contacts[k] for k in touched.tolist()]
+        gaps = ContactShapes(contacts).seen(poses_of(poses[rows], rates[rows])).gap
+        for k, contact, gap in zip(touched.tolist(), contacts, gaps.T, strict=True):
+            elastic = np.where(at.pressed[rows, k], contact.law.stored_energy(-gap), 0.0)
             stored[rows] += elastic
             lost[rows] -= elastic
         return np.stack([kinetic, stored, lost, supplied], axis=1)

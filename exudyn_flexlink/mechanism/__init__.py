@@ -97,8 +97,6 @@ from exudyn_flexlink.mechanism.model import (
     TurnStop,
     Weld,
     deepest_allowed,
-    pair_sides,
-    pairs,
 )
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
 from exudyn_flexlink.mechanism.schedule import (

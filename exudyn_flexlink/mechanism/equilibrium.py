@@ -52,7 +52,7 @@ from exudyn_flexlink.mechanism.least_motion import (
     spanning_tree,
     within_body,
 )
-from exudyn_flexlink.mechanism.model import GROUND, Contact, Mechanism, Slide, pairs
+from exudyn_flexlink.mechanism.model import GROUND, Contact, Mechanism, Slide
 from exudyn_flexlink.raising import Sendable
 
 
@@ -296,8 +296,7 @@ class _Search:
         meshed = iter(joints.residual[[row for kind, row in firsts if kind == "gear"]].tolist())
         gears = tuple(replace(gear, start=next(meshed)) for gear in mechanism.gears)
         self._mechanism = replace(mechanism, speed_motors=held, gears=gears)
-        walls = [pair for channel in mechanism.channels for pair in pairs(channel)]
-        self._tree, self._contacts = spanning_tree(mechanism), [*mechanism.touching, *walls]
+        self._tree, self._contacts = spanning_tree(mechanism), mechanism.every_contact
         self._reach = max(part.reach for part in mechanism.parts)
 
     def size(self, step: FloatArray) -> float:

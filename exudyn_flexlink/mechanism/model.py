@@ -305,77 +305,72 @@ class Channel:
         starts = tuple(Anchor(rod, 0.0, 0.0) for rod in self.rods)
         return (*starts, Anchor(self.rods[-1], self.lengths[-1], 0.0))
 
+    @cached_property
+    def contacts(self) -> tuple[FaceContact, ...]:
+        """All pairs that can touch, as contacts of a point with a face.
+
+        They are numbered, for n rods, hence n + 1 nodes:
+
+        - node i (0 .. n) on the upper wall and on the lower wall: 2 i, 2 i + 1;
+        - rod i (0 .. n - 1) on the corners of the guide's start, upper and lower, then of its end:
+          2 (n + 1) + 4 i + 0 .. 3.
+
+        Without clearance there is one contact where there are two with clearance: node i on the
+        axis (number i), rod i on the middle of the start and of the end (n + 1 + 2 i + 0 .. 1).
+        """
+        mouths, walls = (("start", 0.0), ("end", self.length)), self._walls
+        return (
+            *(self._on_wall(node, side) for node in range(len(self.nodes)) for side in walls),
+            *(
+                self._on_corner(rod, mouth, x, side)
+                for rod in range(len(self.rods))
+                for mouth, x in mouths
+                for side in walls
+            ),
+        )
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """Side of the link on which each pair touches it: +1 upper, -1 lower, 0 on the axis."""
+        return self._walls * (len(self.nodes) + 2 * len(self.rods))
+
+    @property
+    def _walls(self) -> tuple[float, ...]:
+        return (UPPER, LOWER) if self.clearance > 0 else (0.0,)
+
+    def _at(self, x: float, side: float) -> Anchor:
+        guide = self.guide
+        return Anchor(guide.part, guide.x + x, guide.y + side * self.clearance)
+
+    def _on_wall(self, node: int, side: float) -> FaceContact:
+        # The free side of the upper wall is to the right of its direction, along the guide.
+        return FaceContact(
+            f"{self.name}: node {node + 1} on {_WALLS[side]}",
+            self.nodes[node],
+            self._at(0.0, side),
+            self._at(self.length, side),
+            -side,
+            self.law,
+            self.friction,
+        )
+
+    def _on_corner(self, rod: int, mouth: str, x: float, side: float) -> FaceContact:
+        part = self.rods[rod]
+        return FaceContact(
+            f"{self.name}: rod {rod + 1} on {_CORNERS[side]} of the {mouth}",
+            self._at(x, side),
+            Anchor(part, 0.0, 0.0),
+            Anchor(part, self.lengths[rod], 0.0),
+            side,
+            self.law,
+            self.friction,
+        )
+
     @property
     def anchors(self) -> Anchors:
         """Anchors of link and guide between which a wall may push."""
         guide = self.guide
         return self.nodes, (guide, Anchor(guide.part, guide.x + self.length, guide.y))
-
-
-def pairs(channel: Channel) -> tuple[FaceContact, ...]:
-    """All pairs of a channel that can touch, as contacts of a point with a face.
-
-    They are numbered, for n rods, hence n + 1 nodes:
-
-    - node i (0 .. n) on the upper wall and on the lower wall: 2 i, 2 i + 1;
-    - rod i (0 .. n - 1) on the corners of the guide's start, upper and lower, then of its end:
-      2 (n + 1) + 4 i + 0 .. 3.
-
-    A channel without clearance has one contact where that with clearance has two: node i on the
-    axis (number i), rod i on the middle of the start and of the end (n + 1 + 2 i + 0 .. 1).
-    """
-    sides = _sides(channel)
-    nodes = range(len(channel.nodes))
-    mouths = (("start", 0.0), ("end", channel.length))
-    return (
-        *(_on_wall(channel, node, side) for node in nodes for side in sides),
-        *(
-            _on_corner(channel, rod, mouth, x, side)
-            for rod in range(len(channel.rods))
-            for mouth, x in mouths
-            for side in sides
-        ),
-    )
-
-
-def pair_sides(channel: Channel) -> tuple[float, ...]:
-    """Side of the link on which each pair touches it: +1 upper, -1 lower, 0 held on the axis."""
-    return _sides(channel) * (len(channel.nodes) + 2 * len(channel.rods))
-
-
-def _sides(channel: Channel) -> tuple[float, ...]:
-    return (UPPER, LOWER) if channel.clearance > 0 else (0.0,)
-
-
-def _at(channel: Channel, x: float, side: float) -> Anchor:
-    guide = channel.guide
-    return Anchor(guide.part, guide.x + x, guide.y + side * channel.clearance)
-
-
-def _on_wall(channel: Channel, node: int, side: float) -> FaceContact:
-    # The free side of the upper wall is to the right of its direction, along the guide.
-    return FaceContact(
-        f"{channel.name}: node {node + 1} on {_WALLS[side]}",
-        channel.nodes[node],
-        _at(channel, 0.0, side),
-        _at(channel, channel.length, side),
-        -side,
-        channel.law,
-        channel.friction,
-    )
-
-
-def _on_corner(channel: Channel, rod: int, mouth: str, x: float, side: float) -> FaceContact:
-    part = channel.rods[rod]
-    return FaceContact(
-        f"{channel.name}: rod {rod + 1} on {_CORNERS[side]} of the {mouth}",
-        _at(channel, x, side),
-        Anchor(part, 0.0, 0.0),
-        Anchor(part, channel.lengths[rod], 0.0),
-        side,
-        channel.law,
-        channel.friction,
-    )
 
 
 def deepest_allowed(channel: Channel) -> float:
@@ -681,6 +676,11 @@ class Mechanism:
     def touching(self) -> tuple[Contact, ...]:
         """Contacts of the scene, then those of its joints with clearance: the order of arrays."""
         return (*self.contacts, *self.bearings)
+
+    @cached_property
+    def every_contact(self) -> tuple[Contact, ...]:
+        """Those, then the pairs of links and guides: the order of all arrays of contacts."""
+        return (*self.touching, *(pair for channel in self.channels for pair in channel.contacts))
 
     @property
     def has_play(self) -> bool:

@@ -29,7 +29,7 @@ from exudyn_flexlink.mechanism.closing import CLOSED
 from exudyn_flexlink.mechanism.constraints import anchor_jacobian, motor_place, motor_speed, turning
 from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.dynamics import contact_mass, pushed
-from exudyn_flexlink.mechanism.model import GROUND, Channel, Contact, Mechanism, Motor, Size, pairs
+from exudyn_flexlink.mechanism.model import GROUND, Channel, Contact, Mechanism, Motor, Size
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
@@ -268,7 +268,7 @@ def sample_bytes(mechanism: Mechanism) -> int:
 
     Measured from 10 to 40 rods, with and without walls, from one count of samples to another.
     """
-    walls = sum(len(pairs(channel)) for channel in mechanism.channels)
+    walls = len(mechanism.every_contact) - len(mechanism.touching)
     kept = BYTES_OF_PART * len(mechanism.parts) + BYTES_OF_PAIR * walls
     return BYTES_OF_SAMPLE + kept + BYTES_OF_CONTACT * len(mechanism.touching)
 
@@ -365,7 +365,7 @@ def half_periods(assembly: Assembly) -> list[float]:
     mechanism = assembly.mechanism
     found = [half_period(assembly, contact) for contact in mechanism.touching]
     for channel in mechanism.channels:
-        found += [half_period(assembly, channel)] * len(pairs(channel))
+        found += [half_period(assembly, channel)] * len(channel.contacts)
     return found
 
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.mechanism import Channel, Mechanism, build_mechanism, pairs
+from exudyn_flexlink.mechanism import Channel, Mechanism, build_mechanism
 from exudyn_flexlink.observables import (
     TWO_POINTS,
     ContactStates,
@@ -207,7 +207,7 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
     history, q = result.sleeves[channel.name], result.poses[index]
     factor, _ = length_unit(channel.length)
     force = history.force[index]
-    points = through(channel.name, *(contact.point for contact in pairs(channel))).at(q)
+    points = through(channel.name, *(contact.point for contact in channel.contacts)).at(q)
     places = factor * Viewpoint(channel.guide).seen(points, q)
     for side in (1.0, -1.0):
         pressing = [k for k in np.flatnonzero(force > 0).tolist() if history.sides[k] == side]

@@ -21,7 +21,6 @@ from exudyn_flexlink.mechanism import (
     end_of_run,
     formulation,
     half_period,
-    pairs,
     resolutions,
     turn_goal,
 )
@@ -270,7 +269,7 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
         assert sleeve.acting is not None
-        count = len(pairs(channel))
+        count = len(channel.contacts)
         if sleeve.supported:
             what = f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
         else:

@@ -11,7 +11,7 @@ from benchmarks.strike import ROOT, warm_up
 from benchmarks.variants import BEAM, VARIANTS, Variant
 from exudyn_flexlink import NotRepresentableError, Scene, load_scene
 from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.mechanism import build_mechanism, pairs
+from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.scene import Initial, SleeveJoint
 
 WITH_STRIKE, WITHOUT = 0.36, 0.15  # s
@@ -85,7 +85,7 @@ def without_sleeve(scene: Scene) -> Scene:
 def pairs_of_walls(variant: Variant) -> int:
     """Number of contact pairs of link and guide."""
     mechanism = build_mechanism(scene_of("clearance.yaml", *variant.stepping()))
-    return len(pairs(mechanism.channels[0]))
+    return len(mechanism.channels[0].contacts)
 
 
 def measure(variant: Variant, brief: bool, repeat: int) -> dict[str, dict[str, Stepped]]:

@@ -55,7 +55,6 @@ from exudyn_flexlink.mechanism import (
     Pin,
     Ramp,
     TorqueMotor,
-    pairs,
 )
 from exudyn_flexlink.scene import (
     BeltJoint,
@@ -446,7 +445,7 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
     mechanism = assembly.mechanism
     layout = layout_of(scene, mechanism)
     parts, rods = mechanism.parts, layout.rods
-    contacts = (*layout.faces, *(pair for own in mechanism.channels for pair in pairs(own)))
+    contacts = (*layout.faces, *(pair for own in mechanism.channels for pair in own.contacts))
     arms, struck = _arms(mechanism, rods, contacts)
     inertias, reaches = np.zeros(layout.count), np.zeros(layout.count)
     moments = np.zeros(layout.count, dtype=np.complex128)

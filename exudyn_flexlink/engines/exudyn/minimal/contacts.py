@@ -40,7 +40,6 @@ from exudyn_flexlink.mechanism import (
     Poses,
     Seen,
     deepest_allowed,
-    pairs,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -314,8 +313,7 @@ class TreeContacts:
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
-        both = [(channel, pair) for channel in mechanism.channels for pair in pairs(channel)]
-        self.all = [*mechanism.touching, *(pair for _, pair in both)]
+        self.all = mechanism.every_contact
         self.count = len(mechanism.touching)
         self.layout, self.kinematics = layout, kinematics
         self.curves: dict[int, CurveFollower] = {}
@@ -332,7 +330,7 @@ class TreeContacts:
             [not isinstance(own.law, Impulse) and own.law.lets_go for own in self.all], dtype=bool
         )
         self.length = np.array([own.length for own in self.all])
-        self._channels = [channel for channel, _ in both]
+        self._channels = [channel for channel in mechanism.channels for _ in channel.contacts]
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self.every = SomeContacts(self, range(len(self.all)), places=True)
         self.of_scene = self.some(tuple(range(self.count)))

@@ -52,7 +52,6 @@ from exudyn_flexlink.mechanism import (
     joint_speed,
     left_of,
     line_of,
-    pairs,
     resolutions,
     sample_times,
     sizes_at,
@@ -319,7 +318,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
         assert not isinstance(contact, (CurveContact, FlatContact, TurnStop))
         contacts.append(ContactItem(system, contact, i, resolution))
     for channel, resolution in zip(mechanism.channels, found[count:], strict=True):
-        for pair in pairs(channel):
+        for pair in channel.contacts:
             contacts.append(ContactItem(system, pair, len(contacts), resolution, channel))
     return Contacts(contacts)
 
