@@ -122,10 +122,19 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "animation": ("FilmError",),
-    "api.comparisons": ("Comparison", "Fit", "MeasuredComparison", "compare", "fit", "joined"),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.figures": ("Animation",),
-    "api.results": ("Result", "load", "simulate"),
+    "api.results": (
+        "Comparison",
+        "Fit",
+        "MeasuredComparison",
+        "Result",
+        "compare",
+        "fit",
+        "joined",
+        "load",
+        "simulate",
+    ),
     "api.scenes": ("Equilibrium", "Scene", "equilibrium", "idealise", "load_scene"),
     "api.studies": (
         "Branches",

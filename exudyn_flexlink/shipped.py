@@ -1,6 +1,6 @@
-"""The models that come with the program: the folder `models` of an installation or a checkout.
+"""What comes with the program: its engines, its models, and versions.
 
-Versions of this program, and of packages that it uses.
+The models are in the folder `models` of an installation or a checkout.
 """
 
 from __future__ import annotations
@@ -8,8 +8,30 @@ from __future__ import annotations
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Literal, NamedTuple
 
 THIS = "exudyn-flexlink"  # name of the package to pip
+
+EngineName = Literal["exudyn", "lagrangian"]
+
+
+class Engine(NamedTuple):
+    """What an engine is called in text, and the module that runs it."""
+
+    title: str
+    module: str
+
+
+EXUDYN: EngineName = "exudyn"
+"""The engine that runs where none is named."""
+
+LAGRANGIAN: EngineName = "lagrangian"
+"""The engine whose tight run others are held against."""
+
+ENGINES: dict[str, Engine] = {
+    EXUDYN: Engine("Exudyn", "exudyn_flexlink.engines.exudyn.run"),
+    LAGRANGIAN: Engine("Lagrangian", "exudyn_flexlink.engines.lagrangian.run"),
+}
 
 
 @cache

@@ -43,7 +43,7 @@ from exudyn_flexlink.scene.base import (
     refuse,
 )
 from exudyn_flexlink.scene.wording import mistakes_of
-from exudyn_flexlink.shipped import PUBLISHED
+from exudyn_flexlink.shipped import EXUDYN, PUBLISHED, EngineName
 from exudyn_flexlink.source import (
     Document,
     KeyPath,
@@ -255,7 +255,7 @@ class RunSpec(Part):
     """One run of the model."""
 
     settings: tuple[Text, ...] = Field((), alias="set", description="such as 'run.duration=2'")
-    engine: Literal["exudyn", "lagrangian"] = Field("exudyn", description="who solves it")
+    engine: EngineName = Field(EXUDYN, description="who solves it")
     numbers: Named[PublishedNumber] = Field(description="published numbers, by name")
 
 

@@ -5,7 +5,8 @@ from importlib import import_module
 import pytest
 from threadpoolctl import threadpool_info
 
-from exudyn_flexlink import engines, load_scene, simulate
+from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.shipped import ENGINES
 
 SHORT = ("run={duration: 1e-4, sample: 1e-4}", "bodies.link.rods=2")
 
@@ -16,7 +17,7 @@ def threads():
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_run_has_one_thread_and_then_as_many_as_before(engine, monkeypatch):
-    room, seen = import_module(engines.ENGINES[engine]), []
+    room, seen = import_module(ENGINES[engine].module), []
     run = room.run
 
     def watched(*given, **named):

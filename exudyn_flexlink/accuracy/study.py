@@ -26,6 +26,7 @@ from typing import Any, Literal
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import DampedLaw, FlexibleBody, HertzLaw, ImpulseLaw, Joint, Run, Scene
+from exudyn_flexlink.shipped import ENGINES, EXUDYN, LAGRANGIAN
 
 MORE_RODS = 2
 STIFFER = 4.0
@@ -137,7 +138,6 @@ def _stiffer(part: Any) -> Any:
 Knob = Literal["tolerance", "step"]
 
 BEAM = "beam"  # the one formulation whose link is not made of rods
-TITLES = {"exudyn": "Exudyn", "lagrangian": "Lagrangian"}
 LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
 COARSEST = 1e-3  # m: a ladder reaches up to it about, so that every method has cheap rungs
 USUAL_TOLERANCE = 1e-4  # m: where the model gives a step instead
@@ -198,13 +198,13 @@ def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[
     """
     found: list[Method] = []
     for engine, names in formulations.items():
-        title = TITLES.get(engine, engine)
+        title = ENGINES[engine].title
         ways = ({"formulation": name} for name in names)
         found += [Method(f"{title}, {w['formulation']}", engine, settings=w) for w in ways]
         found += [] if names else [Method(title, engine)]
-    if "exudyn" in formulations:  # the equal steps that anyone would script by hand
-        settings = {"formulation": "redundant"} if "redundant" in formulations["exudyn"] else {}
-        found.append(Method("Exudyn, fixed step", "exudyn", "step", settings))
+    if EXUDYN in formulations:  # the equal steps that anyone would script by hand
+        settings = {"formulation": "redundant"} if "redundant" in formulations[EXUDYN] else {}
+        found.append(Method("Exudyn, fixed step", EXUDYN, "step", settings))
     own = own_method(scene, found)
     return sorted(found, key=lambda method: method is not own)
 
@@ -213,7 +213,7 @@ def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
     """Return the method that the model's settings mean: Exudyn, as `simulate` takes it."""
     knob = "tolerance" if scene.accuracy.step is None else "step"
     asked = scene.solver.formulation
-    fitting = [m for m in methods if m.engine == "exudyn" and m.knob == knob]
+    fitting = [m for m in methods if m.engine == EXUDYN and m.knob == knob]
     named = [m for m in fitting if m.settings.get("formulation") == asked]
     return (named or fitting or list(methods))[0]
 
@@ -329,7 +329,7 @@ class Runs:
         return next((t for t in self.of(method) if t.value == value), None)
 
 
-JUDGE = "lagrangian"  # the engine whose tight run everything is held against
+JUDGE = LAGRANGIAN  # the engine whose tight run everything is held against
 SHARE = 0.5  # of the time left: what a run may take
 NO_TIME = "no time"
 REPEATS = 3

@@ -38,6 +38,7 @@ from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.report import failure_text, run_text
 from exudyn_flexlink.result import Intervals
 from exudyn_flexlink.result import Result as PlainResult
+from exudyn_flexlink.shipped import EXUDYN
 from exudyn_flexlink.stability import (
     LapDistances,
     Section,
@@ -319,7 +320,7 @@ def own_result(found: PlainResult) -> Result:
 @takes(scene=given_scene, engine=ENGINE)
 def simulate(
     scene: Scene,
-    engine: str = "exudyn",
+    engine: str = EXUDYN,
     progress: Callable[[float], None] | None = None,
     *,
     measure: bool = True,
@@ -501,7 +502,7 @@ def fit(
     columns: Mapping[str, str] | None = None,
     *,
     vary: fitting.Vary,
-    engine: str = "exudyn",
+    engine: str = EXUDYN,
     progress: Callable[[float], None] | None = None,
 ) -> Fit:
     """Find values of a scene that fit measurements best: least squares, by SciPy.

@@ -16,7 +16,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from exudyn_flexlink import effects, engines, loading
+from exudyn_flexlink import effects, loading
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.arguments import a, among, place, plain, takes, told, values
 from exudyn_flexlink.loading import rest_of_scene
@@ -25,7 +25,7 @@ from exudyn_flexlink.once import hand_on
 from exudyn_flexlink.report import equilibrium_text, rest_told
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
-from exudyn_flexlink.shipped import known_names, model_file, model_names
+from exudyn_flexlink.shipped import ENGINES, known_names, model_file, model_names
 from exudyn_flexlink.source import (
     Document,
     KeyPath,
@@ -36,7 +36,7 @@ from exudyn_flexlink.source import (
     load_document,
 )
 
-ENGINE = among(lambda _: engines.ENGINES, "engine")
+ENGINE = among(lambda _: ENGINES, "engine")
 
 
 def _changes(value: Any, _: Any = None) -> Mapping[str, Any]:

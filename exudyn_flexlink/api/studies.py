@@ -31,6 +31,7 @@ from exudyn_flexlink.report import exponent_text, stability_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.scene import Run
 from exudyn_flexlink.scene import Scene as PlainScene
+from exudyn_flexlink.shipped import EXUDYN
 from exudyn_flexlink.source import Document, Mistake, unknown
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, OneRun, Scalar
 
@@ -94,7 +95,7 @@ LAPS = {
 @takes(scene=given_scene, engine=ENGINE, **LAPS, tolerance=number(Dimension.LENGTH, above=0.0))
 def stability_of(
     scene: PlainScene,
-    engine: str = "exudyn",
+    engine: str = EXUDYN,
     *,
     laps: int = stability.Asked.laps,
     after: float = stability.Asked.after,
@@ -124,7 +125,7 @@ def stability_of(
     return with_methods(Stability, stability.study(scene, simulate, asked, progress))
 
 
-def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> stability.Exponent:
+def lyapunov(scene: PlainScene, engine: str = EXUDYN, **more: Any) -> stability.Exponent:
     """Largest Lyapunov exponent (1/s) of a scene's motion; `more` is as of `stability_of`."""
     return stability_of(scene, engine, **more).exponent
 
@@ -134,7 +135,7 @@ def bifurcation(
     scene: Scene,
     path: str,
     values: Iterable[float],
-    engine: str = "exudyn",
+    engine: str = EXUDYN,
     progress: Callable[[float], None] | None = None,
     *,
     laps: int = stability.Asked.laps,
@@ -317,7 +318,7 @@ class SweepTable(sweeps.SweepTable):
 def sweep(
     scene: Scene,
     varied: Mapping[str, Any] | Iterable[Mapping[str, Any]],
-    engine: str = "exudyn",
+    engine: str = EXUDYN,
     progress: Callable[[float], None] | None = None,
     *,
     row: RowFunction | None = None,

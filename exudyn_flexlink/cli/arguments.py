@@ -26,6 +26,7 @@ from exudyn_flexlink.cli.parser import (
 from exudyn_flexlink.cli.parser import MODEL as MODEL_ALONE
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain, refuse
 from exudyn_flexlink.cli.values import EFFECT_NAMES, figure_file, model_path, names_of
+from exudyn_flexlink.shipped import ENGINES, EXUDYN
 
 # fmt: off
 # From here on tables: filled lines are read better than one of each word.
@@ -76,10 +77,10 @@ MEASURE = Option("--no-measure", "make each run once: its errors are not known t
                  dest="measure", action="store_false")
 
 
-def engine(about: str = "what solves the equations of motion; default: exudyn",
-           default: str | None = "exudyn") -> Option:
+def engine(about: str = f"what solves the equations of motion; default: {EXUDYN}",
+           default: str | None = EXUDYN) -> Option:
     """Which engine runs."""
-    return Option("--engine", about, choices=("exudyn", "lagrangian"), default=default)
+    return Option("--engine", about, choices=tuple(ENGINES), default=default)
 
 
 def without(more: str = "") -> Option:

@@ -39,7 +39,7 @@ from exudyn_flexlink.cli.terminal import (
 from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
 from exudyn_flexlink.loading import ImpossibleLengthError
 from exudyn_flexlink.scene import is_schema
-from exudyn_flexlink.shipped import model_names, models_folder
+from exudyn_flexlink.shipped import EXUDYN, model_names, models_folder
 from exudyn_flexlink.source import SceneError, load_document
 from exudyn_flexlink.storage import (
     KeptBesideError,
@@ -133,8 +133,8 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     # The stem of '..yaml' is '.', which would be the folder above.
     stem = model.stem if model.stem.strip(".") and not model.is_dir() else model.resolve().name
     whole = f"{stem}{suffix}"
-    engine = getattr(options, "engine", None) or "exudyn"
-    parts = [engine] if engine != "exudyn" else []
+    engine = getattr(options, "engine", None) or EXUDYN
+    parts = [engine] if engine != EXUDYN else []
     parts += [options.impact] if options.impact else []
     without = sorted(set(options.without))
     parts += [f"without_{'_'.join(without)}"] if without else []

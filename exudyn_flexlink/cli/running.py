@@ -45,6 +45,7 @@ from exudyn_flexlink.report import (
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.result import NOT_ASKED, Result
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.shipped import EXUDYN
 from exudyn_flexlink.source import Mistake, SceneError
 
 
@@ -55,7 +56,7 @@ def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
         or (setting.startswith("solver=") and "integrator:" in setting)
         for setting in options.settings
     )
-    if asked and engine == "exudyn":
+    if asked and engine == EXUDYN:
         raise argparse.ArgumentTypeError(
             "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its "
             "formulation's"

@@ -78,7 +78,7 @@ from exudyn_flexlink.report import (
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.shipped import benchmark_files
+from exudyn_flexlink.shipped import ENGINES, EXUDYN, LAGRANGIAN, benchmark_files
 from exudyn_flexlink.source import Document, Mistake, SceneError
 from exudyn_flexlink.storage import (
     load,
@@ -111,7 +111,7 @@ def compare_command(options: argparse.Namespace) -> int:
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
     if options.without:
-        refuse_idle_integrator(options, options.engine or "exudyn")
+        refuse_idle_integrator(options, options.engine or EXUDYN)
     try:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with place.written() as folder:
@@ -128,18 +128,18 @@ def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
     require_length("--tolerance", options.tolerance, scene)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
     try:
-        judge, _ = _run(scene, "lagrangian", "lagrangian", options, last=False)
+        judge, _ = _run(scene, LAGRANGIAN, LAGRANGIAN, options, last=False)
     except SceneError as error:
         more = [own for own in [removable(scene)] if own]
         told = [replace(one, hint="; ".join([one.hint, *more])) for one in error.mistakes]
         raise SceneError(error.document, told) from error
-    result, whole = _run(scene, "exudyn", "exudyn", options)
+    result, whole = _run(scene, EXUDYN, EXUDYN, options)
     return compare(result, judge), whole
 
 
 def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
     """Compare the scene without some effects, the paper's (a), with the scene itself, its (b)."""
-    engine = options.engine or "exudyn"
+    engine = options.engine or EXUDYN
     given = load_scene(options.model, options.settings, options.allow_outside)
     require_length("--tolerance", options.tolerance, given)
     whole = changed(given, options.impact, [])
@@ -296,7 +296,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> accuracy.Runs:
-    ways = {engine: engines.formulations(scene, engine) for engine in engines.ENGINES}
+    ways = {engine: engines.formulations(scene, engine) for engine in ENGINES}
     methods = accuracy.methods_of(scene, ways)
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:
@@ -441,7 +441,7 @@ def _planned(options: argparse.Namespace) -> sweeps.Sweep:
         given = _varied(options.over, mistakes)
         design = sweeps.grid(given, (), mistakes)
         scene, document = read_scene(options), Document("--over")
-        engine = options.engine or "exudyn"
+        engine = options.engine or EXUDYN
     else:
         options.model = Path(options.source)
         study = sweeps.read_study(options.model, options.settings, options.allow_outside)

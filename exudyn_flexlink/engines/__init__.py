@@ -23,16 +23,10 @@ from exudyn_flexlink.engines.interrupts import (
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.shipped import THIS, version_of
+from exudyn_flexlink.shipped import ENGINES, EXUDYN, THIS, version_of
 
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
-
-ENGINES = {
-    "exudyn": "exudyn_flexlink.engines.exudyn.run",
-    "lagrangian": "exudyn_flexlink.engines.lagrangian.run",
-}
-
 
 FIRST = 0.4  # of the progress of two runs: what the first one takes of it
 
@@ -48,7 +42,7 @@ class NotRepresentableError(Sendable, ValueError):
 
 def simulate(
     scene: Scene,
-    engine: str = "exudyn",
+    engine: str = EXUDYN,
     progress: Progress | None = None,
     *,
     measure: bool = False,
@@ -173,7 +167,7 @@ def _loaded(engine: str) -> tuple[ModuleType, ThreadpoolController]:
     """Import an engine and, once for all runs, find the threads of what is then loaded."""
     if engine not in ENGINES:
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
-    return import_module(ENGINES[engine]), ThreadpoolController()
+    return import_module(ENGINES[engine].module), ThreadpoolController()
 
 
 def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
@@ -185,5 +179,5 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
         SceneError: the scene can't be put together (never after `load_scene`).
 
     """
-    offered = getattr(import_module(ENGINES[engine]), "formulations", None)
+    offered = getattr(import_module(ENGINES[engine].module), "formulations", None)
     return () if offered is None else tuple(offered(scene))

@@ -47,7 +47,7 @@ from exudyn_flexlink.report import (
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import INTERRUPTED, NOT_ASKED, EngineSettings, Result
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.shipped import THIS, version_of
+from exudyn_flexlink.shipped import EXUDYN, THIS, version_of
 from exudyn_flexlink.source import LARGEST_FILE
 from exudyn_flexlink.storage import StorageError, replace_file
 
@@ -273,7 +273,7 @@ def model_text(scene: Scene) -> str | None:
 def command_of(result: Result) -> str:
     """Return the command that makes the run again from its model file."""
     words = ["exudyn-flexlink simulate", MODEL]
-    if result.engine != "exudyn":
+    if result.engine != EXUDYN:
         words.append(f"--engine {result.engine}")
     if result.error == NOT_ASKED:
         words.append("--no-measure")

@@ -29,6 +29,7 @@ from matplotlib.textpath import text_to_path
 
 from exudyn_flexlink.result import MeasuredError, Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
+from exudyn_flexlink.shipped import ENGINES
 
 Parameters = ParamSpec("Parameters")
 Drawn = TypeVar("Drawn")
@@ -42,7 +43,7 @@ OTHERS = (GREEN, PURPLE, ORANGE, SKY, BLACK)
 SERIES = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK, GREY)
 """Colours of lines in one panel, in order."""
 
-ENGINE_COLOURS = {"exudyn": BLUE, "lagrangian": RED}
+ENGINE_COLOURS = dict(zip(ENGINES, SERIES, strict=False))
 """The colour of each engine in every figure."""
 
 _SHARED: dict[str, Any] = {

@@ -49,6 +49,7 @@ from exudyn_flexlink.report.text import (
 )
 from exudyn_flexlink.result import ForceDeviation, Interval, MeasuredError, Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
+from exudyn_flexlink.shipped import ENGINES, LAGRANGIAN
 
 MOST_ROWS = 12  # more than that scroll the rest away
 MOST_LAPS = 12
@@ -291,7 +292,7 @@ _REDUNDANT = ("redundant", "beam")
 _USED_BY = {
     "steps_per_contact": _REDUNDANT,
     "spectral_radius": _REDUNDANT,
-    "integrator": ("lagrangian",),
+    "integrator": (LAGRANGIAN,),
 }
 """Which formulations, or engine, use a setting of the solver that others do not."""
 
@@ -326,7 +327,7 @@ def idle_settings(result: Result) -> list[str]:
     everything.
     """
     way = result.settings.formulation or result.engine
-    by = "the engine 'lagrangian'" if way == "lagrangian" else f"the formulation '{way}'"
+    by = f"the {'engine' if way in ENGINES else 'formulation'} '{way}'"
     solver = result.scene.solver
     usual = type(solver).model_fields
     return [

@@ -39,6 +39,7 @@ from exudyn_flexlink.observables import Deviation, Strike, Vibration, measures, 
 from exudyn_flexlink.report.run import contact_rows, force_error_table
 from exudyn_flexlink.report.text import Table, in_blocks, left_out, lines_of, listed, number, table
 from exudyn_flexlink.scene import FlexibleBody, ImpulseLaw
+from exudyn_flexlink.shipped import EXUDYN
 from exudyn_flexlink.stability import Exponent, Stability
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, SweepTable, shortened
 from exudyn_flexlink.verification import Compared, VerifiedRun
@@ -232,7 +233,7 @@ def _how_accurate(study: Study, command: str) -> list[str]:
         return []
     method, value = choice.method, choice.value
     solver = method.at(study.scene, value).solver
-    options = ["--engine " + method.engine] if method.engine != "exudyn" else []
+    options = ["--engine " + method.engine] if method.engine != EXUDYN else []
     options.append(f'--set "accuracy={{{method.knob}: {value:.3g}}}"')
     if solver != study.scene.solver:
         keys = ", ".join(f"{key}: {x}" for key, x in solver.model_dump(exclude_unset=True).items())
@@ -414,7 +415,7 @@ def verification_text(runs: Sequence[VerifiedRun]) -> str:
     blocks = []
     for one in runs:
         about = f"{one.benchmark}, {one.run}: {one.steps} steps, {one.seconds:.2g} s"
-        lines = [about] if one.engine == "exudyn" else [f"{about}, {one.engine}"]
+        lines = [about] if one.engine == EXUDYN else [f"{about}, {one.engine}"]
         lines += [f"  {one.stopped}"] if one.stopped else []
         lines += table([HEAD, *(_row(number) for number in one.numbers)])
         blocks.append("\n".join(lines))

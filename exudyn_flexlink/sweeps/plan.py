@@ -36,7 +36,7 @@ from exudyn_flexlink.quantities import (
 )
 from exudyn_flexlink.scene import Part, Scene, apply_settings, check_document
 from exudyn_flexlink.scene.forces import Measured, Varying
-from exudyn_flexlink.shipped import THIS, version_of
+from exudyn_flexlink.shipped import EXUDYN, THIS, version_of
 from exudyn_flexlink.source import (
     MINUS,
     Document,
@@ -515,7 +515,7 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
     design: Design | None,
     document: Document,
     *,
-    engine: str = "exudyn",
+    engine: str = EXUDYN,
     measure: bool = True,
     observed: str = "",
     allow_outside: bool = False,

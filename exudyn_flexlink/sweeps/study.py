@@ -20,7 +20,7 @@ from functools import partial
 from importlib import import_module
 from multiprocessing import connection, current_process, get_context, parent_process
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, Strict, TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
@@ -29,7 +29,7 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.scene.base import Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
-from exudyn_flexlink.shipped import known_names, model_file
+from exudyn_flexlink.shipped import EXUDYN, EngineName, known_names, model_file
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
 from exudyn_flexlink.sweeps.plan import (
     Design,
@@ -419,7 +419,7 @@ class StudyFile(Part):
     one_of = (DESIGNS,)
     model: Text = Field(description="model file beside this one, or the name of a shipped model")
     settings: tuple[Text, ...] = Field((), alias="set", description="such as 'run.turns=2'")
-    engine: Literal["exudyn", "lagrangian"] = Field("exudyn", description="who solves it")
+    engine: EngineName = Field(EXUDYN, description="who solves it")
     grid: Mapping[str, Any] | None = Field(
         None, description="values by path, each with every value of the others"
     )
