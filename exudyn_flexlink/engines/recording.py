@@ -203,6 +203,43 @@ BLOCK = 512  # steps that are looked through for extremes together
 ROWS = np.arange(1 + STAGES)  # of a step's nodes, where they are the first that is known of it
 
 
+@dataclass(frozen=True)
+class Totals:
+    """What a run has summed up, or the rates of that: views of one array (..., n), by name."""
+
+    all: FloatArray
+    contacts: int
+
+    def of(self, totals: FloatArray) -> Totals:
+        """Return the same of other totals (..., n)."""
+        return Totals(totals, self.contacts)
+
+    @property
+    def damped(self) -> FloatArray:
+        """Lost in dampers (...), J."""
+        return np.asarray(self.all[..., 0])
+
+    @property
+    def supplied(self) -> FloatArray:
+        """Supplied by drives (...), J."""
+        return np.asarray(self.all[..., 1])
+
+    @property
+    def impulses(self) -> FloatArray:
+        """Impulses of contacts (..., c), N s."""
+        return np.asarray(self.all[..., 2 : 2 + self.contacts])
+
+    @property
+    def losses(self) -> FloatArray:
+        """Energy that contacts take (..., c), J; what they store counts until they end."""
+        return np.asarray(self.all[..., 2 + self.contacts : 2 + 2 * self.contacts])
+
+    @property
+    def rubbed(self) -> FloatArray:
+        """Lost by friction of joints (..., joints), J."""
+        return np.asarray(self.all[..., 2 + 2 * self.contacts :])
+
+
 class Kept(NamedTuple):
     """Instants (m,), s, that are kept, and what is known there.
 
@@ -257,10 +294,8 @@ class BlockRecorder(ABC):
         self._powers = np.linalg.inv(seeker.nodes[:, None] ** np.arange(len(seeker.nodes)))
         self.contacts, self.meter = seeker.contacts, EnergyMeter(mechanism)
         self.energy_residual = self.largest_kinetic_energy = self.constraint_error = 0.0
-        # Totals so far: lost in dampers, supplied (J), then impulses of contacts (N s), then what
-        # was done on each, and lost by friction of each joint (J).
         self.frictions = len(mechanism.frictions)
-        self._reached = np.zeros(2 + 2 * len(self.contacts) + self.frictions)
+        self._reached = self._totals()
         self._next = 1  # sample
         self._kept: list[Kept] = []
         self._last: Kept  # where the last step ended, as it was before an event there
@@ -300,7 +335,7 @@ class BlockRecorder(ABC):
         q = self.motion(known)[0][0]
         for k in pressed_among(self.contacts, q):
             if known.pressed[0, k]:
-                self._reached[2 + len(self.contacts) + k] += self._stored(k, q)
+                self._reached.losses[k] += self._stored(k, q)
         self._keep_now(known)
         self._ends.append(self._last)
 
@@ -311,7 +346,7 @@ class BlockRecorder(ABC):
 
     def _keep_now(self, known: Kept) -> None:
         """Keep a state (1,) as it is now, after what happened there."""
-        known.totals[:] = self._told(self._reached[None])
+        known.totals[:] = self._told(self._reached.all[None])
         self._last = known
         self._keep(known)
 
@@ -349,11 +384,11 @@ class BlockRecorder(ABC):
         self,
         steps: Steps,
         known: Kept,
-        rates: FloatArray,
+        rates_of_totals: Totals,
         ends: Kept,
         approach: FloatArray | None = None,
-    ) -> FloatArray:
-        """Take steps of which all is `known` but totals; `rates` (m, ...) are those of these.
+    ) -> Totals:
+        """Take steps of which all is `known` but totals; rates of these are (m, ...).
 
         `approach` (k, c) are the speeds (m/s) with which touches began that last in each; left
         out, those that last now.
@@ -362,16 +397,17 @@ class BlockRecorder(ABC):
         where the first one begins and where each ends.
         """
         nodes, lengths = steps.nodes, steps.h[:, None]
-        gained = np.cumsum(lengths * (self._shares(np.ones(1)) @ rates[nodes])[:, 0], axis=0)
-        reached = self._reached + np.vstack([0 * self._reached, gained])
+        summed = rates_of_totals.all
+        gained = np.cumsum(lengths * (self._shares(np.ones(1)) @ summed[nodes])[:, 0], axis=0)
+        reached = self._reached.all + np.vstack([0 * self._reached.all, gained])
         known.totals[nodes[:, -1]] = ends.totals[:] = self._told(reached[1:])
         if len(steps.samples):
             h = steps.h[steps.of]
             parts = np.divide(known.t[steps.samples] - steps.t[steps.of], h, where=h > 0,
                               out=np.zeros(len(h)))  # fmt: skip
-            within = np.einsum("si,sij->sj", self._shares(parts), rates[nodes[steps.of]])
+            within = np.einsum("si,sij->sj", self._shares(parts), summed[nodes[steps.of]])
             known.totals[steps.samples] = self._told(reached[steps.of] + h[:, None] * within)
-        self._reached = reached[-1]
+        self._reached = self._reached.of(reached[-1])
         self.touches.note(known.press[nodes])
         self._keep_samples(steps, known)
         self._last = known.pick(nodes[-1, -1:])
@@ -389,7 +425,7 @@ class BlockRecorder(ABC):
         self._counted += len(own)
         if self._counted >= BLOCK:
             self._look_through()
-        return reached
+        return self._reached.of(reached)
 
     def _shares(self, parts: FloatArray) -> FloatArray:
         """Weights (m, n) of an integral up to parts (m,) of a step, of what is at its nodes.
@@ -400,11 +436,16 @@ class BlockRecorder(ABC):
         powers = np.arange(1, len(self._powers) + 1)
         return np.asarray((parts[:, None] ** powers / powers) @ self._powers)
 
+    def _totals(self, *instants: int) -> Totals:
+        """Return totals, or rates of them, (...) or (m, ...), that are zero."""
+        count = len(self.contacts)
+        return Totals(np.zeros((*instants, 2 + 2 * count + self.frictions)), count)
+
     def _told(self, totals: FloatArray) -> FloatArray:
         """Energies lost and supplied, and those by friction (m, 2 + joints), of totals (m, ...)."""
-        lost = totals[:, 0] + totals[:, 2 + len(self.contacts) :].sum(axis=1)
-        rubbed = totals[:, totals.shape[1] - self.frictions :]
-        return np.column_stack([lost, totals[:, 1], rubbed])
+        of = self._reached.of(totals)
+        lost = of.damped + of.losses.sum(axis=1) + of.rubbed.sum(axis=1)
+        return np.column_stack([lost, of.supplied, of.rubbed])
 
     def _keep_samples(self, steps: Steps, known: Kept) -> None:
         """Keep the samples; in contacts the ends of steps, too, where none is."""
@@ -424,8 +465,10 @@ class BlockRecorder(ABC):
     def leap(self, k: int, impulse: float, lost: float, supplied: float) -> None:
         """Take the impulse (N s) of a contact, what it loses (J), and what a drive does (J)."""
         self.work_off()
-        self._reached = self._reached.copy()
-        self._reached[[1, 2 + k, 2 + len(self.contacts) + k]] += supplied, impulse, lost
+        reached = self._reached = self._reached.of(self._reached.all.copy())
+        reached.supplied[...] += supplied
+        reached.impulses[k] += impulse
+        reached.losses[k] += lost
 
     def totals_of(self, k: int) -> tuple[float, float]:
         """Impulse (N s) and energy (J) that a contact has taken so far.
@@ -433,7 +476,7 @@ class BlockRecorder(ABC):
         What it stores counts as lost until it ends.
         """
         self.work_off()
-        return float(self._reached[2 + k]), float(self._reached[2 + len(self.contacts) + k])
+        return float(self._reached.impulses[k]), float(self._reached.losses[k])
 
     def intervals(self, first: int, places: FloatArray) -> Intervals:
         """Touches of the contacts from `first` on, which are at `places` (pairs,), m, now."""

@@ -54,7 +54,15 @@ from exudyn_flexlink.engines.lagrangian.model import (
 )
 from exudyn_flexlink.engines.lagrangian.system import Motion, System, joined
 from exudyn_flexlink.engines.pair_events import NODES, calm, changed, first_of, late_by
-from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps, push_of
+from exudyn_flexlink.engines.recording import (
+    AT_ONCE,
+    ROWS,
+    BlockRecorder,
+    Kept,
+    Steps,
+    Totals,
+    push_of,
+)
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, ExtremeSeeker, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event, Guard, fall
@@ -142,15 +150,14 @@ class Recorder(BlockRecorder):
         own = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
         return Kept(at.t, places, press, pressed, np.zeros((count, 2)), own)
 
-    def _rates(self, at: Motion, known: Kept) -> FloatArray:
+    def _rates(self, at: Motion, known: Kept) -> Totals:
         """Rates (m, ...) of the totals at instants."""
-        count, v = len(self.contacts), at.frame.v
-        rates = np.zeros((len(at.t), 2 + 2 * count))
-        rates[:, 0] = ((v @ self.system.model.numbers.damping) * v).sum(axis=1)
-        rates[:, 1] = known.own.motor * v[:, 0] + (at.motors * v).sum(axis=1)
-        rates[:, 2 : 2 + count] = known.press
+        rates, v = self._totals(len(at.t)), at.frame.v
+        rates.damped[:] = ((v @ self.system.model.numbers.damping) * v).sum(axis=1)
+        rates.supplied[:] = known.own.motor * v[:, 0] + (at.motors * v).sum(axis=1)
+        rates.impulses[:] = known.press
         if at.pushed is not None:
-            rates[:, 2 + count + at.pushed.which] = at.pushed.power
+            rates.losses[:, at.pushed.which] = at.pushed.power
         return rates
 
     def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:

@@ -18,7 +18,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import joined, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
-from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps
+from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps, Totals
 from exudyn_flexlink.engines.touching import ExtremeSeeker
 from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
@@ -172,17 +172,15 @@ class Recorder(BlockRecorder):
             places[:, slot] = self.model.coordinates.points[k].place(state.places[:, k])
         return places
 
-    def _rates(self, at: Evaluation, known: Kept) -> FloatArray:
+    def _rates(self, at: Evaluation, known: Kept) -> Totals:
         """Rates (m, ...) of the totals at instants."""
         whole: TreeForces = at.kept
-        own, count = known.own, len(self.contacts)
-        rates = np.zeros((len(known.t), 2 + 2 * count + self.frictions))
+        own, rates = known.own, self._totals(len(known.t))
         if self.frictions:
-            speeds = own.v @ self.model.frictions.rows.T
-            rates[:, 2 + 2 * count :] = -own.friction * speeds
-        rates[:, 0] = self.model.all_springs.lost(own.x, own.v)
-        rates[:, 1] = (own.forces * own.v).sum(axis=1) + whole.supply
-        rates[:, 2 : 2 + 2 * count] = np.hstack([known.press, whole.pushes[..., 1]])
+            rates.rubbed[:] = -own.friction * (own.v @ self.model.frictions.rows.T)
+        rates.damped[:] = self.model.all_springs.lost(own.x, own.v)
+        rates.supplied[:] = (own.forces * own.v).sum(axis=1) + whole.supply
+        rates.impulses[:], rates.losses[:] = known.press, whole.pushes[..., 1]
         return rates
 
     def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.redundant.slots import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.engines.recording import BLOCK, BlockRecorder, Kept, Steps, together
+from exudyn_flexlink.engines.recording import BLOCK, BlockRecorder, Kept, Steps, Totals, together
 from exudyn_flexlink.engines.touching import Change, ExtremeSeeker, Moment, Touches
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
@@ -114,14 +114,15 @@ class Recorder(BlockRecorder):
             begun, _, speeds = pressing
             at_start = _States(*(column[:1] for column in ends))
             self._start(self._known(at_start, balanced, begun[:1], speeds[:1])[0])
-        reached = self._reached[None]
+        reached = self._reached.of(self._reached.all[None])
         if count > 1:
             reached = self._take_steps(ends, balanced, pressing)
         if first:
-            reached = np.vstack([0 * reached[:1], reached[1:]])  # what begins has taken nothing
-        totals = np.array([2, 2 + len(self.contacts)])  # columns: of impulses, and of losses
+            reached.all[0] = 0.0  # what begins has taken nothing
         for row, changed in self._changes:
-            impulse, lost = reached[row, changed.contact + totals].tolist()
+            impulse, lost = (
+                float(column[row, changed.contact]) for column in (reached.impulses, reached.losses)
+            )
             now = changed.now._replace(totals=(impulse, lost))
             self.touches.change(changed.contact, changed.what, now)
         self._changes.clear()
@@ -129,7 +130,7 @@ class Recorder(BlockRecorder):
 
     def _take_steps(
         self, ends: _States, balanced: _Balanced, pressing: tuple[BoolArray, BoolArray, FloatArray]
-    ) -> FloatArray:
+    ) -> Totals:
         """Take the steps between `ends`; return the totals there."""
         count, (begun, ended, speeds) = len(ends.t) - 1, pressing
         samples = np.union1d(self._due(ends.t[-1]), self._events)
@@ -204,26 +205,26 @@ class Recorder(BlockRecorder):
         totals = np.zeros((len(at.t), 2 + self.frictions))
         return Kept(at.t, at.places, press, pressed, totals, own), power
 
-    def _rates(self, known: Kept, power: FloatArray, balanced: _Balanced) -> FloatArray:
+    def _rates(self, known: Kept, power: FloatArray, balanced: _Balanced) -> Totals:
         """Rates (2 k, ...) of the totals where steps begin, then where they end."""
-        count, nodes = len(self.contacts), len(known.t)
+        nodes = len(known.t)
         q, v = self.coordinates.at_joints(known.own.q, known.own.v)
-        rates = np.zeros((nodes, 2 + 2 * count + self.frictions))
-        for k, friction in enumerate(self.mechanism.frictions, start=2 + 2 * count):
+        rates = self._totals(nodes)
+        for k, friction in enumerate(self.mechanism.frictions):
             speed = joint_speed(friction.joint, q, v)
-            rates[:, k] = -friction.regularised(speed) * speed
-        rates[:, 0] = self.meter.damping_power(q, v)
-        rates[:, 0] += self.coordinates.of_beams(known.own.q, known.own.v).lost
-        rates[:, 2 : 2 + count], rates[:, 2 + count : 2 + 2 * count] = known.press, power[:nodes]
+            rates.rubbed[:, k] = -friction.regularised(speed) * speed
+        rates.damped[:] = self.meter.damping_power(q, v)
+        rates.damped[:] += self.coordinates.of_beams(known.own.q, known.own.v).lost
+        rates.impulses[:], rates.losses[:] = known.press, power[:nodes]
         begin, end = known.t.reshape(2, -1)
         middle = _at(balanced, 0.5 * (begin + end))
         for motor, row in zip(self.mechanism.speed_motors, self.motor_rows, strict=True):
             # In the middle of a step forces balance best, and its way is more exact than speeds.
             way = np.diff(motor_place(motor, q).reshape(2, -1), axis=0)[0]
-            rates[:, 1] -= np.tile(middle[:, row] * way / (end - begin), 2)
+            rates.supplied[:] -= np.tile(middle[:, row] * way / (end - begin), 2)
         # Where a drive leaps, one step ends with what was before, the next begins with what comes.
         beside = np.repeat([BESIDE, -BESIDE], nodes // 2)
-        rates[:, 1] += self._load_power(np.clip(known.t + beside, 0, self.grid[-1]), q, v)
+        rates.supplied[:] += self._load_power(np.clip(known.t + beside, 0, self.grid[-1]), q, v)
         return rates
 
     def _load_power(self, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
