@@ -225,11 +225,6 @@ class MinimalModel:
             mass[i], force[i] = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
         return mass, force
 
-    @property
-    def pressed_of_scene(self) -> list[int]:
-        """Contacts that press, but for pairs of link and guide."""
-        return [k for k in self.touches.pressing if k < self.contacts.count]
-
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs, dampers, loads, walls, friction, round contacts, and what rigid ones hold.
 
