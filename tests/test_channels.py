@@ -56,6 +56,13 @@ def placed(rod, box=(0.0, 0.0, 0.0)):
     }
 
 
+def test_a_rod_that_is_moved_to_a_side_is_nearer_to_the_walls_of_that_side():
+    (channel,) = assemble_scene(scene_of(parse_document(OFFSET, "test"))).mechanism.channels
+    gaps = np.array([float(at.gap) for at in placed((-0.05, 0.025, 0.0)).values()])  # 5 mm up
+    assert gaps[np.array(channel.sides) > 0] == pytest.approx(0.005)
+    assert gaps[np.array(channel.sides) < 0] == pytest.approx(0.015)
+
+
 @pytest.mark.parametrize("box", [(0, 0, 0), (1, 2, -3.0)])
 def test_gaps_and_places_are_those_of_the_guides_axes(box):
     touch = placed((0.0, 0.023, 0.0), box)

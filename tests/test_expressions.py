@@ -273,6 +273,7 @@ FORMULAS = (
     "asin(t/4) + acos(t/4) + sqrt(t) + log(t + 0.1)",
     "(t - 1)**3 + t**-2 + (t + 0.5)**1.5 + 2**t",
     "sign(t - 1)*t",
+    "(1 - 3.5)*sin(3*t)*t",
     "angle(hub)*speed(hub) - t*angle(hub)**2",
     "place(hub)/(2 + sin(speed(hub)))",
 )
@@ -304,6 +305,7 @@ def test_no_value_is_outside_the_bounds(text):
         ("sin(t)", np.sin(0.5), 1.0),
         ("cos(4*t)", -1.0, np.cos(2.0 * np.pi)),
         ("t**3", 0.125, 8.0),
+        ("t*(1 - 3)", -4.0, -1.0),
         ("(t - 1)**2", 0.0, 1.0),
         ("where(t < 3, t, 50)", 0.5, 2.0),
         ("1/t", 0.5, 2.0),

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.exudyn.minimal.events import KinkGuard
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.source import parse_document
 
@@ -131,6 +132,20 @@ def test_a_speed_that_jumps_over_a_kink():
     late = np.maximum(found.time - 0.02 / 1.5, 0)
     right = np.where(late > 0, -0.02 + 1.5 * (1 - np.exp(-late)), -1.5 * found.time)
     np.testing.assert_allclose(found.poses[:, 0, 0], right, rtol=0, atol=1e-6)
+
+
+def test_steps_end_on_kinks(monkeypatch):
+    """A step's end is moved to the kink, by how late it says it is: to the rounding of a place."""
+    off, cross = [], KinkGuard.cross
+
+    def noted(guard, time):
+        off.append(guard.watch._changes.finder.x[0] - 0.05)
+        cross(guard, time)
+
+    monkeypatch.setattr(KinkGuard, "cross", noted)
+    block("-100*X - 5e4*max(0, X - 0.05)", 1, 1, tolerance=1e-4)
+    assert len(off) > 4
+    assert np.abs(off).max() < 1e-12
 
 
 def test_a_kink_that_is_grazed():

@@ -100,7 +100,7 @@ def test_a_manifest_names_nothing_outside_its_folder(name):
     results.put(results.pendulum(), "o")
     mine("mine")
     manifest = json.loads(Path("o/manifest.json").read_text(encoding="utf-8"))
-    manifest["files"][name] = storage.manifest.digest(Path("mine"))
+    manifest["files"][name] = storage.replacing.digest(Path("mine"))
     Path("o/manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     with pytest.raises(StorageError, match="no run of this program"), staged_folder(Path("o")):
         raise AssertionError("too late")

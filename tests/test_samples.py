@@ -66,3 +66,23 @@ def test_a_step_of_many_samples_is_summed_up_by_some_of_them(value, monkeypatch)
     speed = 7 + (2 * np.sin(5 * t) if "sin" in value else 0)
     work = 2 * 9.81 * 0.5 * np.sin(angle) + 0.5 * 0.8 * (speed**2 - 49)
     np.testing.assert_allclose(arm.energy.supplied, work, atol=1e-10)
+
+
+BALL = """
+bodies: {ball: {type: rigid, mass: 2, inertia: 0, points: {c: [0, 0]}}}
+contacts:
+  floor: {type: circle_on_circle, circles: [{at: ball.c, radius: 0.1},
+          {at: ground, place: [0, -1], radius: 0.9}], law: {stiffness: 1.0e4, restitution: 1}}
+initial: {positions: {ball: [0, 0.0001]}, velocities: {ball: [0, -1]}}
+run: {duration: 40 ms, sample: 0.1 ms}
+accuracy: {tolerance: 1.0e-9}
+"""
+
+
+def test_what_a_contact_stores_is_energy_that_is_stored():
+    """A ball turns where all of m v^2/2 is k d^2/2; nothing is lost on the way."""
+    result = run(BALL)
+    depth = np.maximum(-result.contacts["floor"].gap, 0)
+    assert result.energy.stored == pytest.approx(0.5 * 1e4 * depth**2, abs=1e-9)
+    assert result.energy.stored.max() == pytest.approx(1.0, rel=1e-4)
+    assert result.energy.dissipated == pytest.approx(0, abs=1e-9)

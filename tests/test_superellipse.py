@@ -52,6 +52,13 @@ def test_crossings_that_are_searched_are_those_of_a_formula(angle):
     assert np.sort(found) == pytest.approx(np.sort(arc.crossings(origin, direction)), abs=1e-12)
 
 
+def test_a_closed_curve_is_crossed_where_it_closes_too():
+    """By a line along its first axis: at the start of its parameter, and half a lap from there."""
+    along = np.array([np.cos(0.4), np.sin(0.4)])
+    found = PAD.crossings(np.array([0.1, -0.2]), along)
+    assert np.sort(np.mod(found + 0.1, 2 * np.pi)) == pytest.approx([0.1, np.pi + 0.1], abs=1e-12)
+
+
 @pytest.mark.parametrize("formulation", ["minimal", "redundant"])
 def test_a_bead_coasts_along_a_superellipse_at_one_speed(formulation):
     """Nothing slows it: its way is that along the curve."""
