@@ -163,8 +163,8 @@ if not TYPE_CHECKING:  # type checkers take the imports above
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        own = import_module(f"{__name__}.shipped")
-        return own.version_of(own.THIS)
+        shipped = import_module(f"{__name__}.shipped")
+        return shipped.version_of(shipped.THIS)
     for home, names in _HOMES.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{home}"), name)

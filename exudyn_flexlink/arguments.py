@@ -40,8 +40,8 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
         known = inspect.signature(function)
         assert set(kinds) <= set(known.parameters)
         plain = {
-            name: ANNOTATED.get(str(own.annotation).removesuffix(" | None"))
-            for name, own in known.parameters.items()
+            name: ANNOTATED.get(str(parameter.annotation).removesuffix(" | None"))
+            for name, parameter in known.parameters.items()
         }
         all_kinds = {name: kind for name, kind in (plain | kinds).items() if kind is not None}
 
@@ -58,7 +58,9 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
                     continue
                 try:
                     many = parameter.kind is inspect.Parameter.VAR_POSITIONAL
-                    made = tuple(kind(one, owner) for one in value) if many else kind(value, owner)
+                    made = (
+                        tuple(kind(item, owner) for item in value) if many else kind(value, owner)
+                    )
                     bound.arguments[name] = made
                 except (TypeError, ValueError) as error:
                     wrong.append(type(error)(f"{name}: {error}"))
@@ -145,14 +147,14 @@ def instants(value: Any, _: Any = None) -> FloatArray:
             raise ValueError(wrong)
         value = base.magnitude
     try:
-        found = np.asarray(value)
+        times = np.asarray(value)
     except ValueError:  # lists of several lengths
         raise TypeError(wrong) from None
-    if found.dtype.kind not in "iuf" and found.shape != (0,):
+    if times.dtype.kind not in "iuf" and times.shape != (0,):
         raise TypeError(wrong)
-    if found.ndim > 1:
+    if times.ndim > 1:
         raise ValueError(wrong)
-    return found.astype(float)
+    return times.astype(float)
 
 
 def whole(least: int, most: int = 10**9) -> Kind:
@@ -231,17 +233,17 @@ def a(kind: type, how: str = "") -> Kind:
 def two_texts(value: Any, _: Any = None) -> tuple[str, str]:
     """Take two texts."""
     pair = list(value) if isinstance(value, tuple | list) else []
-    if len(pair) != 2 or not all(isinstance(one, str) for one in pair):
+    if len(pair) != 2 or not all(isinstance(text, str) for text in pair):
         raise TypeError(f"expected two texts, got {told(value)}")
     return str(pair[0]), str(pair[1])
 
 
 def texts_by_name(value: Any, _: Any = None) -> Mapping[str, str]:
     """Take a dict of texts."""
-    own = list(value.items()) if isinstance(value, Mapping) else [(None, None)]
-    if not all(isinstance(one, str) for pair in own for one in pair):
+    pairs = list(value.items()) if isinstance(value, Mapping) else [(None, None)]
+    if not all(isinstance(text, str) for pair in pairs for text in pair):
         raise TypeError(f"expected a dict such as {{'theta': 'lever.angle'}}, got {told(value)}")
-    return dict(own)
+    return dict(pairs)
 
 
 def measured(value: Any, _: Any = None) -> Any:
@@ -255,29 +257,29 @@ def measured(value: Any, _: Any = None) -> Any:
     if isinstance(value, type) or not hasattr(value, "items") or not len(value):
         raise TypeError(wrong)
     columns = dict[str, Any]()
-    for own, column in value.items():
+    for called, column in value.items():
         wrong = (
-            f"expected columns (N,) by name, got {told(column)} as {told(own)}; of a .mat file "
+            f"expected columns (N,) by name, got {told(column)} as {told(called)}; of a .mat file "
             "give {'t': data['t'].ravel(), ..}"
         )
-        name = own
+        name = called
         try:
             first: Any = next(iter(column), None)
             if hasattr(first, "to_base_units"):
                 unit = first.to_base_units().units
-                found = np.array([one.to(unit).magnitude for one in column])
-                name = f"{own} ({unit:~C})".replace("**", "^").removesuffix(" ()")
+                numbers = np.array([quantity.to(unit).magnitude for quantity in column])
+                name = f"{called} ({unit:~C})".replace("**", "^").removesuffix(" ()")
             else:
-                found = np.asarray(column)
+                numbers = np.asarray(column)
                 if np.ma.is_masked(column):
-                    found = column.astype(float).filled(np.nan)  # which is refused with its row
+                    numbers = column.astype(float).filled(np.nan)  # which is refused with its row
         except (AttributeError, TypeError, ValueError):
             raise TypeError(wrong) from None
-        if not isinstance(name, str) or name.count("(") > 1 or found.ndim != 1:
+        if not isinstance(name, str) or name.count("(") > 1 or numbers.ndim != 1:
             raise TypeError(wrong)
         if name in columns:
             raise ValueError(f"two columns are named '{name}'")
-        columns[name] = found
+        columns[name] = numbers
     return columns
 
 

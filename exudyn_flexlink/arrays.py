@@ -58,11 +58,13 @@ def members(kind: Any) -> tuple[Member, ...]:
 @cache
 def _members(kind: Any) -> tuple[Member, ...]:
     hints = get_type_hints(kind, include_extras=True)
-    return tuple(_member(own.name, hints[own.name]) for own in fields(kind))
+    return tuple(_member(field.name, hints[field.name]) for field in fields(kind))
 
 
 def _member(name: str, hint: Any) -> Member:
     if get_origin(hint) is not Annotated:
         return Member(name, hint, None)
-    plain, *told = get_args(hint)
-    return Member(name, plain, next((own for own in told if isinstance(own, Variable)), None))
+    plain, *annotations = get_args(hint)
+    return Member(
+        name, plain, next((each for each in annotations if isinstance(each, Variable)), None)
+    )

@@ -49,20 +49,20 @@ class Seen:
     @property
     def accuracy(self) -> str:
         """The accuracy and the impact model the run was made with, in words."""
-        settings, told = self.result.settings, list[str]()
+        settings, words = self.result.settings, list[str]()
         if settings.integrator.tolerance is not None:
-            told.append(f"tolerance {settings.integrator.tolerance:.3g} m")
+            words.append(f"tolerance {settings.integrator.tolerance:.3g} m")
         if settings.integrator.step is not None:
-            told.append(f"step {settings.integrator.step:.3g} s")
+            words.append(f"step {settings.integrator.step:.3g} s")
         if settings.elements is not None:
-            told.append(f"beam of {settings.elements} elements")
-        return ", ".join([*told, *(f"{kind} impacts" for kind in self.impacts)])
+            words.append(f"beam of {settings.elements} elements")
+        return ", ".join([*words, *(f"{kind} impacts" for kind in self.impacts)])
 
     @property
     def impacts(self) -> tuple[str, ...]:
         """Kinds of the laws of contacts and stops: penalty, impulse, hertz."""
         struck = {**self.result.scene.contacts, **self.result.scene.stops}
-        return tuple(dict.fromkeys(own.law.type for own in struck.values()))
+        return tuple(dict.fromkeys(contact.law.type for contact in struck.values()))
 
 
 @dataclass(frozen=True)
@@ -164,8 +164,8 @@ class Comparison:
     @property
     def first_strike(self) -> float | None:
         """Instant of the first touch in either run, s; None if nothing is struck."""
-        found = (*self.first.strikes.values(), *self.second.strikes.values())
-        return min((strike.begin for each in found for strike in each), default=None)
+        series = (*self.first.strikes.values(), *self.second.strikes.values())
+        return min((strike.begin for each in series for strike in each), default=None)
 
     @property
     def before_strike(self) -> Deviation | None:
@@ -180,7 +180,9 @@ class Comparison:
         """Strikes of both runs, those that belong together as pairs, by contact, in order."""
         other = self.second.strikes
         return [
-            p for name, own in self.first.strikes.items() for p in _pairs(name, own, other[name])
+            p
+            for name, strikes in self.first.strikes.items()
+            for p in _pairs(name, strikes, other[name])
         ]
 
     @property
@@ -258,24 +260,26 @@ def _check_one_scene(first: Result, second: Result) -> None:
         pair = ours.get(path), theirs.get(path)
         left_open = path.endswith(_AT_REST) and None in pair
         if pair[0] != pair[1] and not left_open:
-            told = f"{path} is {pair[0]} and {pair[1]}"
-            raise ValueError(f"the runs are not of one scene: {told}; give 'names' to compare both")
+            about = f"{path} is {pair[0]} and {pair[1]}"
+            raise ValueError(
+                f"the runs are not of one scene: {about}; give 'names' to compare both"
+            )
 
 
 def _meant(scene: Scene) -> dict[str, Any]:
     """What a scene is, by path: without how it is solved, how long, and from what state."""
-    data, found = scene.to_data(), dict[str, Any]()
+    data, meant = scene.to_data(), dict[str, Any]()
 
     def walk(value: Any, path: str) -> None:
         if isinstance(value, dict):
             for key, inner in value.items():
                 walk(inner, f"{path}.{key}")
         else:
-            found[path] = value
+            meant[path] = value
 
     for section in _OF_A_SCENE:
         walk(data.get(section), section)
-    return found
+    return meant
 
 
 def _seen(
@@ -301,12 +305,12 @@ def _seen(
 def _pairs(contact: str, first: Sequence[Strike], second: Sequence[Strike]) -> Iterator[StrikePair]:
     """Pair strikes in order; one that a run misses shifts no other."""
     while first or second:
-        one = first[0] if first and not _unmatched(second, first) else None
+        strike = first[0] if first and not _unmatched(second, first) else None
         other = second[0] if second and not _unmatched(first, second) else None
-        found = one or other
-        assert found is not None  # of two strikes, at most the earlier one is unmatched
-        yield StrikePair(contact, found.lap, one, other)
-        first, second = first[one is not None :], second[other is not None :]
+        either = strike or other
+        assert either is not None  # of two strikes, at most the earlier one is unmatched
+        yield StrikePair(contact, either.lap, strike, other)
+        first, second = first[strike is not None :], second[other is not None :]
 
 
 def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
@@ -325,7 +329,7 @@ def _statistics(seen: Seen, point: str, time: FloatArray, part: BoolArray) -> St
     position, (begin, end) = seen.position[part], time[part][[0, -1]].tolist()
     mean = position.mean(axis=0)
     turns = (seen.result.extremes[f"{point}.{axis}_m"].between(begin, end) for axis in "xy")
-    reached = [np.append(own.value, x) for own, x in zip(turns, position.T, strict=True)]
+    reached = [np.append(turn.value, x) for turn, x in zip(turns, position.T, strict=True)]
     levers = {
         body: lever.between(begin, np.nextafter(end, np.inf)) for body, lever in seen.levers.items()
     }
@@ -334,5 +338,7 @@ def _statistics(seen: Seen, point: str, time: FloatArray, part: BoolArray) -> St
         rms=np.sqrt(np.mean((position - mean) ** 2, axis=0)),
         least=np.array([x.min() for x in reached]) - mean,
         greatest=np.array([x.max() for x in reached]) - mean,
-        levers={body: (own.least[0], own.greatest[0]) for body, own in levers.items()},
+        levers={
+            body: (response.least[0], response.greatest[0]) for body, response in levers.items()
+        },
     )

@@ -65,7 +65,7 @@ def continued(result: Result, at: float | None = None) -> Scene:
         if isinstance(slot.curve, Laps)
     }
     initial = Initial(
-        states=FrozenMapping({body: _rows(state[list(own)]) for body, own in bodies.items()}),
+        states=FrozenMapping({body: _rows(state[list(parts)]) for body, parts in bodies.items()}),
         laps=FrozenMapping(laps),
         clock=result.scene.initial.clock + time,
     )
@@ -89,7 +89,7 @@ def moved(scene: Scene, state: FloatArray) -> Scene:
     )
     q, _ = closest(replace(mechanism, speed_motors=driven), state[:, :3], given.laps)
     whole = np.concatenate([q, state[:, 3:]], axis=-1)
-    states = {body: _rows(whole[list(own)]) for body, own in mechanism.bodies.items()}
+    states = {body: _rows(whole[list(parts)]) for body, parts in mechanism.bodies.items()}
     laps = _laps_near(assembly, q)
     update = {"states": FrozenMapping(states), "laps": FrozenMapping(laps)}
     return scene.changed(initial=given.model_copy(update=update))
@@ -100,7 +100,7 @@ def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
 
     A point just behind the place where a lap begins is at the end of the lap before.
     """
-    found, state = {}, assembly.state
+    laps_near, state = {}, assembly.state
     slots = zip(assembly.mechanism.slots, state.places.tolist(), state.laps, strict=True)
     for slot, place, lap in slots:
         if not isinstance(slot.curve, Laps):
@@ -109,8 +109,8 @@ def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
         rounding = CLOSED / float(np.linalg.norm(slot.curve.derivative(begin)))
         here = slot.curve.nearest(slot_point(slot, q), near=place)
         way = int(here >= end - rounding) - int(here < begin - rounding)
-        found[slot.name] = next_lap(lap, way) if way else lap
-    return found
+        laps_near[slot.name] = next_lap(lap, way) if way else lap
+    return laps_near
 
 
 def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
@@ -126,7 +126,7 @@ def state_at(result: Result, time: float) -> FloatArray:
 def free_spans(result: Result) -> FloatArray:
     """Begins and ends (K, 2) s of the spans in which nothing presses, up to the run's end."""
     last = float(result.time[-1])
-    touches = [np.stack([own.begin, own.end]) for own in result.intervals.values()]
+    touches = [np.stack([interval.begin, interval.end]) for interval in result.intervals.values()]
     begin, end = np.concatenate([np.zeros((2, 0)), *touches], axis=1)
     order = np.argsort(begin)
     until = np.maximum.accumulate(np.append(0.0, np.where(np.isfinite(end), end, last)[order]))
@@ -138,8 +138,8 @@ def _require_free(result: Result, time: float) -> None:
     """Refuse an instant at which something presses; begins and ends of touches count as such."""
     pressing = [
         name
-        for name, own in result.intervals.items()
-        if np.any((own.begin <= time) & (own.end >= time))
+        for name, interval in result.intervals.items()
+        if np.any((interval.begin <= time) & (interval.end >= time))
     ]
     if not pressing:
         return
@@ -172,8 +172,8 @@ class _PointOnLaps:
             of[: k + 1] for of in (result.time, result.poses, result.rates)
         )
         self._place = float(assembly.state.places[number])
-        told = (lap for lap in result.laps if lap.name == self.slot.name)
-        self._passes = [lap for lap in told if lap.time <= self._time[-1]]
+        laps_told = (lap for lap in result.laps if lap.name == self.slot.name)
+        self._passes = [lap for lap in laps_told if lap.time <= self._time[-1]]
         later = (int(lap.details["lap"]) for lap in self._passes)
         self._laps = [assembly.state.laps[number], *later]
 
@@ -227,13 +227,17 @@ def springs_as_assembled(scene: Scene) -> dict[str, Spring]:
     """
     mechanism = assemble_scene(scene).mechanism
     # Ropes, tables and formulas say it themselves.
-    told = {own.name: ("rest_angle", own.rest_angle) for own in mechanism.springs if not own.law}
-    for own in mechanism.linear_springs:
-        if not own.law:
-            told[own.name] = "length", own.length
+    fields = {
+        spring.name: ("rest_angle", spring.rest_angle)
+        for spring in mechanism.springs
+        if not spring.law
+    }
+    for pulled in mechanism.linear_springs:
+        if not pulled.law:
+            fields[pulled.name] = "length", pulled.length
     springs = dict(scene.springs)
-    for name in springs.keys() & told.keys():
-        key, value = told[name]
+    for name in springs.keys() & fields.keys():
+        key, value = fields[name]
         if getattr(springs[name], key) is None:
             springs[name] = springs[name].model_copy(update={key: value})
     return springs
@@ -259,7 +263,7 @@ def joined(first: Result, second: Result) -> Result:
     _require_following(first, second)
     end = float(first.time[-1])
     second = later(second, end)
-    own = {
+    fields_given = {
         m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable)
         for m in members(Result)
         if m.name in SERIES
@@ -268,14 +272,15 @@ def joined(first: Result, second: Result) -> Result:
     for name in ("stored", "dissipated", "supplied"):  # of a table or a formula: from its start on
         values, more = getattr(energy, name), getattr(tail, name)
         both = np.concatenate([values, values[-1] + (more[1:] - more[0])])
-        own["energy"] = replace(own["energy"], **{name: both})
-    own["frictions"] = {
-        name: _rubbed(one, second.frictions[name], end) for name, one in first.frictions.items()
+        fields_given["energy"] = replace(fields_given["energy"], **{name: both})
+    fields_given["frictions"] = {
+        name: _rubbed(friction, second.frictions[name], end)
+        for name, friction in first.frictions.items()
     }
     unknown = first.error.missing or first.error.stopped is not None
     whole = replace(
         first,
-        **own,
+        **fields_given,
         timings={key: x + second.timings.get(key, 0.0) for key, x in first.timings.items()},
         laps=(*first.laps, *second.laps),
         checks=_checks(first, second),
@@ -295,8 +300,8 @@ def _require_following(first: Result, second: Result) -> None:
     if first.engine != second.engine:
         told = f"one is by {first.engine}, the other by {second.engine}"
     elif anew or abs(begin - end) > ROUNDING * max(1.0, end):
-        own = "it starts anew" if anew else f"it begins at {begin:.9g} s"
-        told = f"{own}, the first ends at {end:.9g} s; see Result.continued"
+        why = "it starts anew" if anew else f"it begins at {begin:.9g} s"
+        told = f"{why}, the first ends at {end:.9g} s; see Result.continued"
     else:
         meant, scene = continued(first), second.scene
         keys = [key for key in Scene.model_fields if key != "run"]
@@ -310,25 +315,25 @@ def _require_following(first: Result, second: Result) -> None:
         raise ValueError(f"the second run does not go on from the first: {told}")
 
 
-def _joined(first: Any, second: Any, own: Variable | None) -> Any:
+def _joined(first: Any, second: Any, variable: Variable | None) -> Any:
     """Join arrays over time, and columns of touches and extremes, in whatever holds them.
 
     The sample at which both meet is that of the first run.
     """
     if isinstance(first, Mapping):
-        return {key: _joined(value, second[key], own) for key, value in first.items()}
+        return {key: _joined(value, second[key], variable) for key, value in first.items()}
     if is_dataclass(first) and not isinstance(first, type):
         parts = {
             m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable)
             for m in members(type(first))
         }
         return replace(first, **parts)
-    assert own is not None
-    if not own.dimensions:
+    assert variable is not None
+    if not variable.dimensions:
         return max(first, second)  # the deepest penetration
     if not isinstance(first, np.ndarray):
         return first  # names
-    return np.concatenate([first, second[1:] if own.dimensions.startswith("time") else second])
+    return np.concatenate([first, second[1:] if variable.dimensions.startswith("time") else second])
 
 
 def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> FrictionHistory:
@@ -347,11 +352,13 @@ def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> Frict
 def _checks(first: Result, second: Result) -> Checks:
     """Of every step of both; what the balance misses in the first is missed from there on."""
     missed = abs(float(first.energy.residual[-1])) + second.checks.energy_residual
-    both = {name: (own, getattr(second.checks, name)) for name, own in vars(first.checks).items()}
-    found = {name: max(pair) for name, pair in both.items()}
-    found |= {name: sum(both[name]) for name in ("steps", "newton_iterations")}
-    found |= {name: min(both[name]) for name in ("smallest_step", "steps_per_contact")}
-    return Checks(**(found | {"energy_residual": max(first.checks.energy_residual, missed)}))
+    both = {
+        name: (value, getattr(second.checks, name)) for name, value in vars(first.checks).items()
+    }
+    largest = {name: max(pair) for name, pair in both.items()}
+    largest |= {name: sum(both[name]) for name in ("steps", "newton_iterations")}
+    largest |= {name: min(both[name]) for name in ("smallest_step", "steps_per_contact")}
+    return Checks(**(largest | {"energy_residual": max(first.checks.energy_residual, missed)}))
 
 
 def _run(whole: Result) -> Run:

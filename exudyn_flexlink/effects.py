@@ -153,9 +153,13 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     """
     mine = {name for name, joint in scene.joints.items() if body in joint.bodies}
     slots = {joint.curve for joint in scene.joints.values() if isinstance(joint, specs.SlotJoint)}
-    for found in specs.references(scene):
-        meant = found.text in mine if found.refers.section == "joints" else found.body == body
-        section, name = found.path[:2]
+    for reference in specs.references(scene):
+        meant = (
+            reference.text in mine
+            if reference.refers.section == "joints"
+            else reference.body == body
+        )
+        section, name = reference.path[:2]
         if not meant or section in ("contacts", "initial"):
             continue
         part = getattr(scene, section)[name] if section in ("joints", "springs") else None
@@ -200,7 +204,7 @@ def with_impact(scene: Scene, impact: str) -> Scene:
         _refuse(scene, jumping, *NO_STIFFNESS)
         return scene
     touching = {**scene.contacts, **scene.stops}
-    lossy = [name for name, own in touching.items() if own.law.restitution is None]
+    lossy = [name for name, contact in touching.items() if contact.law.restitution is None]
     _refuse(scene, lossy, *NO_RESTITUTION)
     contacts = {n: c.model_copy(update={"law": _jumping(c.law)}) for n, c in scene.contacts.items()}
     stopped = {

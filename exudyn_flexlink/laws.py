@@ -113,8 +113,8 @@ class GivingWay(ABC):
         self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
     ) -> FloatArray:
         """Pressing force in N (never negative), of the broadcast shape of the arguments."""
-        found = self.pressing(penetration, rate, approach_speed)[0]
-        return np.where(np.asarray(penetration) > 0, np.maximum(found, 0.0), 0.0)
+        pressed = self.pressing(penetration, rate, approach_speed)[0]
+        return np.where(np.asarray(penetration) > 0, np.maximum(pressed, 0.0), 0.0)
 
     @property
     def deepest(self) -> float:
@@ -325,7 +325,7 @@ class SpringTable(GivingWay):
     def piece(self, number: int) -> SpringDamper:
         """Law between two rows, which goes on straight beyond them."""
         (d, after), (force, next_force) = (
-            own[number : number + 2] for own in (self.depths, self.forces)
+            column[number : number + 2] for column in (self.depths, self.forces)
         )
         slope = (next_force - force) / (after - d)
         return SpringDamper(slope, self.damping, force - slope * d)

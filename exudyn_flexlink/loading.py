@@ -71,21 +71,21 @@ from exudyn_flexlink.source import (
 
 def rubbing_badly(assembly: Assembly) -> list[Mistake]:
     """Friction in joints that has no answer, or that goes with nothing else in the scene."""
-    mechanism, found = assembly.mechanism, []
+    mechanism, notes = assembly.mechanism, []
     shared = shared_forces(assembly) if mechanism.frictions else set()
     for friction in mechanism.frictions:
         path = ("joints", friction.name, "friction")
         if any(isinstance(contact.law, Impulse) for contact in mechanism.contacts):
             message = "friction in joints does not go with contacts by impulse"
-            found.append(Mistake(path, message, "give the contacts a law with stiffness"))
+            notes.append(Mistake(path, message, "give the contacts a law with stiffness"))
         if friction.share > 0 and friction.name in shared:
             message = "the force in this joint is not known: other joints hold the same"
             hint = "take one of them away; or give a torque, along a slide a force"
-            found.append(Mistake((*path, "coefficient"), message, hint))
+            notes.append(Mistake((*path, "coefficient"), message, hint))
         if isinstance(friction.joint, Slide) and friction.name not in tree_layout(mechanism).joints:
             message = "friction of a slide that closes a loop of slides is not known"
-            found.append(Mistake(path, message, "give it to another slide of the loop"))
-    return found
+            notes.append(Mistake(path, message, "give it to another slide of the loop"))
+    return notes
 
 
 def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
@@ -116,7 +116,7 @@ def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
     may = assembly.surplus and moves and not set(scene.drives) & set(assembly.surplus)
     if may and formulation(scene) == "minimal" and always_redundant(assembly):
         return []
-    found = []
+    notes = []
     hint = (
         "two joints do the same, two drives move one freedom, or the mechanism starts at a dead "
         "centre: take one away, or start at another angle; of a body pinned at both ends between "
@@ -127,8 +127,8 @@ def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
         what = "drive" if drive else "joint" if name in scene.joints else "body's hinge"
         times = "" if count == 1 else f" {count} times"
         path = ("drives", name) if drive else path_of(scene, name)
-        found.append(Mistake(path, f"this {what} holds{times} what others hold already", hint))
-    return found
+        notes.append(Mistake(path, f"this {what} holds{times} what others hold already", hint))
+    return notes
 
 
 NO_START = (NoValueError, CannotAssembleError, CannotMoveError, NoRestError)
@@ -206,7 +206,9 @@ def path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
 
 def _loop_of(scene: Scene, joint: str) -> list[str]:
     """Names of the joints that connect a joint's two bodies without it, by the shortest way."""
-    bodies = {name: (*own.bodies, GROUND)[:2] for name, own in scene.joints.items() if own.bodies}
+    bodies = {
+        name: (*joint.bodies, GROUND)[:2] for name, joint in scene.joints.items() if joint.bodies
+    }
     if joint not in bodies:
         return []
     first, last = bodies.pop(joint)
@@ -248,7 +250,7 @@ def _value_mistake(scene: Scene, error: NoValueError) -> Mistake:
     path: tuple[str | int, ...] = ("drives",)
     for name, drive in scene.drives.items():
         values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
-        if any(isinstance(one, Expression) and one.text == error.text for one in values):
+        if any(isinstance(item, Expression) and item.text == error.text for item in values):
             path = ("drives", name, "value")
     for name, spring in scene.springs.items():
         key = "force" if isinstance(spring, LinearSpring) else "torque"
@@ -290,12 +292,14 @@ def _rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
 
 def moving_drives(assembly: Assembly) -> list[Mistake]:
     """Drives that move as a run starts that should start at rest."""
-    told = "moves at {:.4g} {} at first, so that nothing can start at rest"
+    about = "moves at {:.4g} {} at first, so that nothing can start at rest"
     hint = "give it a 'ramp', or a formula that begins with speed 0"
     return [
-        Mistake(("drives", own.name), told.format(speed, "m/s" if own.slide else "rad/s"), hint)
-        for own in assembly.mechanism.speed_motors
-        if (speed := own.speed.at(0.0)) != 0
+        Mistake(
+            ("drives", motor.name), about.format(speed, "m/s" if motor.slide else "rad/s"), hint
+        )
+        for motor in assembly.mechanism.speed_motors
+        if (speed := motor.speed.at(0.0)) != 0
     ]
 
 
@@ -304,7 +308,7 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
 
     What starts `resting` may press; tables of forces still end.
     """
-    found = [] if resting else list(_beyond_stops(scene, assembly))
+    notes = [] if resting else list(_beyond_stops(scene, assembly))
     state = assembly.state
     for contact in assembly.mechanism.contacts:
         if contact.name not in scene.contacts:
@@ -313,21 +317,21 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
                 message = f"the table ends {law.depths[-1]:.3g} m from 'length', it starts at "
                 hint = "give the table more rows: no force is made up beyond them"
                 path = ("springs", contact.name, "force")
-                found.append(Mistake(path, f"{message}{depth:.3g} m", hint))
+                notes.append(Mistake(path, f"{message}{depth:.3g} m", hint))
             continue
         at = approach(contact, state.q, state.v)
         # Farther behind than the face is long, it is beside it and may come round its end.
         if pressed_at(contact, at) and not resting:
             depth = -float(at.gap)
             message = f"starts with a penetration of {depth:.3g} m"
-            found.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
+            notes.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
         if gap < -TOUCHING and not resting:
             message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
             hint = "check lengths and 'initial', or widen the clearance"
-            found.append(Mistake(("joints", bearing.name), message, hint))
-    return found
+            notes.append(Mistake(("joints", bearing.name), message, hint))
+    return notes
 
 
 def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
@@ -359,7 +363,7 @@ def _apart(contact: Contact, depth: float) -> str:
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:
     """Links with clearance that start beyond a wall or a corner of their guide."""
-    found, state = [], assembly.state
+    notes, state = [], assembly.state
     for channel in assembly.mechanism.channels:
         depths = {
             contact.name.removeprefix(f"{channel.name}: "): -float(at.gap)
@@ -371,16 +375,16 @@ def pressed_walls(assembly: Assembly) -> list[Mistake]:
             pair, depth = max(depths.items(), key=lambda item: item[1])
             message = f"the link starts {depth:.3g} m inside its guide's walls: {pair}"
             hint = "turn the link under 'initial: angles', or widen the clearance"
-            found.append(Mistake(("joints", channel.name), message, hint))
-    return found
+            notes.append(Mistake(("joints", channel.name), message, hint))
+    return notes
 
 
 def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Links that start wholly outside their guides, where nothing holds a link."""
-    told = "the link starts outside its guide, {:.3g} of the guide's length away"
+    about = "the link starts outside its guide, {:.3g} of the guide's length away"
     hint = "check lengths, places, and the units of curves; or say 'initial: along'"
     return [
-        Mistake(("joints", name), told.format(far), hint)
+        Mistake(("joints", name), about.format(far), hint)
         for name, low, high in in_guides(scene, assembly.mechanism, assembly.state.q)
         if (far := max(float(low) - 1, -float(high))) > CLOSED
     ]
@@ -388,7 +392,7 @@ def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
 
 def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Springs whose ends meet at the start, though they have a length: they act in no direction."""
-    found = []
+    notes = []
     for spring in assembly.mechanism.linear_springs:
         if spring.slide is not None:
             continue
@@ -398,8 +402,8 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
         if given != 0 and max(abs(apart)) <= CLOSED:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
-            found.append(Mistake(("springs", spring.name), message, hint))
-    return found
+            notes.append(Mistake(("springs", spring.name), message, hint))
+    return notes
 
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
@@ -578,9 +582,9 @@ def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:
     if scene.initial.states:
         return []
     mechanism = assembly.mechanism
-    found = other_branches(assembly, _start(scene, mechanism))
+    branches = other_branches(assembly, _start(scene, mechanism))
     bodies = mechanism.bodies.items()
-    return [{body: float(angles[parts[0]]) for body, parts in bodies} for angles in found]
+    return [{body: float(angles[parts[0]]) for body, parts in bodies} for angles in branches]
 
 
 def run_mistakes(scene: Scene) -> list[Mistake]:

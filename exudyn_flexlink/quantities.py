@@ -240,26 +240,26 @@ def _unit(name: str) -> Unit:
     if re.sub(r"\s", "", _TOKEN.sub("", name)):
         raise UnknownUnitError
     tokens = _TOKEN.findall(name)[::-1]
-    found = _product(tokens)
-    if tokens or abs(found.tens) > MOST_TENS:
+    unit = _product(tokens)
+    if tokens or abs(unit.tens) > MOST_TENS:
         raise UnknownUnitError
     # A power of ten below 1 is no float, its reciprocal is: so a millimetre is 0.001 to the bit.
-    scale = 10.0 ** abs(found.tens)
-    factor = found.factor / scale if found.tens < 0 else found.factor * scale
+    scale = 10.0 ** abs(unit.tens)
+    factor = unit.factor / scale if unit.tens < 0 else unit.factor * scale
     if not 0 < factor < math.inf:
         raise UnknownUnitError
-    return Unit(factor, found.powers)
+    return Unit(factor, unit.powers)
 
 
 def _product(tokens: list[str]) -> Symbol:
     """Take a product off the end of reversed tokens, up to a closing parenthesis."""
-    found = _power(tokens)
+    unit = _power(tokens)
     while tokens and tokens[-1] != ")":
         divided = tokens[-1] == "/"
         if divided:
             tokens.pop()
-        found = _times(found, _power(tokens), -1 if divided else 1)
-    return found
+        unit = _times(unit, _power(tokens), -1 if divided else 1)
+    return unit
 
 
 def _power(tokens: list[str]) -> Symbol:

@@ -13,8 +13,10 @@ class Sendable(BaseException):
         return _again, (type(self), self.args, self.__dict__)
 
 
-def _again(kind: type[BaseException], args: tuple[Any, ...], told: dict[str, Any]) -> BaseException:
+def _again(
+    kind: type[BaseException], args: tuple[Any, ...], state: dict[str, Any]
+) -> BaseException:
     made = kind.__new__(kind)
     made.args = args
-    made.__dict__.update(told)
+    made.__dict__.update(state)
     return made

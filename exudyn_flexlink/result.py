@@ -84,10 +84,10 @@ class Intervals:
     pair: Annotated[IntArray, Variable(".", "1", "pair of a sleeve, from 0", kind=int)]
 
     @classmethod
-    def of(cls, found: Iterable[Interval] = ()) -> Intervals:
+    def of(cls, intervals: Iterable[Interval] = ()) -> Intervals:
         """Return intervals as columns, in order of their begins."""
-        rows = sorted(found, key=lambda row: (row.begin, row.pair))
-        kinds = {own.name: own.variable.kind for own in members(cls) if own.variable}
+        rows = sorted(intervals, key=lambda row: (row.begin, row.pair))
+        kinds = {member.name: member.variable.kind for member in members(cls) if member.variable}
         columns: dict[str, NDArray[Any]] = {
             name: np.array([getattr(row, name) for row in rows], kind)
             for name, kind in kinds.items()
@@ -174,7 +174,7 @@ class ForceDeviation:
 
     def times(self, factor: float, least: float = 0.0) -> ForceDeviation:
         """Return it `factor` times as large, and no less than a part `least` of the force."""
-        free, touching = (own and own.times(factor, least) for own in (self.free, self.touching))
+        free, touching = (part and part.times(factor, least) for part in (self.free, self.touching))
         instants = None if self.instants is None else factor * self.instants
         return ForceDeviation(self.unit, free, touching, instants)
 
@@ -487,18 +487,18 @@ class Result:
     def intervals(self) -> dict[str, Intervals]:
         """Every contact, by the names of the scene's contacts and then of its joints."""
         histories = (self.contacts, self.bearings, self.sleeves)
-        return {name: own.touches for kind in histories for name, own in kind.items()}
+        return {name: history.touches for kind in histories for name, history in kind.items()}
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """What the scene's contacts and laps tell, in order of time."""
-        told = [
+        changes = [
             event
             for name, contact in self.contacts.items()
             for interval in contact.touches
             for event in _events_of(interval, name)
         ]
-        return tuple(sorted([*self.laps, *told], key=lambda event: event.time))
+        return tuple(sorted([*self.laps, *changes], key=lambda event: event.time))
 
 
 def later(result: Result, by: float) -> Result:
@@ -527,11 +527,11 @@ def _lock(record: Any) -> None:
     """Make the arrays of a dataclass read-only, of those in it, and of its mappings."""
     for name in record.__dataclass_fields__:
         value = getattr(record, name)
-        for own in value.values() if isinstance(value, Mapping) else (value,):
-            if isinstance(own, np.ndarray):
-                own.setflags(write=False)
-            elif is_dataclass(own) and not isinstance(own, type):
-                _lock(own)
+        for item in value.values() if isinstance(value, Mapping) else (value,):
+            if isinstance(item, np.ndarray):
+                item.setflags(write=False)
+            elif is_dataclass(item) and not isinstance(item, type):
+                _lock(item)
 
 
 def _events_of(interval: Interval, name: str) -> Iterator[Event]:

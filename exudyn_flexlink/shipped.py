@@ -74,15 +74,15 @@ def model_names() -> list[str]:
 
 def known_names() -> list[str]:
     """Names of the models, and the last parts of them, by which they may be called, too."""
-    return [own for name in model_names() for own in (name, name.split("/")[-1])]
+    return [called for name in model_names() for called in (name, name.split("/")[-1])]
 
 
 def model_file(name: str) -> Path | None:
     """Return the file of a model by its name, or by the last part of it; None if there is none."""
     names = model_names()
-    found = [known for known in names if name in (known, known.split("/")[-1])]
-    found = [name] if name in names else found
-    return models_folder() / f"{found[0]}.yaml" if len(found) == 1 else None
+    names_alike = [known for known in names if name in (known, known.split("/")[-1])]
+    names_alike = [name] if name in names else names_alike
+    return models_folder() / f"{names_alike[0]}.yaml" if len(names_alike) == 1 else None
 
 
 def benchmark_files() -> dict[str, Path]:

@@ -218,23 +218,23 @@ class _Builder:
 
     def _merged(self, node: Any, path: KeyPath) -> list[tuple[Any, Any]]:
         """Keys and values of a mapping, with those that '<<' takes from others and it has not."""
-        own = [(key, value) for key, value in node.value if not _is_merge(key)]
-        known = {_name(key) for key, _ in own}
+        pairs = [(key, value) for key, value in node.value if not _is_merge(key)]
+        known = {_name(key) for key, _ in pairs}
         for key, value in node.value:
             if not _is_merge(key):
                 continue
-            for one in value.value if isinstance(value, yaml.SequenceNode) else [value]:
-                if not isinstance(one, yaml.MappingNode) or id(one) in self.open_nodes:
+            for item in value.value if isinstance(value, yaml.SequenceNode) else [value]:
+                if not isinstance(item, yaml.MappingNode) or id(item) in self.open_nodes:
                     self._problem(
                         value, path, "'<<' takes the keys of another section: '<<: *name'"
                     )
                     break
-                self.open_nodes.add(id(one))
-                more = [(k, v) for k, v in self._merged(one, path) if _name(k) not in known]
-                self.open_nodes.discard(id(one))
-                own += more
+                self.open_nodes.add(id(item))
+                more = [(k, v) for k, v in self._merged(item, path) if _name(k) not in known]
+                self.open_nodes.discard(id(item))
+                pairs += more
                 known |= {_name(key) for key, _ in more}
-        return own
+        return pairs
 
     def _key(self, node: Any, path: KeyPath) -> str | None:
         if not isinstance(node, yaml.ScalarNode):

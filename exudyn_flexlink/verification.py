@@ -89,8 +89,8 @@ class _AtSample(_Number):
             return len(result.time) - 1
         k = result.sample_at(self.at)
         if abs(float(result.time[k]) - self.at) > SAME_INSTANT * float(result.time[-1]):
-            told = f"the run has no sample at {self.at:g} s: choose 'run.sample' for it"
-            raise MissingError(told)
+            about = f"the run has no sample at {self.at:g} s: choose 'run.sample' for it"
+            raise MissingError(about)
         return k
 
 
@@ -144,9 +144,9 @@ class _OfBody(_AtSample):
 
     def _of(self, values: FloatArray, result: Result) -> float:
         """Difference of the bodies' third columns in values (N, parts, 3)."""
-        own = values[self._sample(result), :, 2]
-        other = 0.0 if self.relative_to is None else own[_part(self.relative_to, result)]
-        return float(own[_part(self.body, result)] - other)
+        angles = values[self._sample(result), :, 2]
+        other = 0.0 if self.relative_to is None else angles[_part(self.relative_to, result)]
+        return float(angles[_part(self.body, result)] - other)
 
 
 class PublishedAngle(_OfBody):
@@ -295,21 +295,21 @@ def read_benchmark(file: Path) -> Benchmark:
     """
     document = load_document(file)
     try:
-        found = PublishedFile.model_validate(document.data)
+        file_read = PublishedFile.model_validate(document.data)
     except ValidationError as error:
         told = mistakes_of(error, PublishedFile, document.data, ())
         raise SceneError(document, told) from None
-    own = file.name.removesuffix(PUBLISHED)
-    model = file.with_name(f"{own}.yaml")
+    stem = file.name.removesuffix(PUBLISHED)
+    model = file.with_name(f"{stem}.yaml")
     runs, mistakes = list[BenchmarkRun](), list[Mistake]()
-    for name, one in found.runs.items():
-        scene = load_scene(model, one.settings)
-        for what, number in one.numbers.items():
+    for name, run in file_read.runs.items():
+        scene = load_scene(model, run.settings)
+        for what, number in run.numbers.items():
             mistakes += _unknown(number, scene, ("runs", name, "numbers", what))
-        runs.append(BenchmarkRun(name, scene, one.engine, one.numbers))
+        runs.append(BenchmarkRun(name, scene, run.engine, run.numbers))
     if mistakes:
         raise SceneError(document, mistakes)
-    return Benchmark(own, found.source, tuple(runs), document)
+    return Benchmark(stem, file_read.source, tuple(runs), document)
 
 
 def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[Mistake]:

@@ -196,7 +196,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class Study(Bench):
-    """What a study found: `points` of the figure are settings that were run, `own` the model's."""
+    """What a study found: `points` of the figure are settings run, `own` is the model's."""
 
     scene: Scene
     target: float
@@ -238,7 +238,7 @@ def judge(runs: Runs) -> Study:
     bench = Bench(truth, check, independent, horizon)
     points = [_point(trial, bench) for trial in runs.trials if trial is not truth]
     given = runs.own and (runs.own.method, runs.own.value)
-    own = next((point for point in points if (point.method, point.value) == given), None)
+    known = next((point for point in points if (point.method, point.value) == given), None)
     return Study(
         truth,
         check,
@@ -247,8 +247,8 @@ def judge(runs: Runs) -> Study:
         scene=runs.scene,
         target=runs.target,
         points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
-        own=own,
-        sources=(*_of_time(runs, own, bench), *_of_the_model(runs, bench)),
+        own=known,
+        sources=(*_of_time(runs, known, bench), *_of_the_model(runs, bench)),
         runs=runs,
     )
 
@@ -282,15 +282,13 @@ def _independent(one: Method, other: Method) -> bool:
 
 
 def _point(trial: Trial, bench: Bench) -> Point:
-    found = bench.errors(trial.result)
+    off = bench.errors(trial.result)
     steps = trial.result.checks.steps
-    claimed = max(found.largest, bench.floor)
-    return Point(
-        trial.method, trial.value, trial.processor, len(trial.times), steps, found, claimed
-    )
+    claimed = max(off.largest, bench.floor)
+    return Point(trial.method, trial.value, trial.processor, len(trial.times), steps, off, claimed)
 
 
-def _of_time(runs: Runs, own: Point | None, bench: Bench) -> list[Source]:
+def _of_time(runs: Runs, point: Point | None, bench: Bench) -> list[Source]:
     """Error of the time steps at the model's own settings; none where nothing tells it.
 
     A link that is not made of rods is held against the finest run of its own kind.
@@ -298,11 +296,11 @@ def _of_time(runs: Runs, own: Point | None, bench: Bench) -> list[Source]:
     if runs.own is bench.reference and bench.check is not None:
         # The finest run of all: it is off by no more than the check is from it.
         return [Source("time", bench.errors(bench.check.result), at_most=True)]
-    if own is None:
+    if point is None:
         return []
-    if own.method.of_rods:
-        return [Source("time", own.errors, at_most=own.below_floor)]
-    finest, trial = runs.of(own.method)[0], runs.own
+    if point.method.of_rods:
+        return [Source("time", point.errors, at_most=point.below_floor)]
+    finest, trial = runs.of(point.method)[0], runs.own
     if trial is None or trial is finest:
         return []
     return [Source("time", bench.errors(trial.result, finest.result))]
@@ -310,7 +308,7 @@ def _of_time(runs: Runs, own: Point | None, bench: Bench) -> list[Source]:
 
 def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
     """Errors of rods and contacts, from the scene changed in them."""
-    found = []
+    sources = []
     for varied in runs.varied:
         finer, base = varied.finer, varied.base
         apart = bench.errors(varied.result, base.result)
@@ -318,8 +316,8 @@ def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
         at_most = apart.largest < TRUSTED * in_time
         estimate = apart.times(extrapolated(finer.ratio, finer.order))
         dearer = varied.processor / base.processor
-        found.append(Source(finer.kind, estimate, finer.order, at_most, dearer))
-    return found
+        sources.append(Source(finer.kind, estimate, finer.order, at_most, dearer))
+    return sources
 
 
 MARGIN = 1 / 3  # of the target: what is advised is measured to be off by no more

@@ -51,13 +51,13 @@ class Finer:
 def finer_scenes(scene: Scene) -> list[Finer]:
     """Return a scene with more rods, and with stiffer contacts, if it has what that changes."""
     rods, stiffer = with_more_rods(scene), with_stiffer_contacts(scene)
-    found = []
+    scenes = []
     if rods is not None:
         order = min(ORDERS[body.layout] for body in beams(scene).values())  # of the slowest
-        found.append(Finer("rods", rods, MORE_RODS, order))
+        scenes.append(Finer("rods", rods, MORE_RODS, order))
     if stiffer is not None:
-        found.append(Finer("contact", stiffer, STIFFER, COMPLIANCE_ORDER))
-    return found
+        scenes.append(Finer("contact", stiffer, STIFFER, COMPLIANCE_ORDER))
+    return scenes
 
 
 def extrapolated(ratio: float, order: float) -> float:
@@ -84,10 +84,10 @@ def with_more_rods(scene: Scene) -> Scene | None:
 
     The damping of a hinge is doubled like its stiffness, so that it is that of the same beam.
     """
-    found = beams(scene)
-    if not found or any(MORE_RODS * body.rods > MOST_RODS for body in found.values()):
+    links = beams(scene)
+    if not links or any(MORE_RODS * body.rods > MOST_RODS for body in links.values()):
         return None
-    return scene.changed(bodies=dict(scene.bodies) | {n: _finer(b) for n, b in found.items()})
+    return scene.changed(bodies=dict(scene.bodies) | {n: _finer(b) for n, b in links.items()})
 
 
 def _finer(body: FlexibleBody) -> FlexibleBody:
@@ -196,17 +196,17 @@ def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[
     `formulations` names, for each engine, the formulations that represent the scene, the one that
     the engine picks first; empty for an engine without a choice.
     """
-    found: list[Method] = []
+    methods: list[Method] = []
     for engine, names in formulations.items():
         title = ENGINES[engine].title
         ways = ({"formulation": name} for name in names)
-        found += [Method(f"{title}, {w['formulation']}", engine, settings=w) for w in ways]
-        found += [] if names else [Method(title, engine)]
+        methods += [Method(f"{title}, {w['formulation']}", engine, settings=w) for w in ways]
+        methods += [] if names else [Method(title, engine)]
     if EXUDYN in formulations:  # the equal steps that anyone would script by hand
         settings = {"formulation": "redundant"} if "redundant" in formulations[EXUDYN] else {}
-        found.append(Method("Exudyn, fixed step", EXUDYN, "step", settings))
-    own = own_method(scene, found)
-    return sorted(found, key=lambda method: method is not own)
+        methods.append(Method("Exudyn, fixed step", EXUDYN, "step", settings))
+    model_method = own_method(scene, methods)
+    return sorted(methods, key=lambda method: method is not model_method)
 
 
 def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
@@ -230,17 +230,17 @@ def own_tolerance(scene: Scene) -> float:
     return scene.accuracy.tolerance or USUAL_TOLERANCE
 
 
-def ladder(knob: Knob, own: float, target: float) -> list[float]:
+def ladder(knob: Knob, value: float, target: float) -> list[float]:
     """Values of a knob, finest last: own times powers of ten, of its root for steps.
 
     `target` (m) is the error that somebody wants: tolerances reach from above to below it.
     """
     if knob == "step":
-        return [own * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
-    top = max(1, ceil(log10(target / own) - 1e-9), round(log10(COARSEST / own)))
+        return [value * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
+    top = max(1, ceil(log10(target / value) - 1e-9), round(log10(COARSEST / value)))
     least = min(LEAST_TOLERANCE, target / 10)
-    count = top + max(0, int(log10(own / least) + 1e-9))
-    return [own * 10.0 ** (top - k) for k in range(count + 1)]
+    count = top + max(0, int(log10(value / least) + 1e-9))
+    return [value * 10.0 ** (top - k) for k in range(count + 1)]
 
 
 SAME = 1e-6  # between logarithms of settings: rounding
@@ -397,10 +397,10 @@ class Studying:
 
         The others begin with coarser ones, but something has to run.
         """
-        own = own_method(self.runs.scene, self.runs.methods)
+        usual = own_method(self.runs.scene, self.runs.methods)
         for method in self._methods():
             value = own_value(self.runs.scene, method)
-            if value is None or (method != own and method.engine != JUDGE and self.runs.trials):
+            if value is None or (method != usual and method.engine != JUDGE and self.runs.trials):
                 continue
             for factor in COARSER:
                 if self._try(method, factor * value) or self.runs.trials:
@@ -488,10 +488,10 @@ class Studying:
 
     def _begin(self, method: Method) -> float | None:
         """Value that the model gives, or a step (s) from its own run's mean one; None: unknown."""
-        own, value = self.runs.own, own_value(self.runs.scene, method)
-        if value is not None or own is None or own.result.checks.steps < 1:
+        model_trial, value = self.runs.own, own_value(self.runs.scene, method)
+        if value is not None or model_trial is None or model_trial.result.checks.steps < 1:
             return value
-        mean = own.result.time[-1] / own.result.checks.steps
+        mean = model_trial.result.time[-1] / model_trial.result.checks.steps
         return float(f"{mean / SECOND_ORDER:.1g}")
 
 

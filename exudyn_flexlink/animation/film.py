@@ -117,43 +117,49 @@ def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
     """
     known = {name: _strikes(result, name) for name in result.scene.all_contacts}
     for joint in joints_with_play(result):
-        own = result.intervals[joint]
-        known[joint] = list(zip(own.begin.tolist(), own.until(result.time[-1]), strict=True))
-    found = known.get(asked.name)
-    if found is None and asked.name == ANY and result.scene.all_contacts:
-        found = _strikes(result, *result.scene.all_contacts)
-    if found is None:
+        interval = result.intervals[joint]
+        known[joint] = list(
+            zip(interval.begin.tolist(), interval.until(result.time[-1]), strict=True)
+        )
+    known_interval = known.get(asked.name)
+    if known_interval is None and asked.name == ANY and result.scene.all_contacts:
+        known_interval = _strikes(result, *result.scene.all_contacts)
+    if known_interval is None:
         listed = ", ".join(f"'{name}'" for name in known) or "none"
         hint = did_you_mean(asked.name, known) or f"; there is: {listed}"
         raise ValueError(f"no contact or joint with clearance '{asked.name}'{hint}")
-    if not found:
+    if not known_interval:
         raise ValueError(f"nothing touched in '{asked.name}': no slow motion")
     if asked.number is None:
-        return _joined(result, found)
-    if not 1 <= asked.number <= len(found):
-        many = f"it struck {len(found)} times" if len(found) > 1 else "it struck once"
+        return _joined(result, known_interval)
+    if not 1 <= asked.number <= len(known_interval):
+        many = (
+            f"it struck {len(known_interval)} times"
+            if len(known_interval) > 1
+            else "it struck once"
+        )
         raise ValueError(f"no strike number {asked.number} of '{asked.name}': {many}")
-    return _joined(result, [found[asked.number - 1]])
+    return _joined(result, [known_interval[asked.number - 1]])
 
 
 def _strikes(result: Result, *contacts: str) -> list[tuple[float, float]]:
     """Begins and ends (s) of the strikes of some contacts, in order."""
-    found = [strike for name in contacts for strike in strikes(result, name)]
-    return sorted((strike.begin, strike.end) for strike in found)
+    every_strike = [strike for name in contacts for strike in strikes(result, name)]
+    return sorted((strike.begin, strike.end) for strike in every_strike)
 
 
 def _joined(result: Result, strikes_: list[tuple[float, float]]) -> tuple[Stretch, ...]:
     """Stretches around strikes in order; those that meet are one."""
     least, most = np.array([BRIEFEST, LONGEST]) * float(result.time[-1] - result.time[0])
-    found: list[Stretch] = []
+    stretches: list[Stretch] = []
     for begin, end in strikes_:
         length = float(np.clip(end - begin, least, most))
-        own = Stretch(begin - BEFORE * length, begin + (1 + AFTER) * length)
-        if found and own.begin <= found[-1].end:
-            found[-1] = Stretch(found[-1].begin, max(found[-1].end, own.end))
+        stretch = Stretch(begin - BEFORE * length, begin + (1 + AFTER) * length)
+        if stretches and stretch.begin <= stretches[-1].end:
+            stretches[-1] = Stretch(stretches[-1].begin, max(stretches[-1].end, stretch.end))
         else:
-            found.append(own)
-    return tuple(found)
+            stretches.append(stretch)
+    return tuple(stretches)
 
 
 KINDS = ("curve", "face", "wall", "guide", "spring", "rope", "stop", "ring", "spoke", "bar", "link")
@@ -186,8 +192,8 @@ class Take:
 
     def poses(self, times: FloatArray) -> FloatArray:
         """Poses (K, parts, 3) at instants (K,) s; see `Result.poses`. Exact at samples."""
-        own = self.result
-        return between_samples(own.time, own.poses, own.rates, times)
+        run = self.result
+        return between_samples(run.time, run.poses, run.rates, times)
 
     def crank(self, times: FloatArray) -> FloatArray | None:
         """Angle (K,) rad of the crank at instants; None without one."""
@@ -198,21 +204,21 @@ class Take:
     @cached_property
     def lines(self) -> list[Drawn]:
         """Lines of the mechanism, those in front last."""
-        own = drawn_lines(self.result.scene, self.model)
-        found = [replace(drawn, colour=self.colour or drawn.colour) for drawn in own]
-        return sorted(found, key=lambda drawn: KINDS.index(drawn.kind))
+        lines_drawn = drawn_lines(self.result.scene, self.model)
+        coloured = [replace(drawn, colour=self.colour or drawn.colour) for drawn in lines_drawn]
+        return sorted(coloured, key=lambda drawn: KINDS.index(drawn.kind))
 
     @cached_property
     def marks(self) -> list[Mark]:
         """Marks of the joints; those of the ground first."""
-        found = joint_marks(self.result.scene, self.model)
-        return sorted(found, key=lambda mark: "ground" not in mark.kind)
+        joints_marked = joint_marks(self.result.scene, self.model)
+        return sorted(joints_marked, key=lambda mark: "ground" not in mark.kind)
 
     @cached_property
     def named(self) -> dict[str, Anchor]:
         """Points that the paper names; the origin only where the paper's slot is."""
-        found = named_points(self.result.scene, self.model)
-        return {name: at for name, at in found.items() if name != "O" or self.model.slots}
+        anchors = named_points(self.result.scene, self.model)
+        return {name: at for name, at in anchors.items() if name != "O" or self.model.slots}
 
     def points(self, begin: float, end: float) -> list[FloatArray]:
         """Points (..., 2) m of all that is drawn between two instants."""
@@ -237,26 +243,26 @@ class Film:
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Lower left and upper right corner (2,) m of the picture."""
-        points = [own for take in self.takes for own in take.points(self.begin, self.end)]
+        points = [point for take in self.takes for point in take.points(self.begin, self.end)]
         return box_around(points, BELOW)
 
     @cached_property
     def horizon(self) -> tuple[float, str] | None:
         """Instant (s) from which on one of the runs is not known well enough, and why."""
-        found = [beyond for take in self.takes if (beyond := horizon(take.result)) is not None]
-        return min(found, default=None)
+        horizons = [beyond for take in self.takes if (beyond := horizon(take.result)) is not None]
+        return min(horizons, default=None)
 
     @property
     def doubts(self) -> str:
         """What is doubtful of each run, in words; or nothing."""
         told = [(f"{take.name}: ", doubts_of(take.result)) for take in self.takes]
-        return "; ".join(name * (len(told) > 1) + own for name, own in told if own)
+        return "; ".join(name * (len(told) > 1) + doubt for name, doubt in told if doubt)
 
     @cached_property
     def largest(self) -> tuple[float, float]:
         """Largest force (N) and impulse (N s) of all touches; 0 where there is none."""
         every = [touching for take in self.takes for touching in touching_of(self, take)]
-        values = np.concatenate([np.zeros(1), *(strength(own.touches) for own in every)])
+        values = np.concatenate([np.zeros(1), *(strength(touching.touches) for touching in every)])
         return float(values.max()), float(-values.min())
 
     def part(self, value: float) -> float:
@@ -297,26 +303,28 @@ class Touching:
 
     def forces(self, take: Take, times: FloatArray) -> FloatArray:
         """Forces (K, pairs) of its pairs at instants (K,) s."""
-        own = take.result.time
-        return np.stack([np.interp(times, own, force) for force in self.force.T], axis=1)
+        instants = take.result.time
+        return np.stack([np.interp(times, instants, force) for force in self.force.T], axis=1)
 
 
 def touching_of(film: Film, take: Take) -> list[Touching]:
     """All that can touch in a take: contacts of the scene, bearings, guides with clearance."""
     result, model = take.result, take.model
-    found = []
+    histories_of = []
     for contact in model.touching:
         histories = result.contacts if contact.name in result.contacts else result.bearings
-        own = histories[contact.name]
-        inside = _within(own.touches, film)
+        history = histories[contact.name]
+        inside = _within(history.touches, film)
         unit = result.scene.unit_of(contact.name, "N")
-        found.append(Touching(contact.name, inside, contact, None, own.force[:, None], unit))
+        histories_of.append(
+            Touching(contact.name, inside, contact, None, history.force[:, None], unit)
+        )
     for channel in walled(model):
         sleeve = result.sleeves[channel.name]
         places = through(channel.name, *(pair.point for pair in channel.contacts))
         inside = _within(sleeve.touches, film)
-        found.append(Touching(channel.name, inside, None, places, sleeve.force))
-    return found
+        histories_of.append(Touching(channel.name, inside, None, places, sleeve.force))
+    return histories_of
 
 
 def _within(touches: Intervals, film: Film) -> Intervals:
@@ -437,24 +445,29 @@ class Zoom:
 
 def zooms_of(film: Film, take: Take) -> list[Zoom]:
     """Zooms of a take: its guides with clearance, and its faces that are struck in the film."""
-    struck = {own.name: own for own in touching_of(film, take) if len(own.touches)}
-    found = [face for face in faces(take.model) if face.name in struck]
-    shown = found if len(found) <= MOST_FACES else []
+    struck = {
+        touching.name: touching for touching in touching_of(film, take) if len(touching.touches)
+    }
+    struck_faces = [face for face in faces(take.model) if face.name in struck]
+    shown = struck_faces if len(struck_faces) <= MOST_FACES else []
     at_faces = [_at_face(film, take, face, struck[face.name]) for face in shown]
     guides = []
-    for own in walled(take.model):
-        along, reach = (-BESIDE * own.length, (1 + BESIDE) * own.length), ROOM * own.clearance
-        guides.append(Zoom(own.name, Viewpoint(own.guide), along, (-reach, reach), own))
+    for channel in walled(take.model):
+        along, reach = (
+            (-BESIDE * channel.length, (1 + BESIDE) * channel.length),
+            ROOM * channel.clearance,
+        )
+        guides.append(Zoom(channel.name, Viewpoint(channel.guide), along, (-reach, reach), channel))
     return [*guides, *(zoom for zoom in at_faces if zoom.length <= SLIDES * film.size)]
 
 
-def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:
+def _at_face(film: Film, take: Take, face: FaceContact, touching: Touching) -> Zoom:
     """The part of a face that is touched in a film, what strikes it above."""
     # Seen so that the free side, which is left of the way from start to end, is above.
     start, end = (face.end, face.start) if face.side < 0 else (face.start, face.end)
     view = Viewpoint(start, float(np.arctan2(end.y - start.y, end.x - start.x)))
-    instants = _while_touching(film, take, own)
-    x = view.seen(own.spots(take, instants), take.poses(instants))[..., 0]
+    instants = _while_touching(film, take, touching)
+    x = view.seen(touching.spots(take, instants), take.poses(instants))[..., 0]
     middle = float(np.min(x) + np.max(x)) / 2
     length = max(STRIKE_PART * film.size, ROOM_ALONG * float(np.ptp(x)))
     below, above = (part * length for part in ROOM_AT_FACE)
@@ -463,10 +476,10 @@ def _at_face(film: Film, take: Take, face: FaceContact, own: Touching) -> Zoom:
     return Zoom(face.name, view, along, (-below, above), point=face.point, point_name=striking)
 
 
-def _while_touching(film: Film, take: Take, own: Touching) -> FloatArray:
+def _while_touching(film: Film, take: Take, touching: Touching) -> FloatArray:
     """Instants (K,) s of the film at which something touches: begins of touches, and samples."""
-    begin = np.sort(own.touches.begin)
+    begin = np.sort(touching.touches.begin)
     time = np.clip(np.concatenate([take.result.time, begin]), film.begin, film.end)
     latest = np.searchsorted(begin, time, side="right") - 1
-    lasts = (latest >= 0) & (time <= own.touches.until(film.end)[latest])
+    lasts = (latest >= 0) & (time <= touching.touches.until(film.end)[latest])
     return np.asarray(time[lasts])

@@ -206,12 +206,12 @@ def draw_trail(place: Place, shots: Shots, frame: int) -> None:
     points = np.concatenate([path[first:last], shots.watched[frame : frame + 1]])
     fresh = 1 - (at - np.append(times[first:last], at)[1:]) / lasts
     rgb = to_rgb(shots.take.colour or INK)
-    own = LineCollection(
+    trail = LineCollection(
         list(np.stack([points[:-1], points[1:]], axis=1)), capstyle="butt",
         linewidths=place.points(1.0) * (1 + 1.6 * fresh),
         colors=[(*rgb, 0.15 + 0.75 * f) for f in fresh.tolist()],
     )  # fmt: skip
-    place.axes.add_collection(own, autolim=False)
+    place.axes.add_collection(trail, autolim=False)
 
 
 def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
@@ -252,23 +252,23 @@ class ZoomPanel:
     def __init__(self, place: Place, takes: Sequence[Shots], name: str, scale: float) -> None:
         self._place, self._takes = place, takes
         self._zooms = {i: shots.zooms[name] for i, shots in enumerate(takes) if name in shots.zooms}
-        own = next(iter(self._zooms.values()))
-        self._told = own.words + _fit(place, own, scale)
-        if own.channel is not None:
-            draw_walls(place, own.channel)
-        alone = len(takes) == 1 and own.channel is not None
+        zoom = next(iter(self._zooms.values()))
+        self._told = zoom.words + _fit(place, zoom, scale)
+        if zoom.channel is not None:
+            draw_walls(place, zoom.channel)
+        alone = len(takes) == 1 and zoom.channel is not None
         self._states = contact_states(takes[0].take.result, name) if alone else None
 
     def draw(self, frame: int) -> None:
         """Draw what moves, at a frame."""
-        axes, told = self._place.axes, self._told
+        axes, drawn_texts = self._place.axes, self._told
         if self._states is not None:
             now = self._states.at(self._takes[0].frames.times[frame : frame + 1])[0]
-            told += f" \N{EN DASH} {STATE_WORDS[State(int(now))]}"
+            drawn_texts += f" \N{EN DASH} {STATE_WORDS[State(int(now))]}"
         elif len(self._takes) == 1:
-            told += self._away(frame)
+            drawn_texts += self._away(frame)
         axes.text(
-            0.012, 0.98, told, transform=axes.transAxes, va="top", color="#666666",
+            0.012, 0.98, drawn_texts, transform=axes.transAxes, va="top", color="#666666",
             fontsize=self._place.points(12),
         )  # fmt: skip
         for i, zoom in self._zooms.items():
@@ -295,7 +295,7 @@ class ZoomPanel:
         return f" \N{EN DASH} {words}" if away > 0 else ""
 
 
-def _fit(place: Place, own: Zoom, scale: float) -> str:
+def _fit(place: Place, zoom: Zoom, scale: float) -> str:
     """Let axes show a zoom; tells how much larger it is.
 
     A guide is larger across than along where there is room, a face never, or angles would be wrong.
@@ -303,24 +303,24 @@ def _fit(place: Place, own: Zoom, scale: float) -> str:
     axes = place.axes
     room = axes.get_window_extent()
     head = 20 * place.thick  # pixels: the line of words
-    low, high = own.across
+    low, high = zoom.across
     across = (room.height - head) / (high - low)
-    along = min(room.width / own.length, across)
-    if own.channel is None:
+    along = min(room.width / zoom.length, across)
+    if zoom.channel is None:
         across = along
-    middle, half = sum(own.along) / 2, room.width / along / 2
+    middle, half = sum(zoom.along) / 2, room.width / along / 2
     axes.set_xlim(middle - half, middle + half)
-    middle, half = sum(own.across) / 2, (room.height - head) / across / 2
+    middle, half = sum(zoom.across) / 2, (room.height - head) / across / 2
     axes.set_ylim(middle - half, middle + half + head / across)
-    if own.channel is None:
+    if zoom.channel is None:
         return f", {along / scale:.2g} times larger"
     ratio = across / along
     return f", {ratio:.2g} times larger across" if ratio > 1.05 else ""
 
 
-def draw_walls(place: Place, own: Channel) -> None:
+def draw_walls(place: Place, channel: Channel) -> None:
     """Draw what stands still in a zoom: walls, the room between them, and its middle."""
-    axes, ends, c = place.axes, [0, own.length], own.clearance
+    axes, ends, c = place.axes, [0, channel.length], channel.clearance
     axes.fill_between(ends, -c, c, color="#A9A9A9", alpha=0.14, linewidth=0)
     for y in (c, -c):
         axes.plot(ends, [y, y], color=PALE, linewidth=place.points(3))
@@ -333,10 +333,10 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
     nodes = place.seen(through(channel.name, *channel.nodes).at(poses), poses)
     place.axes.plot(*nodes.T, color=shots.take.colour or BLUE, alpha=pale, marker=".",
                     markersize=place.points(9), linewidth=place.points(2.4) * wide)  # fmt: skip
-    own = next(own for own in shots.touching if own.name == channel.name)
-    force = shots.forces(own, frame)
-    assert own.places is not None
-    at, sides = place.seen(own.places.at(poses), poses), channel.sides
+    link = next(each for each in shots.touching if each.name == channel.name)
+    force = shots.forces(link, frame)
+    assert link.places is not None
+    at, sides = place.seen(link.places.at(poses), poses), channel.sides
     for pair in np.flatnonzero(force > 0).tolist():
         strong = min(shots.film.part(float(force[pair])), 1.0) ** 0.5
         # Arrows press on the link: down from the upper wall, up from the lower.
@@ -378,11 +378,11 @@ def draw_timeline(place: Place, takes: Sequence[Shots]) -> None:
                 [(begin, BOTTOM), (begin, top), (end, top), (end, BOTTOM)]
                 for begin, end, top in zip(touches.begin, ends, tops, strict=True)
             ]
-            own = PolyCollection(
+            shapes = PolyCollection(
                 bars, facecolors=TOUCH, edgecolors=TOUCH, linewidths=place.points(1),
                 alpha=0.9 if touching.places is None else 0.5,
             )  # fmt: skip
-            axes.add_collection(own, autolim=False)
+            axes.add_collection(shapes, autolim=False)
 
 
 def draw_instant(place: Place, at: float) -> None:
@@ -526,12 +526,12 @@ class Picture:
         """Time and crank angle of a frame, and how fast it plays."""
         at, speed = self._frames.times[frame], self._frames.speeds[frame]
         digits = min(max(int(np.ceil(-np.log10(speed / 25))), 0), 9)
-        told = [f"t = {at:.{digits}f} s"]
+        words = [f"t = {at:.{digits}f} s"]
         crank = self._shots[0].crank
         if crank is not None:
             degrees = float(np.degrees(crank[frame]))
             whole = turns(self._shots[0].take.result)
-            told.append(f"crank {degrees:.0f}°" if whole else f"angle {degrees:.1f}°")
+            words.append(f"crank {degrees:.0f}°" if whole else f"angle {degrees:.1f}°")
         slow = "slow motion, " if speed < self._frames.speed else ""
-        told.append(f"{slow}{speed:.2g} \N{MULTIPLICATION SIGN} real time")
-        return "   ".join(told).replace("-", "\N{MINUS SIGN}")
+        words.append(f"{slow}{speed:.2g} \N{MULTIPLICATION SIGN} real time")
+        return "   ".join(words).replace("-", "\N{MINUS SIGN}")

@@ -94,12 +94,12 @@ def frames_of(film: Film, fps: float, speed: float) -> Frames:
 
 def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
     """Edges (K + 1,) s of the times of one speed, and these (K,): slower in slow motion."""
-    ends = (end for own in film.slow for end in (own.begin, own.end))
+    ends = (end for interval in film.slow for end in (interval.begin, interval.end))
     edges = np.unique([film.begin, *ends, film.end])
     speeds = np.full(len(edges) - 1, speed)
-    for own in film.slow:
-        inside = (edges[:-1] >= own.begin) & (edges[1:] <= own.end)
-        speeds[inside] = min(speed, (own.end - own.begin) / SLOW_SECONDS)
+    for span in film.slow:
+        inside = (edges[:-1] >= span.begin) & (edges[1:] <= span.end)
+        speeds[inside] = min(speed, (span.end - span.begin) / SLOW_SECONDS)
     return edges, speeds
 
 
@@ -108,8 +108,8 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
 
     In a strike that a zoom shows they are off by less, as much as it is larger.
     """
-    own = take.result.time
-    inside = own[(own > film.begin) & (own < film.end)]
+    instants = take.result.time
+    inside = instants[(instants > film.begin) & (instants < film.end)]
     times = np.concatenate([[film.begin], inside, [film.end]])
     poses = take.poses(times)
     # An angle counts as what it moves at the end of its part.
@@ -132,8 +132,8 @@ def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
     faces = [zoom.length for zoom in zooms_of(film, take) if zoom.channel is None]
     part = min(faces, default=film.size) / film.size
     striking = np.zeros(len(times), dtype=bool)
-    for own in film.strikes:
-        striking |= (times >= own.begin) & (times <= own.end)
+    for strike in film.strikes:
+        striking |= (times >= strike.begin) & (times <= strike.end)
     return np.where(striking, part, 1.0)
 
 
@@ -214,41 +214,43 @@ class Shots:
         """What is drawn larger, by name."""
         return {zoom.name: zoom for zoom in zooms_of(self.film, self.take)}
 
-    def forces(self, own: Touching, frame: int) -> FloatArray:
+    def forces(self, touching: Touching, frame: int) -> FloatArray:
         """Forces (pairs,) of what touches, at a frame."""
-        return np.asarray(own.forces(self.take, self.frames.times[frame : frame + 1])[0])
+        return np.asarray(touching.forces(self.take, self.frames.times[frame : frame + 1])[0])
 
     def glows(self, frame: int) -> list[Glow]:
         """Touches that a frame shows: those that touch, and for a while those that did."""
-        found: list[Glow] = []
-        for own in self.touching:
-            values, shown = strength(own.touches), list(self._shown(own, frame))
+        lights: list[Glow] = []
+        for touching in self.touching:
+            values, shown = strength(touching.touches), list(self._shown(touching, frame))
             parts = {k: self.film.part(float(values[k])) for k, _ in shown}
             # Of a burst of touches one is told in numbers.
-            told = max(shown, key=lambda seen: parts[seen[0]] * seen[1], default=(None, 0.0))[0]
+            brightest = max(shown, key=lambda seen: parts[seen[0]] * seen[1], default=(None, 0.0))[
+                0
+            ]
             for k, fresh in shown:
-                pair = int(own.touches.pair[k]) if own.places is not None else 0
-                matters = k == told and (own.places is None or parts[k] > LABELLED)
-                pressing = float(self.forces(own, frame)[pair]) if fresh == 1 else None
-                text = _told(float(values[k]), pressing, own.unit) if matters else ""
-                seen = self._seen_at(own, k, frame)
-                place = own.spots(self.take, self.frames.times[seen : seen + 1])[0, pair]
-                found.append(Glow(own.name, seen, place, parts[k], fresh, text))
-        return found
+                pair = int(touching.touches.pair[k]) if touching.places is not None else 0
+                matters = k == brightest and (touching.places is None or parts[k] > LABELLED)
+                pressing = float(self.forces(touching, frame)[pair]) if fresh == 1 else None
+                text = _told(float(values[k]), pressing, touching.unit) if matters else ""
+                seen = self._seen_at(touching, k, frame)
+                place = touching.spots(self.take, self.frames.times[seen : seen + 1])[0, pair]
+                lights.append(Glow(touching.name, seen, place, parts[k], fresh, text))
+        return lights
 
-    def _shown(self, own: Touching, frame: int) -> Iterator[tuple[int, float]]:
+    def _shown(self, touching: Touching, frame: int) -> Iterator[tuple[int, float]]:
         """Touches that are seen at a frame, and how fresh they are."""
-        ended = own.touches.until(float(self.take.result.time[-1]))
+        ended = touching.touches.until(float(self.take.result.time[-1]))
         fresh = 1 - self.frames.since(ended, frame) / GLOW_SECONDS
-        begun = own.touches.begin <= self.frames.times[frame]
+        begun = touching.touches.begin <= self.frames.times[frame]
         for k in np.flatnonzero(begun & (fresh > 0)).tolist():
             yield k, float(fresh[k])
 
-    def _seen_at(self, own: Touching, k: int, frame: int) -> int:
+    def _seen_at(self, touching: Touching, k: int, frame: int) -> int:
         """Frame whose place a touch has: what has ended in a contact stays where it was."""
-        if own.places is not None:
+        if touching.places is not None:
             return frame
-        last = int(np.searchsorted(self.frames.times, own.touches.end[k], side="right")) - 1
+        last = int(np.searchsorted(self.frames.times, touching.touches.end[k], side="right")) - 1
         return min(max(last, 0), frame)
 
 

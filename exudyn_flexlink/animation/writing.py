@@ -67,8 +67,8 @@ def player(film: Film, speed: float | None = None) -> str:
 def page(film: Film, speed: float | None = None) -> str:
     """Return a whole page with the player of a film, which starts at once."""
     title = escape(film.takes[-1].result.scene.title)
-    own = _fragment(film, speed, at_once=True)
-    return _own_file("page.html").format(generator=GENERATOR, title=title, player=own)
+    first_part = _fragment(film, speed, at_once=True)
+    return _own_file("page.html").format(generator=GENERATOR, title=title, player=first_part)
 
 
 def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
@@ -87,9 +87,9 @@ def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
 
 def _program() -> str:
     """The player's program, which finds the data beside it and leaves no names on the page."""
-    own = "\n".join(_own_file(f"{name}.js") for name in _PROGRAM)
+    program = "\n".join(_own_file(f"{name}.js") for name in _PROGRAM)
     look = json.dumps(look_data())
-    return f'(function () {{\n"use strict";\n\nconst LOOK = {look};\n\n{own}\n}})();\n'
+    return f'(function () {{\n"use strict";\n\nconst LOOK = {look};\n\n{program}\n}})();\n'
 
 
 def _own_file(name: str) -> str:
@@ -140,7 +140,7 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
         "lines": lines,
         "marks": [{"kind": mark.kind, **_anchor(mark.anchor)} for mark in take.marks],
         "points": {name: _anchor(at) for name, at in take.named.items()},
-        "touching": [_touching(take, own, times) for own in touching_of(film, take)],
+        "touching": [_touching(take, touching, times) for touching in touching_of(film, take)],
         "zooms": [_zoom(zoom) for zoom in zooms_of(film, take)],
     }
 
@@ -156,17 +156,17 @@ def _anchor(anchor: Anchor) -> dict[str, Any]:
     return {"part": anchor.part, "x": anchor.x, "y": anchor.y}
 
 
-def _touching(take: Take, own: Touching, times: FloatArray) -> dict[str, Any]:
+def _touching(take: Take, touching: Touching, times: FloatArray) -> dict[str, Any]:
     """Touches in columns; the forces that press at the kept instants, one after the other.
 
     ``first[i]`` to ``first[i + 1]`` are the places of those of instant i in ``pair`` and ``force``.
     """
-    touches = own.touches
-    force = own.forces(take, times)
+    touches = touching.touches
+    force = touching.forces(take, times)
     instant, pair = np.nonzero(force > 0)
     return {
-        "name": own.name,
-        "unit": own.unit,
+        "name": touching.name,
+        "unit": touching.unit,
         "begin": row(touches.begin, "f8"),
         "end": row(touches.until(float(take.result.time[-1])), "f8"),
         "strength": row(strength(touches)),
@@ -174,8 +174,8 @@ def _touching(take: Take, own: Touching, times: FloatArray) -> dict[str, Any]:
         "first": row(np.searchsorted(instant, np.arange(len(times) + 1)), "i4"),
         "pair": row(pair, "i4"),
         "force": row(force[instant, pair]),
-        "places": None if own.places is None else _line(own.places),
-        "spots": None if own.places is not None else row(own.spots(take, times)[:, 0]),
+        "places": None if touching.places is None else _line(touching.places),
+        "spots": None if touching.places is not None else row(touching.spots(take, times)[:, 0]),
     }
 
 
@@ -230,16 +230,16 @@ class Filming:
     def mistakes(self, suffix: str) -> list[str]:
         """Say what can't be in a format, by the ending of its files."""
         most = MOST_FPS.get(suffix, inf)
-        told = []
+        texts = []
         if self.fps is not None and not 0 < self.fps <= most:
-            told.append(f"{self.fps:g} frames in a second: a {suffix.upper()} has up to {most:g}")
+            texts.append(f"{self.fps:g} frames in a second: a {suffix.upper()} has up to {most:g}")
         if self.width is not None and not LEAST_WIDTH <= self.width <= MOST_WIDTH:
-            told.append(f"{self.width} pixels: a width is from {LEAST_WIDTH} to {MOST_WIDTH}")
+            texts.append(f"{self.width} pixels: a width is from {LEAST_WIDTH} to {MOST_WIDTH}")
         if self.speed is not None and not 0 < self.speed < inf:
-            told.append(f"a speed of {self.speed:g}: it is a number of more than 0")
+            texts.append(f"a speed of {self.speed:g}: it is a number of more than 0")
         if suffix == "mp4" and ffmpeg() is None:
-            told.append(NO_FFMPEG)
-        return told
+            texts.append(NO_FFMPEG)
+        return texts
 
 
 def film_bytes(
@@ -287,8 +287,8 @@ def _gif(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
     chosen = np.unique(np.linspace(0, len(picture) - 1, LOOKED_AT).astype(int))
     palette = _palette([picture.frame(int(i))[..., :3] for i in chosen])
     images = (
-        Image.fromarray(own[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
-        for own in frames
+        Image.fromarray(picture[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in frames
     )
     written = BytesIO()
     next(images).save(
@@ -313,26 +313,26 @@ def _video(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
     program = ffmpeg()
     assert program is not None  # see `Filming.mistakes`
     with TemporaryDirectory() as folder:
-        file, told = Path(folder) / "film.mp4", Path(folder) / "told.txt"
+        file, log = Path(folder) / "film.mp4", Path(folder) / "told.txt"
         size = f"{picture.width}x{picture.height}"
         command = [
             program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba",
             "-s", size, "-r", f"{fps:g}", "-i", "-", "-an", "-pix_fmt", "yuv420p",
             "-movflags", "+faststart", "-metadata", f"comment={GENERATOR}", str(file),
         ]  # fmt: skip
-        with told.open("wb") as errors:
+        with log.open("wb") as errors:
             code = _pipe(command, errors.fileno(), frames)
         if code or not file.exists() or not file.stat().st_size:
-            reason = told.read_text(encoding="utf-8", errors="replace").strip()
+            reason = log.read_text(encoding="utf-8", errors="replace").strip()
             raise FilmError(f"ffmpeg made no video: {reason or 'it did not say why'}")
         return file.read_bytes()
 
 
 def ffmpeg() -> str | None:
     """Return the program ffmpeg: that on the path, else that of imageio-ffmpeg; None without."""
-    found = shutil.which("ffmpeg")
-    if found is not None:
-        return found
+    path = shutil.which("ffmpeg")
+    if path is not None:
+        return path
     try:
         return str(import_module("imageio_ffmpeg").get_ffmpeg_exe())
     except (ImportError, RuntimeError):  # not installed; installed without its program
@@ -346,8 +346,8 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
     ) as program:
         assert program.stdin is not None
         try:
-            for own in frames:
-                program.stdin.write(own.data)
+            for frame in frames:
+                program.stdin.write(frame.data)
         except BrokenPipeError:
             pass  # it has ended: what it says tells why
         except BaseException:

@@ -13,10 +13,10 @@ from typing import Any, TypeVar
 Own = TypeVar("Own")
 
 
-def with_methods(own: type[Own], plain: Any, **instead: Any) -> Own:
-    """Return a dataclass of a room below as that of this room, `own`, which adds methods alone.
+def with_methods(kind: type[Own], plain: Any, **instead: Any) -> Own:
+    """Return a dataclass of a room below as that of this room, `kind`, which adds methods alone.
 
     `instead` are fields that get other values.
     """
     given = {field.name: getattr(plain, field.name) for field in fields(plain)}
-    return own(**(given | instead))
+    return kind(**(given | instead))

@@ -69,8 +69,8 @@ def data_set(result: Result) -> Dataset:
         name: (array.dimensions, array.values, dict(array.attributes))
         for name, array in arrays_of(result).items()
     }
-    found: Dataset = needed("xarray").Dataset(arrays, attrs=attributes_of(result))
-    return found
+    arrays_set: Dataset = needed("xarray").Dataset(arrays, attrs=attributes_of(result))
+    return arrays_set
 
 
 def needed(package: str) -> Any:
@@ -96,7 +96,7 @@ FORM = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
 RESULT = a(Result, "simulate(..) and load(..) give one")
 style = among(lambda _: ("screen", "print"), "style")  # those of `plots.STYLES`
 
-POINT = among(lambda own: point_names(own._result.scene), "point")
+POINT = among(lambda shown: point_names(shown._result.scene), "point")
 
 
 def _axes(value: Any, _: Any = None) -> Any:
@@ -108,11 +108,11 @@ def _axes(value: Any, _: Any = None) -> Any:
 
 def _instants(value: Any, plots: Any) -> FloatArray:
     """Take instants of the run."""
-    found = np.atleast_1d(instants(value))
+    times = np.atleast_1d(instants(value))
     end = float(plots._result.time[-1])
-    if not len(found) or not np.all((found >= 0) & (found <= end)):
+    if not len(times) or not np.all((times >= 0) & (times <= end)):
         raise ValueError(f"expected instants from 0 to {end:.9g} s, got {told(value)}")
-    return found
+    return times
 
 
 class Plots:
@@ -337,5 +337,5 @@ class Animation:
         """A page in a frame: the style and the names of a notebook can't disturb it."""
         from exudyn_flexlink.animation import page
 
-        own = escape(page(self.film, self.filming.speed), quote=True)
-        return f'<iframe srcdoc="{own}" style="width:100%;height:{HEIGHT};border:0"></iframe>'
+        source = escape(page(self.film, self.filming.speed), quote=True)
+        return f'<iframe srcdoc="{source}" style="width:100%;height:{HEIGHT};border:0"></iframe>'

@@ -64,7 +64,7 @@ from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.report import against_text, comparison_text, fit_text
 from exudyn_flexlink.scene import Scene as PlainScene
 
-POINT = among(lambda own: observables.point_names(own.scene), "point")
+POINT = among(lambda result: observables.point_names(result.scene), "point")
 TIME = number(Dimension.TIME, at_least=0.0)
 PERIOD = number(Dimension.TIME, above=0.0)
 
@@ -82,12 +82,12 @@ class Result(PlainResult):
         """Return the motion of a point 'body.point': time, position and velocity."""
         return observables.path(self, point)
 
-    @takes(name=among(lambda own: own.scene.bodies, "body"))
+    @takes(name=among(lambda result: result.scene.bodies, "body"))
     def body(self, name: str) -> BodyMotion:
         """Return the motion of a body: `angle`, `rate` (N,), `position`, `velocity` (N, 2)."""
         return observables.body_motion(self, name)
 
-    @takes(name=among(lambda own: own.scene.joints, "joint"))
+    @takes(name=among(lambda result: result.scene.joints, "joint"))
     def joint(self, name: str) -> JointForce:
         """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
 
@@ -97,17 +97,17 @@ class Result(PlainResult):
         """
         return observables.joint_force(self, name)
 
-    @takes(contact=among(lambda own: own.scene.all_contacts, "contact"))
+    @takes(contact=among(lambda result: result.scene.all_contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
         """Return the strikes of a contact in order, each a burst of touches."""
         return observables.strikes(self, contact)
 
-    @takes(body=among(lambda own: observables.struck_bodies(own.scene), "struck body"))
+    @takes(body=among(lambda result: observables.struck_bodies(result.scene), "struck body"))
     def lever(self, body: str) -> LeverResponse:
         """Return the motion of a struck body: angle or displacement, and that of its tip."""
         return observables.lever_response(self, observables.struck_bodies(self.scene)[body])
 
-    @takes(name=among(lambda own: own.intervals, "contact or joint with clearance"))
+    @takes(name=among(lambda result: result.intervals, "contact or joint with clearance"))
     def touches(self, name: str) -> Intervals:
         """Return every contact of a joint with clearance, or of one of the scene's, as columns.
 
@@ -252,10 +252,10 @@ class Result(PlainResult):
         film = film_of(self, other, names=names, window=(begin, end), slow=asked)
         if mistakes := filming.mistakes("html"):  # a notebook could not tell them
             raise FilmError("\n".join(mistakes))
-        found = Animation(film, filming)
+        film_shown = Animation(film, filming)
         if path is not None:
-            found.save(path, force=force, progress=progress)
-        return found
+            film_shown.save(path, force=force, progress=progress)
+        return film_shown
 
     @takes()
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
@@ -289,11 +289,13 @@ class Result(PlainResult):
     def summary(self) -> str:
         """Return what the command line tells of the run."""
         end = [] if self.outcome.completed else [failure_text(self)]
-        return "\n\n".join([run_text(self), *end, *(f"warning: {told}" for told in self.warnings)])
+        return "\n\n".join(
+            [run_text(self), *end, *(f"warning: {warning}" for warning in self.warnings)]
+        )
 
     def __dir__(self) -> list[str]:
-        own = (*self.__dataclass_fields__, *vars(PlainResult), *vars(Result))
-        return sorted({name for name in own if not name.startswith("_")})
+        names = (*self.__dataclass_fields__, *vars(PlainResult), *vars(Result))
+        return sorted({name for name in names if not name.startswith("_")})
 
     def __repr__(self) -> str:
         """Return one line: who made it, how it ended, what to be warned of."""
@@ -312,9 +314,9 @@ class Result(PlainResult):
         return page(self.scene.title, self.summary(), plots.coordinates(self))
 
 
-def own_result(found: PlainResult) -> Result:
+def own_result(plain: PlainResult) -> Result:
     """Return a result with the methods of this room."""
-    return with_methods(Result, found, scene=own_scene(found.scene))
+    return with_methods(Result, plain, scene=own_scene(plain.scene))
 
 
 @takes(scene=given_scene, engine=ENGINE)
@@ -341,10 +343,10 @@ def simulate(
 
     """
     try:
-        found = engines.simulate(scene, engine, progress, measure=measure)
+        made = engines.simulate(scene, engine, progress, measure=measure)
     except engines.LateInterruptError as late:  # all that it has computed is there
-        found = late.result
-    return own_result(found)
+        made = late.result
+    return own_result(made)
 
 
 @takes()
@@ -378,10 +380,11 @@ class MeasuredComparison(Shown, fitting.Against):
     _figure, _text = "against", against_text
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{d.signal} {d.rms:.3g} {d.unit}" for d in self.distances)
+        distances = ", ".join(f"{d.signal} {d.rms:.3g} {d.unit}" for d in self.distances)
         if self.outside:
-            told += f"; {self.outside} of {len(self.series.time)} rows are outside the run"
-        return f"<Comparison of {self.result.engine} and {self.series.source}: apart by rms {told}>"
+            distances += f"; {self.outside} of {len(self.series.time)} rows are outside the run"
+        what = f"{self.result.engine} and {self.series.source}"
+        return f"<Comparison of {what}: apart by rms {distances}>"
 
 
 def _other(value: Any, _: Any = None) -> Any:
@@ -465,7 +468,7 @@ class Fit(Shown, fitting.Fit):
 
     def summary(self) -> str:
         """Return what the command line tells."""
-        return "\n\n".join([fit_text(self), *(f"warning: {told}" for told in self.warnings)])
+        return "\n\n".join([fit_text(self), *(f"warning: {warning}" for warning in self.warnings)])
 
     @takes()
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
@@ -480,11 +483,11 @@ class Fit(Shown, fitting.Fit):
         return Path(folder)
 
     def __repr__(self) -> str:
-        told = (
+        parts = (
             f"{path} {value:.10g} +- {self.standard_errors[path]:.2g}"
             for path, value in self.values.items()
         )
-        return f"<Fit to {self.against.series.source}: {', '.join(told)}>"
+        return f"<Fit to {self.against.series.source}: {', '.join(parts)}>"
 
 
 def _vary(value: Any, _: Any = None) -> Any:
@@ -523,5 +526,5 @@ def fit(
     """
     series = fitting.read_series(scene, measured, columns)
     simulate = partial(engines.simulate, engine=engine, measure=False)
-    found = fitting.fit(scene, series, vary, simulate, progress)
-    return with_methods(Fit, found, scene=own_scene(found.scene))
+    fitted = fitting.fit(scene, series, vary, simulate, progress)
+    return with_methods(Fit, fitted, scene=own_scene(fitted.scene))

@@ -43,9 +43,9 @@ def _changes(value: Any, _: Any = None) -> Mapping[str, Any]:
     """Take values by path."""
     if not isinstance(value, Mapping):
         raise TypeError(f"expected a dict such as {{'run.turns': 2}}, got {told(value)}")
-    for own in value:
-        if not isinstance(own, str) or "=" in own or not all(map(str.strip, own.split("."))):
-            raise ValueError(f"expected paths such as 'run.turns', got {told(own)}")
+    for item in value:
+        if not isinstance(item, str) or "=" in item or not all(map(str.strip, item.split("."))):
+            raise ValueError(f"expected paths such as 'run.turns', got {told(item)}")
     return value
 
 
@@ -53,7 +53,7 @@ def _more(value: Any, _: Any = None) -> Any:
     """Take values by path, or texts such as 'run.turns=2'."""
     if isinstance(value, Mapping):
         return _changes(value)
-    if not isinstance(value, list | tuple) or not all(isinstance(one, str) for one in value):
+    if not isinstance(value, list | tuple) or not all(isinstance(text, str) for text in value):
         raise TypeError(f"expected a dict, or texts such as ['run.turns=2'], got {told(value)}")
     return list(value)
 
@@ -70,7 +70,9 @@ def _model(value: Any, _: Any = None) -> Any:
 def _effects(value: Any, _: Any = None) -> list[str]:
     """Take the name of an effect, or some."""
     known = among(lambda _: effects.EFFECTS, "effect")
-    return [known(one, None) for one in ([value] if isinstance(value, str) else values(value))]
+    return [
+        known(effect, None) for effect in ([value] if isinstance(value, str) else values(value))
+    ]
 
 
 class Scene(PlainScene):
@@ -178,15 +180,15 @@ def idealise(scene: PlainScene, without: str | Iterable[str]) -> Scene:
     return own_scene(effects.idealise(scene, without))
 
 
-def own_scene(found: PlainScene) -> Scene:
+def own_scene(plain: PlainScene) -> Scene:
     """Return a scene with the methods of this room."""
-    if isinstance(found, Scene):
-        return found
-    sections = {key: getattr(found, key) for key in PlainScene.model_fields}
-    own = Scene.from_parts(sections, found.document)
-    assert isinstance(own, Scene)
-    hand_on(found, own)
-    return own
+    if isinstance(plain, Scene):
+        return plain
+    sections = {key: getattr(plain, key) for key in PlainScene.model_fields}
+    scene = Scene.from_parts(sections, plain.document)
+    assert isinstance(scene, Scene)
+    hand_on(plain, scene)
+    return scene
 
 
 def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
@@ -219,10 +221,10 @@ def _python_words(keywords: Collection[str] = ()) -> Iterator[None]:
     except SceneError as error:
         short: dict[KeyPath, str] = {(SECTION_OF[key], key): key for key in keywords}
         mistakes = [
-            replace(one, path=(short[one.path[:2]], *one.path[2:]))
-            if one.path[:2] in short
-            else one
-            for one in error.mistakes
+            replace(mistake, path=(short[mistake.path[:2]], *mistake.path[2:]))
+            if mistake.path[:2] in short
+            else mistake
+            for mistake in error.mistakes
         ]
         given = dict.fromkeys([*error.document.settings, *((key,) for key in keywords)], "")
         raise SceneError(replace(error.document, settings=given), mistakes) from None
@@ -230,7 +232,7 @@ def _python_words(keywords: Collection[str] = ()) -> Iterator[None]:
 
 def _settings(changes: Mapping[str, Any]) -> list[Setting]:
     """Return changes by path as settings: values are plain data, never YAML to be read again."""
-    return [(own, _plain(value, own)) for own, value in changes.items()]
+    return [(path, _plain(value, path)) for path, value in changes.items()]
 
 
 def _plain(value: Any, name: str) -> Any:
@@ -240,8 +242,8 @@ def _plain(value: Any, name: str) -> Any:
     try:
         return json.loads(json.dumps(value, default=_held))
     except (TypeError, ValueError, RecursionError) as error:
-        own = str(error) if "can't hold" in str(error) else f"a model can't hold {told(value)}"
-        raise TypeError(f"{name}: {own}") from None
+        why = str(error) if "can't hold" in str(error) else f"a model can't hold {told(value)}"
+        raise TypeError(f"{name}: {why}") from None
 
 
 def _held(value: Any) -> Any:
@@ -258,16 +260,16 @@ def _path_of(key: str) -> str:
     return f"{SECTION_OF[key]}.{key}"
 
 
-def _parts(found: PlainScene) -> list[str]:
+def _parts(plain: PlainScene) -> list[str]:
     """What a scene is made of, in words."""
-    accuracy, run = found.accuracy, found.run
+    accuracy, run = plain.accuracy, plain.run
     length = f"{run.turns:g} turns of {run.of}" if run.turns is not None else f"{run.duration:g} s"
     if accuracy.tolerance is not None:
         error = f"tolerance {accuracy.tolerance:g} m"
     else:
         error = f"steps of {accuracy.step:g} s"
     kinds = ("bodies", "joints", "springs", "drives", "contacts")
-    named = [f"{kind} {', '.join(getattr(found, kind))}" for kind in kinds if getattr(found, kind)]
+    named = [f"{kind} {', '.join(getattr(plain, kind))}" for kind in kinds if getattr(plain, kind)]
     return [*named, length, error]
 
 

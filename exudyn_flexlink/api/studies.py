@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 def _numbers(given: Any, _: Any = None) -> FloatArray:
     """Take numbers."""
-    return np.array([number()(one, None) for one in values(given)])
+    return np.array([number()(quantity, None) for quantity in values(given)])
 
 
 @dataclass(frozen=True, repr=False)
@@ -235,20 +235,20 @@ MOST_POINTS = 10**6
 def _varied(value: Any, _: Any = None) -> Any:
     """Take values by path, or a list of points, each a dict; texts and numbers stay as they are."""
     if not isinstance(value, Mapping):
-        return [_varied(one) if isinstance(one, Mapping) else one for one in values(value)]
+        return [_varied(item) if isinstance(item, Mapping) else item for item in values(value)]
     for name in value:
         if not isinstance(name, str):
             raise TypeError(f"expected paths such as 'run.turns', got {told(name)}")
-    return {name: _values(own) for name, own in value.items()}
+    return {name: _values(given) for name, given in value.items()}
 
 
-def _values(own: Any) -> Any:
+def _values(value: Any) -> Any:
     """Turn quantities of Pint into texts with units."""
-    if hasattr(own, "to_base_units") and getattr(own.magnitude, "size", 1) > 1:
-        own = list(own)
-    if isinstance(own, list | tuple):
-        return [_values(one) for one in own]
-    return plain(own) if hasattr(own, "to_base_units") else own
+    if hasattr(value, "to_base_units") and getattr(value.magnitude, "size", 1) > 1:
+        value = list(value)
+    if isinstance(value, list | tuple):
+        return [_values(item) for item in value]
+    return plain(value) if hasattr(value, "to_base_units") else value
 
 
 @dataclass(frozen=True, repr=False)
@@ -270,7 +270,7 @@ class SweepTable(sweeps.SweepTable):
         texts = any(isinstance(value, str) for value in values)
         return np.array(values, dtype=object if texts else float)
 
-    @takes(names=among(lambda own: own.columns(), "column"), style=style)
+    @takes(names=among(lambda table: table.columns(), "column"), style=style)
     def plot(self, *names: str, style: str = "screen") -> Figure:
         """Draw columns by `names`, or the first that differ: lines, maps, parallel coordinates.
 
@@ -297,11 +297,11 @@ class SweepTable(sweeps.SweepTable):
 
     def __repr__(self) -> str:
         """Return one line: what varied, how many rows, how many of them are to be looked at."""
-        paths = ", ".join(one.path for one in self.varied)
-        told = [f"{self.count(s)} {s}" for s in (sweeps.DOUBTFUL, sweeps.FAILED) if self.count(s)]
+        paths = ", ".join(path_varied.path for path_varied in self.varied)
+        counts = [f"{self.count(s)} {s}" for s in (sweeps.DOUBTFUL, sweeps.FAILED) if self.count(s)]
         many = f"{len(self.rows)} rows"
         many = many if self.whole else f"interrupted, {len(self.rows)} of {self.points} rows"
-        return f"<Sweep of {paths}: {', '.join([many, *told])}>"
+        return f"<Sweep of {paths}: {', '.join([many, *counts])}>"
 
 
 @takes(
@@ -400,9 +400,9 @@ def sweep(
     )  # fmt: skip
     with kept as journal:
 
-        def told(found: sweeps.Row, count: int) -> None:
+        def told(made_row: sweeps.Row, count: int) -> None:
             if journal is not None:
-                journal.add(found)
+                journal.add(made_row)
             if progress is not None:
                 progress(count / len(plan))
 
@@ -434,7 +434,7 @@ class _Own:
     observe: Observe
 
     def __call__(self, scene: PlainScene, simulate: sweeps.Simulate) -> Mapping[str, sweeps.Scalar]:
-        return self.observe(own_scene(scene), lambda own: own_result(simulate(own)))
+        return self.observe(own_scene(scene), lambda changed: own_result(simulate(changed)))
 
 
 def _design(
@@ -460,6 +460,6 @@ def _design(
 def _name_of(function: Any) -> str:
     """Name of a function, by which a later sweep knows whether it observes the same."""
     kind = type(function)
-    told = function if hasattr(function, "__qualname__") else kind
-    name = f"{told.__module__}.{told.__qualname__}"
-    return f"{name} {function!r}" if told is kind and is_dataclass(function) else name
+    known_name = function if hasattr(function, "__qualname__") else kind
+    name = f"{known_name.__module__}.{known_name.__qualname__}"
+    return f"{name} {function!r}" if known_name is kind and is_dataclass(function) else name

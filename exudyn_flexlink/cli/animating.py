@@ -33,7 +33,7 @@ def animate_command(options: argparse.Namespace) -> int:
     frameless = "for mp4 and gif: a page has no frames of its own"
     idle = idle_text(options, ("fps", "width"), frameless) if formats == ("html",) else ""
     mistakes = [idle] if idle else []
-    mistakes += dict.fromkeys(told for name in formats for told in filming.mistakes(name))
+    mistakes += dict.fromkeys(mistake for name in formats for mistake in filming.mistakes(name))
     film = _film(options, mistakes)
     if film is None or mistakes:
         return complain("\n".join(mistakes), BAD_INPUT)

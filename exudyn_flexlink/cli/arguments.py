@@ -139,8 +139,8 @@ def output(suffix: str = "") -> tuple[Option, ...]:
 
 def add_figures(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how figures look."""
-    for one in FIGURES:
-        one.add(parser)
+    for name in FIGURES:
+        name.add(parser)
 
 
 LAPS, AFTER = 24, 4
@@ -398,7 +398,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND")
     for name, command in COMMANDS.items():
         examples = (f"  {called} {name} {example}".rstrip() for example in command.examples)
-        own = commands.add_parser(
+        command_parser = commands.add_parser(
             name,
             help=command.about[:1].lower() + command.about[1:].rstrip("."),
             description=command.about,
@@ -406,9 +406,9 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
             epilog="\n".join(["examples:", *examples]),
         )
         carry_out = partial(_carried_out, command.module, f"{name}_command")
-        own.set_defaults(command=carry_out, impact=None)
+        command_parser.set_defaults(command=carry_out, impact=None)
         for option in command.options:
-            option.add(own)
+            option.add(command_parser)
     return parser
 
 

@@ -50,8 +50,8 @@ def check_command(options: argparse.Namespace) -> int:
     tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
     if options.equilibrium:
         tell(f"\n{equilibrium_text(scene, rest_of_scene(scene))}")
-    for told in input_notes(scene, assembly):
-        complain(f"warning: {told}")
+    for note in input_notes(scene, assembly):
+        complain(f"warning: {note}")
     if options.figure is None:
         return DONE
     from exudyn_flexlink.plots import start
@@ -84,7 +84,9 @@ def _require_columns(names: Sequence[str], swept: SweepTable | None) -> None:
     if names and swept is None:
         raise argparse.ArgumentTypeError("'--of' is for the folder of a sweep")
     known = () if swept is None else swept.observables
-    wrong = [f"no column '{one}'{did_you_mean(one, known)}" for one in names if one not in known]
+    wrong = [
+        f"no column '{name}'{did_you_mean(name, known)}" for name in names if name not in known
+    ]
     if wrong:
         raise argparse.ArgumentTypeError(f"{'; '.join(wrong)}. There are: {', '.join(known)}")
 

@@ -117,8 +117,8 @@ def contents(folder: Path) -> str:
     """Name the files of a result, and count those of every folder in it."""
     paths = sorted(own_files(folder))
     inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
-    told = [path for path in paths if "/" not in path]
-    return ", ".join([*told, *(f"{name}/ ({number} files)" for name, number in inside.items())])
+    files = [path for path in paths if "/" not in path]
+    return ", ".join([*files, *(f"{name}/ ({number} files)" for name, number in inside.items())])
 
 
 def run_name(options: argparse.Namespace, suffix: str = "") -> str:
@@ -140,13 +140,17 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     parts += [f"without_{'_'.join(without)}"] if without else []
     given = [*options.settings, *getattr(options, "over", [])]
     settings = dict(setting.partition("=")[::2] for setting in given)
-    told = [(_setting(path, value), f"{path}={value}") for path, value in sorted(settings.items())]
-    parts += [name for name, _ in told]
+    set_values = [
+        (_setting(path, value), f"{path}={value}") for path, value in sorted(settings.items())
+    ]
+    parts += [name for name, _ in set_values]
     short = "-".join([whole, *parts])
     lossless = all(UNSAFE.search(name) is None for name in parts)
     if lossless and len(short) <= max(LONGEST, len(whole)):
         return short
-    digest = hashlib.sha256("\n".join([*parts, *(text for _, text in told)]).encode()).hexdigest()
+    digest = hashlib.sha256(
+        "\n".join([*parts, *(text for _, text in set_values)]).encode()
+    ).hexdigest()
     room = max(LONGEST - len(whole) - DIGEST - 2, 0)  # 2: hyphens
     kept = UNSAFE.sub("_", "-".join(parts)).replace("=_", "=")[:room]
     return "-".join(part for part in (whole, kept.rstrip("-_.=,"), digest[:DIGEST]) if part)
@@ -186,14 +190,14 @@ def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) 
 
 
 def written(
-    found: Any, folder: Path, options: Namespace, save: Callable[..., Any], figure: str
+    study: Any, folder: Path, options: Namespace, save: Callable[..., Any], figure: str
 ) -> int:
     """Write what was found: `save` takes it and `folder`; then its figure, unless none is wanted.
 
     Returns the exit code; see `drawn`.
     """
-    draw = None if options.no_plots else partial(draw_figure, options, figure, found, folder)
-    return kept(partial(save, found, folder=folder), draw, folder)
+    draw = None if options.no_plots else partial(draw_figure, options, figure, study, folder)
+    return kept(partial(save, study, folder=folder), draw, folder)
 
 
 def drawn(folder: Path, draw: Callable[[], Any]) -> int:

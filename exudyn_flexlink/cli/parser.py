@@ -36,26 +36,28 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Refuse here what is unknown: a command knows its own options, the program does not."""
-        found, unknown = super().parse_known_args(args, namespace)
+        parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
             from exudyn_flexlink.source import did_you_mean
 
-            word = next((one for one in unknown if one.startswith("-")), unknown[0])
+            word = next(
+                (word_given for word_given in unknown if word_given.startswith("-")), unknown[0]
+            )
             name, options = word.partition("=")[0], self._option_string_actions
             if name in WENT:
                 self.error(f"there is no '{name}' any more\nhint: {WENT[name]}")
             before = args[max(args.index(word) - 1, 0)] if word in args else ""
             if "=" in before:
-                told = f"what has blanks stands in quotes: '{before} {word}'"
-                self.error(f"unknown argument '{word}'\nhint: {told}")
+                about = f"what has blanks stands in quotes: '{before} {word}'"
+                self.error(f"unknown argument '{word}'\nhint: {about}")
             key = name.lstrip("-")
             if "--set" in options and (hint := _setting_of(key)):
                 self.error(f"no option '{name}'\nhint: {hint}")
             # Without hyphens, which all options have in common.
-            known = [one.lstrip("-") for one in options] if key != name else []
+            known = [option.lstrip("-") for option in options] if key != name else []
             near = did_you_mean(key, known, "--")
             self.error(f"unknown argument '{word}'{near}")
-        return found, unknown
+        return parsed, unknown
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Tell which choice was meant, a command or a value of an option."""

@@ -91,13 +91,13 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
 
 def removable(scene: Scene) -> str:
     """Return a hint at the effects that `compare` can leave out of a scene; empty without any."""
-    found = []
+    names = []
     for name in EFFECTS:
         with suppress(SceneError):
             ideal = idealise(scene, [name])
             if ideal != scene and watched_point(ideal) == watched_point(scene):
-                found.append(f"'--without {name}'")
-    return f"Exudyn compares this model {' or '.join(found)}" if found else ""
+                names.append(f"'--without {name}'")
+    return f"Exudyn compares this model {' or '.join(names)}" if names else ""
 
 
 def run(
@@ -117,9 +117,9 @@ def run(
     with _refusals(scene, engine, options):
         try:
             with progress_bar(options.quiet, what) as progress, ends_runs():
-                told = progress if beside is None else beside.watch(progress)
+                watched = progress if beside is None else beside.watch(progress)
                 first = beside is not None
-                result = engines.simulate(scene, engine, told, first=first)
+                result = engines.simulate(scene, engine, watched, first=first)
         except LateInterruptError as error:
             return error.result, True
         return result, result.outcome.reason == STOPPED
@@ -150,7 +150,7 @@ def simulating(options: argparse.Namespace, *values: str) -> str:
     words = [
         "simulate",
         str(options.model),
-        *(f"--set={one}" for one in (*options.settings, *values)),
+        *(f"--set={text}" for text in (*options.settings, *values)),
     ]
     words += [f"--without={effect}" for effect in options.without]
     words += ["--allow-outside"] * options.allow_outside

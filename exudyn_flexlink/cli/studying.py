@@ -105,8 +105,8 @@ def compare_command(options: argparse.Namespace) -> int:
         return complain("'--column' and '--shift' need a run and a CSV file", BAD_INPUT)
     options.model = model_path(str(options.model))
     if options.model.is_dir():
-        told = f"'{options.model}' is a folder: give what to compare it with, too"
-        return complain(f"{told}, another folder of a run or a CSV file", BAD_INPUT)
+        about = f"'{options.model}' is a folder: give what to compare it with, too"
+        return complain(f"{about}, another folder of a run or a CSV file", BAD_INPUT)
     place = Place(options, "-compare", "comparison")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
@@ -115,11 +115,13 @@ def compare_command(options: argparse.Namespace) -> int:
     try:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with place.written() as folder:
-            found, whole = _without_effects(options) if options.without else _both_engines(options)
-            drew = _write_comparison(found, folder, options, whole=whole)
+            comparison, whole = (
+                _without_effects(options) if options.without else _both_engines(options)
+            )
+            drew = _write_comparison(comparison, folder, options, whole=whole)
     except KeyboardInterrupt:
         return complain(UNCOMPARED, INTERRUPTED)
-    return _tell_comparison(found, place, options, drew if whole else INTERRUPTED)
+    return _tell_comparison(comparison, place, options, drew if whole else INTERRUPTED)
 
 
 def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
@@ -130,9 +132,11 @@ def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
     try:
         judge, _ = _run(scene, LAGRANGIAN, LAGRANGIAN, options, last=False)
     except SceneError as error:
-        more = [own for own in [removable(scene)] if own]
-        told = [replace(one, hint="; ".join([one.hint, *more])) for one in error.mistakes]
-        raise SceneError(error.document, told) from error
+        more = [effect for effect in [removable(scene)] if effect]
+        mistakes = [
+            replace(mistake, hint="; ".join([mistake.hint, *more])) for mistake in error.mistakes
+        ]
+        raise SceneError(error.document, mistakes) from error
     result, whole = _run(scene, EXUDYN, EXUDYN, options)
     return compare(result, judge), whole
 
@@ -145,15 +149,15 @@ def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
     whole = changed(given, options.impact, [])
     effects = present(given, options.without)
     if not effects:
-        told = "nothing to compare: both scenes would be the same"
+        about = "nothing to compare: both scenes would be the same"
         offered = removable(given)
-        raise argparse.ArgumentTypeError(f"{told}\nhint: {offered}" if offered else told)
+        raise argparse.ArgumentTypeError(f"{about}\nhint: {offered}" if offered else about)
     ideal = changed(given, options.impact, effects)
     what = " and ".join(effects)
     point, other = watched_point(whole), watched_point(ideal)
     if point != other:
-        told = f"can't compare: the point watched is {point}, but {other} without {what}"
-        raise argparse.ArgumentTypeError(told)
+        about = f"can't compare: the point watched is {point}, but {other} without {what}"
+        raise argparse.ArgumentTypeError(about)
     names = f"without {what}", f"with {what}"
     first, _ = _run(ideal, engine, names[0], options, last=False)
     second, ended = _run(whole, engine, names[1], options)
@@ -201,18 +205,18 @@ def _write_comparison(
 
 
 def _tell_comparison(
-    found: Comparison, place: Place, options: argparse.Namespace, drew: int
+    comparison: Comparison, place: Place, options: argparse.Namespace, drew: int
 ) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
-    place.tell(comparison_text(found))
+    place.tell(comparison_text(comparison))
     code = drew
-    for seen in found.both:
+    for seen in comparison.both:
         for warning in seen.result.warnings:
             complain(f"warning: {seen.name}: {warning}")
         if not seen.result.outcome.completed:
             code = complain(f"{seen.name}: {failure_text(seen.result)}", FAILED)
-    if options.tolerance is not None and found.exceeds(options.tolerance):
-        code = complain(excess_text(found, options.tolerance), FAILED)
+    if options.tolerance is not None and comparison.exceeds(options.tolerance):
+        code = complain(excess_text(comparison, options.tolerance), FAILED)
     code = INTERRUPTED if drew == INTERRUPTED else code
     return place.ended(code, "what was compared until then is kept")
 
@@ -234,28 +238,30 @@ def _compare_saved(options: argparse.Namespace) -> int:
             raise argparse.ArgumentTypeError(why)
     place = Place(options, f"-compare-{second.stem if measured else second.name}", "comparison")
     run = load(first)
-    found: Against | Comparison
+    comparison: Against | Comparison
     try:
         if measured:
             series = read_series(run.scene, second, pairs("--column", options.column))
-            found = against(run, series, options.shift)
+            comparison = against(run, series, options.shift)
         else:
             other = load(second)
             other = later(other, other.scene.initial.clock - run.scene.initial.clock)
-            found = compare(run, other, (str(first), str(second)))
+            comparison = compare(run, other, (str(first), str(second)))
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     with place.written() as folder:
         if measured:
-            code = written(found, folder, options, save_against, "against")
+            code = written(comparison, folder, options, save_against, "against")
         else:
             save = partial(save_comparison, tolerance=options.tolerance)
-            code = written(found, folder, options, save, "comparison")
-    place.tell(against_text(found) if isinstance(found, Against) else comparison_text(found))
+            code = written(comparison, folder, options, save, "comparison")
+    place.tell(
+        against_text(comparison) if isinstance(comparison, Against) else comparison_text(comparison)
+    )
     code = place.ended(code, "the comparison is whole")
     most = options.tolerance
-    if isinstance(found, Comparison) and most is not None and found.exceeds(most):
-        return complain(excess_text(found, most), FAILED)
+    if isinstance(comparison, Comparison) and most is not None and comparison.exceeds(most):
+        return complain(excess_text(comparison, most), FAILED)
     return code
 
 
@@ -275,23 +281,23 @@ def accuracy_command(options: argparse.Namespace) -> int:
             runs = _runs(scene, options)
             with deferrable_interrupts() as ctrl_c:
                 ctrl_c.defer()
-                found = accuracy.judge(runs)
-                save_accuracy(found, recommendation(found), folder)
+                study = accuracy.judge(runs)
+                save_accuracy(study, recommendation(study), folder)
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
-                draw = partial(draw_figure, options, "work_precision", found, folder)
+                draw = partial(draw_figure, options, "work_precision", study, folder)
                 code = drawn(folder, draw)
     except accuracy.NothingRunError as error:
         if runs.interrupted:
-            told = "interrupted before there were two runs to compare; nothing was written"
-            return complain(told, INTERRUPTED)
+            about = "interrupted before there were two runs to compare; nothing was written"
+            return complain(about, INTERRUPTED)
         budget = f"raise '--budget' ({options.budget:g} s)"
         shorter = "shorten the run with '--set run.turns=...'"
         return complain(f"{error}\n{budget}, or {shorter}", FAILED)
-    place.tell(accuracy_text(found, simulating(options)))
-    if found.runs.interrupted:
-        settings = f"setting{'s' * (len(found.points) != 1)}"
-        return place.ended(INTERRUPTED, f"the {len(found.points)} {settings} judged until then")
+    place.tell(accuracy_text(study, simulating(options)))
+    if study.runs.interrupted:
+        settings = f"setting{'s' * (len(study.points) != 1)}"
+        return place.ended(INTERRUPTED, f"the {len(study.points)} {settings} judged until then")
     return place.ended(code, "the study is whole")
 
 
@@ -365,15 +371,15 @@ def fit_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a fit.
         with place.written() as folder:
             with single_runs(scene, options, "fit") as (simulate, bar):
-                found = fit(scene, series, vary, simulate, bar)
-            code = written(found, folder, options, save_fit, "fit")
+                fitted = fit(scene, series, vary, simulate, bar)
+            code = written(fitted, folder, options, save_fit, "fit")
     except NoFitError as error:
         return complain(f"no fit: {error}", FAILED)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
-    again = simulating(options, *(f"{path}={x:.10g}" for path, x in found.values.items()))
-    place.tell(f"{fit_text(found)}\n\nThe model with these values:\n  {again}")
-    for warning in found.warnings:
+    again = simulating(options, *(f"{path}={x:.10g}" for path, x in fitted.values.items()))
+    place.tell(f"{fit_text(fitted)}\n\nThe model with these values:\n  {again}")
+    for warning in fitted.warnings:
         complain(f"warning: {warning}")
     return place.ended(code, "the fit is whole")
 
@@ -387,10 +393,10 @@ def stability_command(options: argparse.Namespace) -> int:
     try:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written() as folder:
-            found = _studied(scene, options)
-            told = stability_text(found)
+            study = _studied(scene, options)
+            text = stability_text(study)
             code = written(
-                found, folder, options, partial(save_stability, sentence=told), "stability"
+                study, folder, options, partial(save_stability, sentence=text), "stability"
             )
     except IMPOSSIBLE as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
@@ -398,7 +404,7 @@ def stability_command(options: argparse.Namespace) -> int:
         return complain(str(error), FAILED)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
-    place.tell(told)
+    place.tell(text)
     return place.ended(code, "the study is whole")
 
 
@@ -462,20 +468,20 @@ def _planned(options: argparse.Namespace) -> sweeps.Sweep:
 
 def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
     """Read '--over path=values'; a path twice would be varied by one of them alone."""
-    found: dict[str, str] = {}
+    paths: dict[str, str] = {}
     for text in texts:
         path, equals, values = (part.strip() for part in text.partition("="))
         if not equals or not all(path.split(".")):
             hint = "for example --over 'drives.motor.value=6:14:9 rad/s'"
             mistakes.append(Mistake((text,), "expected path=values", hint))
-        elif path in found:
+        elif path in paths:
             mistakes.append(Mistake((path,), "is varied twice"))
         else:
-            found[path] = values
+            paths[path] = values
             if not {":", ","} & set(values):  # '5-15' is a difference
                 examples = "a range is '6:14:9', a list '6, 14'"
                 complain(f"hint: {path} has one value, '{values}'; {examples}")
-    return found
+    return paths
 
 
 def _swept(
@@ -541,38 +547,38 @@ def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, c
 
 def verify_command(options: argparse.Namespace) -> int:
     """Run benchmarks and print how far they are off; code 1: one by more than is allowed."""
-    found: list[VerifiedRun] = []
+    runs: list[VerifiedRun] = []
     files = options.benchmarks or benchmark_files().values()
     # All are read before the first is run: a mistake is no news for the end.
-    whole = _verify([read_benchmark(file) for file in files], options, found)
-    if found:
-        tell(_printed(found, options.form))
+    whole = _verify([read_benchmark(file) for file in files], options, runs)
+    if runs:
+        tell(_printed(runs, options.form))
     if not whole:
         return complain("interrupted: runs are missing", INTERRUPTED)
-    code = DONE if all(one.fine for one in found) else FAILED
+    code = DONE if all(run.fine for run in runs) else FAILED
     if options.figure is None:
         return code
     from exudyn_flexlink.plots import differences
 
-    return write_figure(options.figure, partial(differences, found), force=options.force) or code
+    return write_figure(options.figure, partial(differences, runs), force=options.force) or code
 
 
 def _verify(
-    benchmarks: Sequence[Benchmark], options: argparse.Namespace, found: list[VerifiedRun]
+    benchmarks: Sequence[Benchmark], options: argparse.Namespace, runs: list[VerifiedRun]
 ) -> bool:
-    """Make all runs, and add what comes of each to `found`; tells whether the user let them end."""
-    pairs = [(benchmark, one) for benchmark in benchmarks for one in benchmark.runs]
+    """Make all runs, and add what comes of each to `runs`; tells whether the user let them end."""
+    pairs = [(benchmark, run) for benchmark in benchmarks for run in benchmark.runs]
     for i, (benchmark, one) in enumerate(pairs, 1):
         what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"
         result, enough = run(one.scene, one.engine, options, what)
         if result.outcome.reason != STOPPED:
-            found.append(judged(benchmark, one, result))
+            runs.append(judged(benchmark, one, result))
         if enough:
             return False
     return True
 
 
-def _printed(found: Sequence[VerifiedRun], form: str) -> str:
+def _printed(runs: Sequence[VerifiedRun], form: str) -> str:
     if form == "json":
-        return in_json(verification_data(found), indent=2).decode().rstrip()
-    return verification_markdown(found) if form == "markdown" else verification_text(found)
+        return in_json(verification_data(runs), indent=2).decode().rstrip()
+    return verification_markdown(runs) if form == "markdown" else verification_text(runs)

@@ -158,8 +158,8 @@ class Lines(Quiet):
             return
         self._next = now + BETWEEN_LINES
         left = (1 - done) * (now - since) / (done - before) if done > before else None
-        told = "" if left is None else f", about {left:.0f} s left"
-        complain(f"{self._what}: {100 * done:.0f} % after {now:.0f} s{told}")
+        left_text = "" if left is None else f", about {left:.0f} s left"
+        complain(f"{self._what}: {100 * done:.0f} % after {now:.0f} s{left_text}")
 
 
 class Bar(Quiet):

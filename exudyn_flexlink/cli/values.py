@@ -76,13 +76,13 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
     """Return what reads names separated by commas, of those that are `known`."""
 
     def read(text: str) -> list[str]:
-        found = names(text)
-        for name in found:
+        columns = names(text)
+        for name in columns:
             if name not in known:
                 from exudyn_flexlink.source import unknown
 
                 raise argparse.ArgumentTypeError(unknown(what, name, known))
-        return found
+        return columns
 
     return read
 
@@ -126,12 +126,12 @@ def model_path(text: str) -> Path:
     path = Path(text)
     if path.suffix or (path.exists() and not (path.is_dir() and model_file(text))):
         return path
-    own = path.with_name(f"{path.name}.yaml")
-    meant = str(own) if own.is_file() else ""
-    found = shipped_model(text, "no file '{}', and no model of that name", meant)
+    yaml = path.with_name(f"{path.name}.yaml")
+    meant = str(yaml) if yaml.is_file() else ""
+    shipped = shipped_model(text, "no file '{}', and no model of that name", meant)
     if meant:
-        complain(f"hint: '{text}' is the model that comes with the program, not your '{own}'")
-    return found
+        complain(f"hint: '{text}' is the model that comes with the program, not your '{yaml}'")
+    return shipped
 
 
 def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Path:
@@ -142,12 +142,12 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
     from exudyn_flexlink.shipped import known_names, model_file
     from exudyn_flexlink.source import did_you_mean
 
-    found = model_file(name)
-    if found is not None:
-        return found
+    file = model_file(name)
+    if file is not None:
+        return file
     near = f"; did you mean '{meant}'?" if meant else did_you_mean(name, known_names())
-    told = f"{what.format(name)} comes with the program{near}"
-    raise argparse.ArgumentTypeError(f"{told}\nhint: '{how_called()} new --list' names all")
+    about = f"{what.format(name)} comes with the program{near}"
+    raise argparse.ArgumentTypeError(f"{about}\nhint: '{how_called()} new --list' names all")
 
 
 def published_file(text: str) -> Path:
@@ -165,13 +165,13 @@ def published_file(text: str) -> Path:
 
 def pairs(option: str, texts: list[str]) -> dict[str, str]:
     """Read NAME=TEXT of an option that may be repeated; '--vary' may leave the text out."""
-    found: dict[str, str] = {}
+    paths: dict[str, str] = {}
     for text in texts:
-        name, _, own = (part.strip() for part in text.partition("="))
-        if option == "--column" and not (name and own):
-            told = f"{option}: expected NAME=QUANTITY such as 'theta=lever.angle', got '{text}'"
-            raise argparse.ArgumentTypeError(told)
-        if name in found:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if option == "--column" and not (name and value):
+            about = f"{option}: expected NAME=QUANTITY such as 'theta=lever.angle', got '{text}'"
+            raise argparse.ArgumentTypeError(about)
+        if name in paths:
             raise argparse.ArgumentTypeError(f"{option}: '{name}' is given twice")
-        found[name] = own
-    return found
+        paths[name] = value
+    return paths

@@ -43,13 +43,13 @@ def candidates(curve: Curve, target: FloatArray) -> FloatArray:
 
 def closest(curve: Curve, targets: FloatArray) -> FloatArray:
     """Parameters (...) of the places next to `targets` (..., 2), in the parameter range."""
-    points, found = targets.reshape(-1, 2), [np.empty(0)]
+    points, feet = targets.reshape(-1, 2), [np.empty(0)]
     for first in range(0, len(points), AT_ONCE):
         some = points[first : first + AT_ONCE]
         away = some[:, None] - curve.samples[1]
         nearest = np.argmin(np.sum(away * away, axis=-1), axis=1)
-        found.append(curve.wrap(_settled(curve, some, *_around(curve, nearest))))
-    return np.concatenate(found).reshape(targets.shape[:-1])
+        feet.append(curve.wrap(_settled(curve, some, *_around(curve, nearest))))
+    return np.concatenate(feet).reshape(targets.shape[:-1])
 
 
 def _around(curve: Curve, i: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -105,7 +105,7 @@ def _slope(curve: Curve, targets: FloatArray, u: FloatArray) -> tuple[FloatArray
 
 def descend(curve: Curve, target: FloatArray, near: float) -> float:
     """Walk downhill from ``near`` until the distance grows again, and settle there."""
-    g, growth = (float(one) for one in _slope(curve, target, np.float64(near)))
+    g, growth = (float(number) for number in _slope(curve, target, np.float64(near)))
     if g == 0:
         return near
     down = -1 if g > 0 else 1
@@ -271,8 +271,8 @@ class Curve(ABC):
         return index, self.pieces[index].start + (wrapped - float(self.breaks[index]))
 
     def _indices(self, u: ArrayLike) -> IndexArray:
-        found = np.searchsorted(self.breaks, u, side="right") - 1
-        return np.asarray(np.minimum(np.maximum(found, 0), len(self.pieces) - 1))
+        pieces = np.searchsorted(self.breaks, u, side="right") - 1
+        return np.asarray(np.minimum(np.maximum(pieces, 0), len(self.pieces) - 1))
 
     # --- the curve as a whole ---------------------------------------------------------------
 
@@ -314,12 +314,12 @@ class Curve(ABC):
     @property
     def knots(self) -> Knots:
         """Places between the breaks where the third derivative jumps; lower ones never do there."""
-        found = [piece.knots for piece in self.pieces if piece is not self]
-        if not found:
+        piece_knots = [piece.knots for piece in self.pieces if piece is not self]
+        if not piece_knots:
             return Knots(np.empty(0), np.empty((0, 2)))
         shifts = self.breaks[:-1] - [piece.start for piece in self.pieces]
-        places = [of.places + shift for of, shift in zip(found, shifts, strict=True)]
-        return Knots(np.concatenate(places), np.concatenate([of.jumps for of in found]))
+        places = [of.places + shift for of, shift in zip(piece_knots, shifts, strict=True)]
+        return Knots(np.concatenate(places), np.concatenate([of.jumps for of in piece_knots]))
 
     def part(self, first: float, last: float) -> Curve:
         """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own."""
@@ -362,11 +362,11 @@ class Composite(Curve):
 
     def places(self, u: FloatArray) -> Places:
         """Evaluate every piece where it counts."""
-        index, found = self._indices(u), np.empty((3, *np.shape(u)), dtype=np.complex128)
+        index, columns = self._indices(u), np.empty((3, *np.shape(u)), dtype=np.complex128)
         for number in np.unique(index):
             here, piece = index == number, self.pieces[number]
-            found[:, here] = piece.places(piece.start + (u[here] - self.breaks[number]))
-        return found[0], found[1], found[2]
+            columns[:, here] = piece.places(piece.start + (u[here] - self.breaks[number]))
+        return columns[0], columns[1], columns[2]
 
     def grid(self) -> FloatArray:
         """Grids of all pieces, one after another."""
@@ -409,13 +409,13 @@ def ray_crossings(curve: Curve, origin: FloatArray, direction: FloatArray) -> Fl
     to a break may be there twice, once as the break itself, 1e-7 of a piece away at most. Closed
     form for arcs and lines, roots of the cubics for splines.
     """
-    found = []
+    places = []
     for piece, begin in zip(curve.pieces, curve.breaks[:-1], strict=True):
         u = piece.crossings(origin, unit(direction)) - piece.start
         # Those just outside a closed piece come round.
         u = np.mod(u, piece.period) if piece.closed else np.clip(u, 0.0, piece.period)
-        found.append(begin + u)
-    return np.sort(np.concatenate(found))
+        places.append(begin + u)
+    return np.sort(np.concatenate(places))
 
 
 def as_vectors(places: ComplexArray) -> FloatArray:

@@ -68,8 +68,8 @@ class Closest:
         if direct is not None:
             return direct(x, y, near)
         i, count = self._nearest(x, y), len(self._spans)
-        found, u = self._around(i, x, y)
-        if found == piece and self._bounds[piece][0] < u < self._bounds[piece][1]:
+        on, u = self._around(i, x, y)
+        if on == piece and self._bounds[piece][0] < u < self._bounds[piece][1]:
             return u
         sampled, start, _ = self._spans[i % count if self._closed else min(i, count - 1)]
         return self._foot(piece, x, y, start if sampled == piece else near)
@@ -263,8 +263,8 @@ class Farthest(Closest):
     def parameters(self, directions: FloatArray) -> FloatArray:
         """Parameters (...) of the whole curve, by directions (..., 2)."""
         flat = [self.on_curve(x, y) for x, y in directions.reshape(-1, 2).tolist()]
-        found = [u + self._shifts[piece] for piece, u in flat]
-        return np.array(found).reshape(directions.shape[:-1])
+        places = [u + self._shifts[piece] for piece, u in flat]
+        return np.array(places).reshape(directions.shape[:-1])
 
     def _nearest(self, x: float, y: float) -> int:
         return int((self._x * x + self._y * y).argmax())

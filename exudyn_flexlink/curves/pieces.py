@@ -455,12 +455,12 @@ class SplinePiece(Curve):
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
         """Those of the spline that lie on the stretch."""
-        found = self.spline.crossings(origin, direction)
+        places = self.spline.crossings(origin, direction)
         slack = OVERLAP * self.period
         if self.spline.closed:
-            ahead = np.mod(found - self.start + slack, self.spline.period)
-            found = self.start + ahead - slack
-        return np.asarray(found[(found >= self.start - slack) & (found <= self.end + slack)])
+            ahead = np.mod(places - self.start + slack, self.spline.period)
+            places = self.start + ahead - slack
+        return np.asarray(places[(places >= self.start - slack) & (places <= self.end + slack)])
 
 
 @dataclass(frozen=True, eq=False)

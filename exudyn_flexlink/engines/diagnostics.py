@@ -119,8 +119,8 @@ def shortened(given: float | None, touched: Iterable[tuple[float, float]]) -> It
 
     `touched` are half periods of contacts, and the steps (s) that they asked for.
     """
-    shorter = [own for own in touched if given is not None and own[1] < given]
-    for half_period, step in sorted(shorter, key=lambda own: own[1])[:1]:
+    shorter = [touching for touching in touched if given is not None and touching[1] < given]
+    for half_period, step in sorted(shorter, key=lambda touching: touching[1])[:1]:
         yield (
             f"a step of {given:.3g} s is too long for a contact, which lasts {half_period:.2g} s: "
             f"in contact steps were {step:.3g} s"
@@ -217,9 +217,9 @@ def idle_contacts(result: Result) -> Iterator[str]:
     """
     if len(result.time):
         mechanism = build_mechanism(result.scene)
-        for contact, told in idle_at_start(mechanism, result.poses[0], result.rates[0]):
+        for contact, about in idle_at_start(mechanism, result.poses[0], result.rates[0]):
             if np.all(approach(contact, result.poses, result.rates).gap < 0):
-                yield told
+                yield about
 
 
 def wound_springs(result: Result) -> Iterator[str]:
@@ -253,7 +253,9 @@ def tiny_steps(result: Result) -> Iterator[str]:
     shortest = result.checks.smallest_step
     if result.outcome.reason != INTERRUPTED or shortest > TINY_STEP:
         return
-    rigid = {n for n, own in result.scene.all_contacts.items() if isinstance(own.law, ImpulseLaw)}
+    rigid = {
+        n for n, contact in result.scene.all_contacts.items() if isinstance(contact.law, ImpulseLaw)
+    }
     for name, history in {**result.contacts, **result.bearings}.items():
         if name not in rigid and len(history.force) and history.force[-1] != 0:
             what = "joint" if name in result.bearings else "contact"
@@ -421,13 +423,13 @@ def _gains(result: Result) -> Iterator[str]:
     if not gaining:
         return
     gain, at, name = max(gaining)
-    told = "an impact gives more energy than it takes"
+    about = "an impact gives more energy than it takes"
     if len(gaining) > 1:
-        told = f"{len(gaining)} impacts give more energy than they take"
+        about = f"{len(gaining)} impacts give more energy than they take"
     more = ", or raise 'solver.steps_per_contact'" if result.settings.steps_per_contact else ""
     yield (
-        f"{told}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the largest "
-        f"kinetic energy: {_remedy(result)}{more}"
+        f"{about}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the "
+        f"largest kinetic energy: {_remedy(result)}{more}"
     )
 
 

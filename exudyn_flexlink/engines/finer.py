@@ -106,10 +106,10 @@ def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
         raise LateInterruptError(given_up(result)) from error
     except MemoryError:
         return _told(result, MeasuredError(missing=NO_MEMORY))
-    found = _measured(result, other, share)
+    best = _measured(result, other, share)
     if late or other.outcome.reason == INTERRUPTED:
-        raise LateInterruptError(found)
-    return found
+        raise LateInterruptError(best)
+    return best
 
 
 def given_up(result: Result) -> Result:

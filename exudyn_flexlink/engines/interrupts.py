@@ -130,35 +130,35 @@ def aside(
     """
     if _given.get() is not None or current_thread() is not main_thread():
         return make(progress)
-    request, made, told = _Request(), Future[Result](), SimpleQueue[float | None]()
+    request, made, progress_queue = _Request(), Future[Result](), SimpleQueue[float | None]()
 
     def work() -> None:
         try:
             with stopped_by(Stopping(request.interrupts, lambda: nullcontext(request))):
-                made.set_result(make(told.put if progress is not None else None))
+                made.set_result(make(progress_queue.put if progress is not None else None))
         except BaseException as error:
             made.set_exception(error)
         finally:
-            told.put(None)
+            progress_queue.put(None)
 
     try:
         Thread(target=copy_context().run, args=(work,), daemon=True).start()
-        _follow(told, progress)
+        _follow(progress_queue, progress)
     except BaseException as error:
         request.ask()
-        _follow(told)  # one more Ctrl-C does not wait
+        _follow(progress_queue)  # one more Ctrl-C does not wait
         if not isinstance(error, KeyboardInterrupt):
             raise
     return made.result()
 
 
 def _follow(
-    told: SimpleQueue[float | None], progress: Callable[[float], None] | None = None
+    progress_queue: SimpleQueue[float | None], progress: Callable[[float], None] | None = None
 ) -> None:
     """Hand on what a thread tells, until it ends and tells None."""
     while True:
         with suppress(Empty):
-            done = told.get(timeout=LOOK)
+            done = progress_queue.get(timeout=LOOK)
             if done is None:
                 return
             if progress is not None:

@@ -107,13 +107,13 @@ def first_of(
         POLYNOMIAL.coefficients(values[:, which].T, h * rates[:, which].T)
         for values, rates in ((path.gap, path.gap_rate), (path.place, path.slip))
     )
-    found: list[tuple[float, int]] = []
+    crossings: list[tuple[float, int]] = []
     for k, gap, place in zip(which.tolist(), gaps, places, strict=True):
         search = _OfFace(gap, place, float(lengths[k]), -1.0 if pressing[k] else 1.0)
         part = first_part(search)
         if part is not None:
-            found.append((part, k))
-    return min(found, default=None)
+            crossings.append((part, k))
+    return min(crossings, default=None)
 
 
 def little(rate: float, time: float) -> float:

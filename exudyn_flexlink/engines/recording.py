@@ -87,9 +87,9 @@ class Histories:
         gears: Mapping[str, FloatArray] | None = None,
         frictions: tuple[FloatArray, FloatArray] | None = None,
         steps_per_contact: float = inf,
-        **own: Any,
+        **more: Any,
     ) -> Result:
-        """Return the Result, but for versions and timings; `own` are fields that an engine knows.
+        """Return the Result, but for versions and timings; `more` are fields that an engine knows.
 
         `gears` are multipliers (samples,) by name, `frictions` (samples, joints) whether a joint
         rests and its torque. A lap that begins as the run ends is none.
@@ -119,16 +119,16 @@ class Histories:
             laps=tuple(lap for lap in laps if lap.time < recorder.grid[-1]),
             checks=self._checks(steps_per_contact),
             frictions={} if frictions is None else self._frictions(*frictions),
-            gear_forces={gear.name: own for gear, own in toothed if gear.in_newtons},
-            gear_torques={gear.name: own for gear, own in toothed if not gear.in_newtons},
-            **own,
+            gear_forces={gear.name: force for gear, force in toothed if gear.in_newtons},
+            gear_torques={gear.name: torque for gear, torque in toothed if not gear.in_newtons},
+            **more,
         )
 
     def _checks(self, steps_per_contact: float) -> Checks:
         """Checks of a run; what stops and ropes do is a stretch, or an angle, no penetration."""
         recorder, made = self.recorder, self.made
         others = {*self.scene.stops, *self.scene.ropes}
-        own = [contact.name not in others for contact in recorder.contacts]
+        counted = [contact.name not in others for contact in recorder.contacts]
         return Checks(
             energy_residual=recorder.energy_residual,
             largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -138,17 +138,17 @@ class Histories:
             smallest_step=made.smallest if isfinite(made.smallest) else 0.0,
             largest_step=made.largest,
             steps_per_contact=steps_per_contact,
-            largest_penetration=float(recorder.seeker.deepest[own].max(initial=0.0)),
+            largest_penetration=float(recorder.seeker.deepest[counted].max(initial=0.0)),
         )
 
     def _of(self, contacts: Sequence[Contact], first: int) -> dict[str, ContactHistory]:
-        found, seen = {}, ContactShapes(contacts).seen(poses_of(self.poses, self.rates))
+        histories, seen = {}, ContactShapes(contacts).seen(poses_of(self.poses, self.rates))
         for i, contact in enumerate(contacts):
             k = first + i
             touches, force = self._touches(k, k + 1), self.kept.press[:, k]
             gap, place = (column[:, i].copy() for column in seen[:2])
-            found[contact.name] = ContactHistory(gap, place, force, touches)
-        return found
+            histories[contact.name] = ContactHistory(gap, place, force, touches)
+        return histories
 
     def _touches(self, first: int, last: int) -> Intervals:
         """Touches of the contacts from `first` to before `last`, as pairs of one."""
@@ -156,37 +156,37 @@ class Histories:
 
     def _sleeves(self) -> dict[str, SleeveHistory]:
         """Of the channels, by the names of their joints."""
-        found, first = {}, len(self.mechanism.touching)
+        histories, first = {}, len(self.mechanism.touching)
         for channel in self.mechanism.channels:
             names = tuple(contact.name for contact in channel.contacts)
             last = first + len(names)
             deepest = float(self.recorder.seeker.deepest[first:last].max())
             touches = self._touches(first, last) if channel.clearance > 0 else Intervals.of()
-            found[channel.name] = SleeveHistory(
+            histories[channel.name] = SleeveHistory(
                 names, channel.sides, self.kept.press[:, first:last], touches, deepest
             )
             first = last
-        return found
+        return histories
 
     def _bearing_forces(self) -> dict[str, FloatArray]:
         """Force (samples, 2), N, of each joint with clearance on the body of its second point."""
         first = len(self.mechanism.contacts)
         return {
-            own.name: -push_of(own, self.poses, self.rates, self.kept.press[:, k])
-            for k, own in enumerate(self.mechanism.bearings, start=first)
+            bearing.name: -push_of(bearing, self.poses, self.rates, self.kept.press[:, k])
+            for k, bearing in enumerate(self.mechanism.bearings, start=first)
         }
 
     def _frictions(self, *columns: FloatArray) -> dict[str, FrictionHistory]:
         """Of joints with friction, by name; where one begins or ends to rest is a sample."""
-        time, found = self.kept.t, {}
+        time, histories = self.kept.t, {}
         for k, friction in enumerate(self.mechanism.frictions):
-            resting, torque, lost = (own[:, k] for own in (*columns, self.kept.totals[:, 2:]))
+            resting, torque, lost = (column[:, k] for column in (*columns, self.kept.totals[:, 2:]))
             edges = np.flatnonzero(np.diff(resting.astype(bool), prepend=False, append=False))
             begin, last = time[edges[::2]], edges[1::2] - 1
             end = np.where(last == len(time) - 1, inf, time[last])
             lasts = end > begin
-            found[friction.name] = FrictionHistory(torque, lost, begin[lasts], end[lasts])
-        return found
+            histories[friction.name] = FrictionHistory(torque, lost, begin[lasts], end[lasts])
+        return histories
 
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:
@@ -245,8 +245,8 @@ class Kept(NamedTuple):
 
     `places` (m, slots) are those on the whole curves, `press` (m, c) the contacts' forces (N),
     `pressed` (m, c) tells which of them press. `totals` (m, 2 + joints) are the energies lost, in
-    dampers, contacts and friction, and supplied, then those lost by friction of joints (J); `own`
-    are the engine's arrays, with an axis of instants each.
+    dampers, contacts and friction, and supplied, then those lost by friction of joints (J);
+    `of_engine` are the engine's arrays, with an axis of instants each.
     """
 
     t: FloatArray
@@ -254,12 +254,12 @@ class Kept(NamedTuple):
     press: FloatArray
     pressed: BoolArray
     totals: FloatArray
-    own: Any
+    of_engine: Any
 
     def pick(self, which: slice | IndexArray) -> Kept:
         """Return some of the instants."""
-        own = self.own._make(column[which] for column in self.own)
-        return Kept._make((*(column[which] for column in self[:-1]), own))
+        of_engine = self.of_engine._make(column[which] for column in self.of_engine)
+        return Kept._make((*(column[which] for column in self[:-1]), of_engine))
 
 
 class Steps(NamedTuple):
@@ -350,11 +350,11 @@ class BlockRecorder(ABC):
         self._last = known
         self._keep(known)
 
-    def _keep(self, found: Kept) -> None:
+    def _keep(self, kept: Kept) -> None:
         """Keep instants, in place of what is kept already at the first of them."""
-        if self._kept and self._kept[-1].t[-1] >= found.t[0]:
+        if self._kept and self._kept[-1].t[-1] >= kept.t[0]:
             self._drop_last()
-        self._kept.append(found)
+        self._kept.append(kept)
 
     def _drop_last(self) -> None:
         last = self._kept.pop()
@@ -375,8 +375,8 @@ class BlockRecorder(ABC):
 
     def all_kept(self) -> Kept:
         """All that is kept in one; no force pulls."""
-        found = together(self._kept)
-        return found._replace(press=np.maximum(found.press, 0.0))
+        kept = together(self._kept)
+        return kept._replace(press=np.maximum(kept.press, 0.0))
 
     # --- steps --------------------------------------------------------------------------------
 
@@ -412,17 +412,17 @@ class BlockRecorder(ABC):
         self._keep_samples(steps, known)
         self._last = known.pick(nodes[-1, -1:])
         self._ends.append(ends)
-        own = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
-        at = self.motion(known.pick(own.ravel()))
-        poses, rates = (column.reshape(*own.shape, *column.shape[1:]) for column in at)
+        long_steps = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
+        at = self.motion(known.pick(long_steps.ravel()))
+        poses, rates = (column.reshape(*long_steps.shape, *column.shape[1:]) for column in at)
         own_steps = steps.t[steps.h > 0], steps.h[steps.h > 0]
-        pressed = known.pressed[own[:, 0]]
+        pressed = known.pressed[long_steps[:, 0]]
         if approach is None:
             approach = np.broadcast_to(self.touches.approach, pressed.shape)
         else:
             approach = approach[steps.h > 0]
         self._steps.append((*own_steps, poses, rates, pressed, approach))
-        self._counted += len(own)
+        self._counted += len(long_steps)
         if self._counted >= BLOCK:
             self._look_through()
         return self._reached.of(reached)
@@ -498,7 +498,7 @@ class BlockRecorder(ABC):
     def _look_through(self) -> None:
         """Look for extremes within steps, and check their ends."""
         if self._steps:
-            columns = (np.concatenate(own) for own in zip(*self._steps, strict=True))
+            columns = (np.concatenate(column) for column in zip(*self._steps, strict=True))
             t, h, poses, rates, pressed, approach = columns
             self.seeker.take(t, h, (poses, rates), pressed, approach)
         if self._ends:
@@ -539,5 +539,5 @@ class BlockRecorder(ABC):
 def together(parts: list[Kept]) -> Kept:
     """Return instants one after the other."""
     *columns, owns = zip(*parts, strict=True)
-    own = owns[0]._make(np.concatenate(column) for column in zip(*owns, strict=True))
-    return Kept._make((*map(np.concatenate, columns), own))
+    of_engine = owns[0]._make(np.concatenate(column) for column in zip(*owns, strict=True))
+    return Kept._make((*map(np.concatenate, columns), of_engine))

@@ -54,7 +54,7 @@ class Laws:
     def __init__(self, laws: Sequence[PressingLaw]) -> None:
         self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
         giving = dict.fromkeys(law for law in laws if not isinstance(law, Impulse))
-        self._members = [(law, np.array([one == law for one in laws])) for law in giving]
+        self._members = [(law, np.array([law_of == law for law_of in laws])) for law in giving]
         self._only = next(iter(giving), None) if len(set(laws)) == 1 else None
 
     def pressing(
@@ -66,21 +66,23 @@ class Laws:
         """
         if self._only is not None:
             return Pressing(*self._only.pressing(-gap, -rate, approach[which]))
-        found = Pressing(*np.zeros((3, *gap.shape)))
+        pushes = Pressing(*np.zeros((3, *gap.shape)))
         for law, members in self._members:
-            own = members[which]
-            if own.any():
-                parts = law.pressing(-gap[..., own], -rate[..., own], approach[which[own]])
-                for column, part in zip(found, parts, strict=True):
-                    column[..., own] = part
-        return found
+            law_members = members[which]
+            if law_members.any():
+                parts = law.pressing(
+                    -gap[..., law_members], -rate[..., law_members], approach[which[law_members]]
+                )
+                for column, part in zip(pushes, parts, strict=True):
+                    column[..., law_members] = part
+        return pushes
 
 
 def rubbing(contacts: Sequence[Contact | Channel]) -> FloatArray:
     """Friction of contacts (2, c): coefficients, 0 if smooth, and slip speeds (m/s)."""
-    rubs = [own.friction for own in contacts]
-    found = [(rub.coefficient, rub.slip_speed) if rub else (0.0, 1.0) for rub in rubs]
-    return np.asarray(np.array(found).reshape(-1, 2).T, dtype=np.float64)
+    rubs = [contact.friction for contact in contacts]
+    rubs_by = [(rub.coefficient, rub.slip_speed) if rub else (0.0, 1.0) for rub in rubs]
+    return np.asarray(np.array(rubs_by).reshape(-1, 2).T, dtype=np.float64)
 
 
 def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
@@ -89,17 +91,17 @@ def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
     Their touches began with the speeds `approach` (c,), m/s. What lets go before it opens is
     followed beyond.
     """
-    own, every = Laws(laws), np.arange(len(laws))
+    by_laws, every = Laws(laws), np.arange(len(laws))
     lets_go = np.array([not isinstance(law, Impulse) and law.lets_go for law in laws], dtype=bool)
     always = bool(lets_go.all())
 
     def press(touching: FloatArray) -> Pressing:
         gap = touching[..., 0]
-        found = own.pressing(every, gap, touching[..., 1], approach)
+        pushes = by_laws.pressing(every, gap, touching[..., 1], approach)
         if always or gap.max(initial=-1.0) < 0:
-            return found
+            return pushes
         closed = (gap < 0) | lets_go
-        return found._replace(force=found.force * closed, stiffness=found.stiffness * closed)
+        return pushes._replace(force=pushes.force * closed, stiffness=pushes.stiffness * closed)
 
     return press
 
@@ -185,33 +187,33 @@ class ExtremeSeeker:
         pressed, began = touches
         rows = [np.flatnonzero(pressed[:, k]) for k in which]
         seen = [
-            approach(self.contacts[k], *(part[own] for part in motion))
-            for k, own in zip(which, rows, strict=True)
+            approach(self.contacts[k], *(part[rows_of] for part in motion))
+            for k, rows_of in zip(which, rows, strict=True)
         ]
         time, length = (part[np.concatenate(rows)] for part in steps)
         depth = np.concatenate([-at.gap for at in seen])
         rate = np.concatenate([-at.gap_rate for at in seen])
-        speeds = np.concatenate([began[own, k] for k, own in zip(which, rows, strict=True)])
+        speeds = np.concatenate([began[rows_of, k] for k, rows_of in zip(which, rows, strict=True)])
         step = self._polynomial
-        found = step.coefficients(depth, rate * length[:, None])
-        speed = step.derivative(found) / length[:, None]
-        low, high = np.zeros(len(found)), np.ones(len(found))
+        depths = step.coefficients(depth, rate * length[:, None])
+        speed = step.derivative(depths) / length[:, None]
+        low, high = np.zeros(len(depths)), np.ones(len(depths))
 
         def force(at: FloatArray) -> FloatArray:
-            return law.force(step.value(found, at), step.value(speed, at), speeds[:, None])
+            return law.force(step.value(depths, at), step.value(speed, at), speeds[:, None])
 
         hardest = highest(force, low, high, LOOKS_AT_FORCES)
-        lowest = highest(lambda at: step.value(found, at), low, high, LOOKS_AT_FORCES)
+        lowest = highest(lambda at: step.value(depths, at), low, high, LOOKS_AT_FORCES)
         columns = (
             time + hardest * length,
             force(hardest[:, None])[:, 0],
             time + lowest * length,
-            np.maximum(step.value(found, lowest[:, None])[:, 0], 0.0),
+            np.maximum(step.value(depths, lowest[:, None])[:, 0], 0.0),
         )
-        ends = np.cumsum([len(own) for own in rows])[:-1]
-        for k, *own in zip(which, *(np.split(column, ends) for column in columns), strict=True):
-            self._pressed[k].append(tuple(own))
-            self.deepest[k] = max(self.deepest[k], float(own[3].max()))
+        ends = np.cumsum([len(rows_of) for rows_of in rows])[:-1]
+        for k, *peaks in zip(which, *(np.split(column, ends) for column in columns), strict=True):
+            self._pressed[k].append(tuple(peaks))
+            self.deepest[k] = max(self.deepest[k], float(peaks[3].max()))
 
     def peaks(self, contact: int, begin: float, end: float) -> tuple[float, float]:
         """Largest force (N) and penetration (m) of a contact from `begin` to `end` (s).
@@ -220,7 +222,7 @@ class ExtremeSeeker:
         """
         if contact not in self._peaks:
             self._peaks[contact] = self._of_contact(contact)
-        within = (own.between(begin, end).value for own in self._peaks[contact])
+        within = (peak.between(begin, end).value for peak in self._peaks[contact])
         force, depth = (float(values.max(initial=0.0)) for values in within)
         return force, depth
 
@@ -232,16 +234,16 @@ class ExtremeSeeker:
 
     def extremes(self) -> dict[str, Extremes]:
         """Everything found, for the Result: see `result.Result.extremes`."""
-        found = {}
+        by_name = {}
         for i, name in enumerate(self._watched.names):
             time, value = self._seeker.found(i)
-            found[name] = Extremes(time, self._watched.told(i, value))
+            by_name[name] = Extremes(time, self._watched.told(i, value))
         for k, contact in enumerate(self.contacts):
             if contact.name in self._watched.contacts:
                 force, depth = self._of_contact(k)
                 names = self._watched.of_contact(contact.name)
-                found |= dict(zip(names, (force, depth), strict=True))
-        return found
+                by_name |= dict(zip(names, (force, depth), strict=True))
+        return by_name
 
 
 def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatArray:
@@ -311,7 +313,9 @@ class Touches:
     """Where all contacts of a run are now, and what they did; the first `faces` may be behind."""
 
     def __init__(self, contacts: Sequence[Contact], faces: int) -> None:
-        self.rigid = np.array([isinstance(own.law, Impulse) for own in contacts], dtype=bool)
+        self.rigid = np.array(
+            [isinstance(contact.law, Impulse) for contact in contacts], dtype=bool
+        )
         self.sides = [Side.APART] * len(contacts)
         self.pressed = np.zeros(len(contacts), dtype=bool)  # a new array with every change
         self.pressing: list[int] = []  # the numbers of those that press
@@ -414,15 +418,15 @@ class Touches:
 
         `seeker` knows the largest forces and depths.
         """
-        found = []
+        columns = []
         for pair, (place, totals) in enumerate(now):
             k = first + pair
             lasting = [_until(self._open[k], place, totals)] if k in self._open else []
-            for own in (*self._ended.get(k, ()), *lasting):
-                force, depth = seeker.peaks(k, own.begin, own.end)
-                peak = inf if own.impact else max(own.peak_force, force)
-                found.append(replace(own, peak_force=peak, penetration=depth, pair=pair))
-        return Intervals.of(found)
+            for interval in (*self._ended.get(k, ()), *lasting):
+                force, depth = seeker.peaks(k, interval.begin, interval.end)
+                peak = inf if interval.impact else max(interval.peak_force, force)
+                columns.append(replace(interval, peak_force=peak, penetration=depth, pair=pair))
+        return Intervals.of(columns)
 
 
 def _until(begun: Interval, place: float, totals: tuple[float, float]) -> Interval:

@@ -91,7 +91,7 @@ _SLIPS = {
 }
 
 
-def tokens_of(text: str, own: str = "") -> Iterator[Token]:
+def tokens_of(text: str, where: str = "") -> Iterator[Token]:
     """Cut a formula into its pieces, the last of kind end; the word `own` is sensed.
 
     Raises:
@@ -101,44 +101,44 @@ def tokens_of(text: str, own: str = "") -> Iterator[Token]:
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression of {len(text)} letters; at most {LONGEST}")
     text = text.replace("µ", "u").replace("μ", "u").replace("°", "deg")
-    for found in _PIECE.finditer(text):
-        if found["number"]:
-            yield _quantity(found)
-        elif found["sensed"]:
-            yield Token("sensed", found[0], sensed=_sensed(found))
-        elif own and found["name"] == own:
-            yield Token("sensed", own, sensed=Sensed(own, ""))
-        elif found["other"]:
-            hint = _SLIPS.get(found[0], "")
-            raise ExpressionError(f"'{found[0]}' can't stand in an expression", hint)
+    for piece in _PIECE.finditer(text):
+        if piece["number"]:
+            yield _quantity(piece)
+        elif piece["sensed"]:
+            yield Token("sensed", piece[0], sensed=_sensed(piece))
+        elif where and piece["name"] == where:
+            yield Token("sensed", where, sensed=Sensed(where, ""))
+        elif piece["other"]:
+            hint = _SLIPS.get(piece[0], "")
+            raise ExpressionError(f"'{piece[0]}' can't stand in an expression", hint)
         else:
-            kind = "name" if found["name"] else "operator"
-            yield Token(kind, found[0].replace(MINUS, "-"))
+            kind = "name" if piece["name"] else "operator"
+            yield Token(kind, piece[0].replace(MINUS, "-"))
     yield Token("end", "the end")
 
 
-def _quantity(found: re.Match[str]) -> Token:
+def _quantity(piece: re.Match[str]) -> Token:
     """Read a number with the unit that may follow it."""
-    if found["unit"] is None:
-        return Token("number", found[0], float(found["value"]))
+    if piece["unit"] is None:
+        return Token("number", piece[0], float(piece["value"]))
     try:
-        unit = find_unit(found["unit"], Dimension.NUMBER)
+        unit = find_unit(piece["unit"], Dimension.NUMBER)
     except UnknownUnitError as error:
         raise ExpressionError(str(error)) from None
-    return Token("number", found[0], float(found["value"]) * unit.factor, unit.powers)
+    return Token("number", piece[0], float(piece["value"]) * unit.factor, unit.powers)
 
 
-def _sensed(found: re.Match[str]) -> Sensed:
+def _sensed(piece: re.Match[str]) -> Sensed:
     """Read what stands in the brackets of angle, speed and place."""
-    kind, names = found["kind"], [name.strip() for name in found["of"].split(",")]
+    kind, names = piece["kind"], [name.strip() for name in piece["of"].split(",")]
     if len(names) == 1 and names[0] and not (kind == "place" and "." in names[0]):
         return Sensed(kind, names[0])
     if kind != "place":
-        raise ExpressionError(f"'{found[0]}': expected the name of a joint", f"e.g. {kind}(crank)")
+        raise ExpressionError(f"'{piece[0]}': expected the name of a joint", f"e.g. {kind}(crank)")
     if len(names) == 2 and names[1] in ("x", "y") and "." in names[0]:
         return Sensed(kind, *names)
     raise ExpressionError(
-        f"'{found[0]}': expected a point and its coordinate, or a joint that slides",
+        f"'{piece[0]}': expected a point and its coordinate, or a joint that slides",
         "e.g. place(rod.end, x) or place(way)",
     )
 
@@ -158,7 +158,7 @@ DEEPEST = 40  # brackets in brackets
 _ARGUMENTS = dict.fromkeys(OF_ONE, 1) | dict.fromkeys(("atan2", "min", "max"), 2) | {"where": 3}
 NAMES = ["t", "pi", "angle", "speed", "place", *_ARGUMENTS]
 _PURE = Powers()
-_IN_WORDS = {one.powers._replace(rad=0): one.words for one in reversed(Dimension)}
+_IN_WORDS = {dimension.powers._replace(rad=0): dimension.words for dimension in reversed(Dimension)}
 _SIGNS = {
     ast.Add: "+",
     ast.Sub: "-",
@@ -181,14 +181,14 @@ class _Piece(NamedTuple):
     powers: Powers | None
 
 
-def parse_expression(text: str, own: str = "") -> Expression:
+def parse_expression(text: str, where: str = "") -> Expression:
     """Read a formula; the word `own` is what has it: the length of a spring, or its angle.
 
     Raises:
         ExpressionError: it is none, or has more than a formula may have.
 
     """
-    return _Reader(text, own).expression()
+    return _Reader(text, where).expression()
 
 
 def looks_like_expression(text: str) -> bool:
@@ -231,10 +231,10 @@ def _require_order(tokens: Sequence[Token], known: list[str]) -> None:
 class _Reader:
     """Takes Python's tree of a formula apart, inner nodes first: no formula is too deep for it."""
 
-    def __init__(self, text: str, own: str = "") -> None:
+    def __init__(self, text: str, where: str = "") -> None:
         self.text = text
-        self.tokens = list(tokens_of(text, own))
-        _require_order(self.tokens, [own, "pi", *_ARGUMENTS] if own else NAMES)
+        self.tokens = list(tokens_of(text, where))
+        _require_order(self.tokens, [where, "pi", *_ARGUMENTS] if where else NAMES)
         # Numbers in place of words: none of Python's own is among them.
         words = (
             token.text if token.kind == "operator" else f"_{i}"
@@ -242,15 +242,15 @@ class _Reader:
         )
         self.nodes = list(ast.walk(ast.parse(" ".join(words), mode="eval").body))
         self._found: dict[ast.AST, _Piece] = {}
-        self._sensed = list(dict.fromkeys(one.sensed for one in self.tokens if one.sensed))
+        self._sensed = list(dict.fromkeys(token.sensed for token in self.tokens if token.sensed))
         self._tape = Tape()
         self._switches: list[int] = []
 
     def expression(self) -> Expression:
         for node in reversed(self.nodes):
-            found = self._read(node)
-            if found is not None:
-                self._found[node] = found
+            formula = self._read(node)
+            if formula is not None:
+                self._found[node] = formula
         result, powers = self._of(self.nodes[0])
         plan = Plan(self._tape, result, self._switches)
         return Expression(self.text, plan, self._sensed, None if powers == _PURE else powers)
@@ -283,7 +283,7 @@ class _Reader:
         return self.tokens[int(node.id[1:])]
 
     def _piece(self, name: str, powers: Powers | None, *taken: _Piece) -> _Piece:
-        return _Piece(self._tape.add(name, *(one.result for one in taken)), powers)
+        return _Piece(self._tape.add(name, *(piece.result for piece in taken)), powers)
 
     def _atom(self, token: Token) -> _Piece | None:
         if token.kind == "number":
@@ -328,28 +328,30 @@ class _Reader:
             raise ExpressionError(f"{name} takes {count} argument{'s' if count > 1 else ''}")
         if name == "where":
             return self._where(*node.args)
-        one, *others = map(self._of, node.args)
+        first, *others = map(self._of, node.args)
         if name == "atan2":
-            _alike(name, one, *others)
-            return self._piece(name, _PURE, one, *others)
+            _alike(name, first, *others)
+            return self._piece(name, _PURE, first, *others)
         if name in ("min", "max"):
-            difference = self._piece("sub", _alike(name, one, *others), *others, one)
-            return self._by_sign(difference, *((*others, one) if name == "min" else (one, *others)))
-        return self._of_one(name, one)
+            difference = self._piece("sub", _alike(name, first, *others), *others, first)
+            return self._by_sign(
+                difference, *((*others, first) if name == "min" else (first, *others))
+            )
+        return self._of_one(name, first)
 
-    def _of_one(self, name: str, one: _Piece) -> _Piece:
-        if name == "abs" and self._tape.variables(one.result) - {TIME}:
-            return self._by_sign(one, self._piece("neg", one.powers, one), one)
+    def _of_one(self, name: str, piece: _Piece) -> _Piece:
+        if name == "abs" and self._tape.variables(piece.result) - {TIME}:
+            return self._by_sign(piece, self._piece("neg", piece.powers, piece), piece)
         if name in ("abs", "sign"):
-            self._switches.append(one.result)
+            self._switches.append(piece.result)
             if name == "sign":
-                self._on_time(one.result, "sign")
-            return self._piece(name, one.powers if name == "abs" else _PURE, one)
+                self._on_time(piece.result, "sign")
+            return self._piece(name, piece.powers if name == "abs" else _PURE, piece)
         if name == "sqrt":
-            even = one.powers is not None and all(power % 2 == 0 for power in one.powers)
-            halves = Powers(*(power // 2 for power in one.powers or ())) if even else None
-            return self._piece(name, halves, one)
-        return self._piece(name, _PURE, _pure(one, name))
+            even = piece.powers is not None and all(power % 2 == 0 for power in piece.powers)
+            halves = Powers(*(power // 2 for power in piece.powers or ())) if even else None
+            return self._piece(name, halves, piece)
+        return self._piece(name, _PURE, _pure(piece, name))
 
     def _by_sign(self, switch: _Piece, negative: _Piece, positive: _Piece) -> _Piece:
         """Choose by the sign of what is zero where both are alike."""
@@ -398,11 +400,13 @@ def _pure(piece: _Piece, what: str) -> _Piece:
 
 def _alike(what: str, *pieces: _Piece) -> Powers | None:
     """Return the dimension of pieces; refuse those of two."""
-    known = list(dict.fromkeys(one.powers for one in pieces if one.powers not in (None, _PURE)))
+    known = list(
+        dict.fromkeys(piece.powers for piece in pieces if piece.powers not in (None, _PURE))
+    )
     if len(known) > 1:
         first, second = (in_words(powers or _PURE) for powers in known)
         raise ExpressionError(f"{first} and {second} can't go together in '{what}'")
-    return known[0] if known else _PURE if all(one.powers for one in pieces) else None
+    return known[0] if known else _PURE if all(piece.powers for piece in pieces) else None
 
 
 ORDERS = "value", "derivative", "second derivative"
@@ -486,7 +490,7 @@ class Expression:
             NoValueError: there is none.
 
         """
-        return float(self.values(np.array([time]), [np.array([one]) for one in state])[0])
+        return float(self.values(np.array([time]), [np.array([number]) for number in state])[0])
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (n,) at instants (n,) s and values (n,) of each of what is sensed.
@@ -513,20 +517,20 @@ class Expression:
         state: Sequence[FloatArray] = (),
         what: str = "value",
     ) -> FloatArray:
-        (found,) = self._found(program, time, state)
-        whole = np.broadcast_to(np.asarray(found, dtype=float), np.shape(time))
+        (values,) = self._found(program, time, state)
+        whole = np.broadcast_to(np.asarray(values, dtype=float), np.shape(time))
         missing = np.flatnonzero(~np.isfinite(whole))
         if len(missing):
             raise NoValueError(self.text, float(np.ravel(time)[missing[0]]), what)
         return whole
 
     def _found(self, program: Program, time: Values, state: Sequence[Values]) -> list[Values]:
-        found = program.run(time, state)
-        if len(state) > len(self.sensed) and not np.isfinite(sum(found)).all():
+        values = program.run(time, state)
+        if len(state) > len(self.sensed) and not np.isfinite(sum(values)).all():
             # Beyond its kink a formula that is held may have no value: a root has none.
-            own = program.run(time, state[: len(self.sensed)])
-            found = [np.where(np.isfinite(x), x, y) for x, y in zip(found, own, strict=True)]
-        return found
+            unheld = program.run(time, state[: len(self.sensed)])
+            values = [np.where(np.isfinite(x), x, y) for x, y in zip(values, unheld, strict=True)]
+        return values
 
     @cached_property
     def _value(self) -> Program:
@@ -536,7 +540,7 @@ class Expression:
     def _by_time(self) -> list[Program]:
         first = self._tape.slope(self._result)
         second = self._tape.slope(first)
-        return [self._value, *(Program(self._tape, [one]) for one in (first, second))]
+        return [self._value, *(Program(self._tape, [formula]) for formula in (first, second))]
 
     @cached_property
     def addends(self) -> list[Addend]:
@@ -549,15 +553,15 @@ class Expression:
         return self._addends_of(self._tape.slope(self._result))
 
     def _addends_of(self, result: int) -> list[Addend]:
-        found, left = [], [result]
+        addends, left = [], [result]
         while left:
-            one = left.pop()
-            name, takes, _ = self._tape.operations[one]
+            term = left.pop()
+            name, takes, _ = self._tape.operations[term]
             if name in ("add", "sub", "neg"):
                 left += takes
-            elif self._tape.variables(one):
-                found.append(Addend(self._tape, one, self._held))
-        return found
+            elif self._tape.variables(term):
+                addends.append(Addend(self._tape, term, self._held))
+        return addends
 
     def along(self, start: float, way: float) -> Expression:
         """Return a formula of a place with ``start + way t`` for the place."""
@@ -577,27 +581,27 @@ class Expression:
 
     def switches(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (kinks, n) that are zero at the kinks, by time and state as `values`."""
-        found = self._found(self._at_kinks, time, state)
-        return np.array([np.broadcast_to(one, np.shape(time)) for one in found])
+        values = self._found(self._at_kinks, time, state)
+        return np.array([np.broadcast_to(value, np.shape(time)) for value in values])
 
     @cached_property
     def linear_bends(self) -> list[float]:
         """Instants (s) at which a condition that is linear in t changes, in order."""
-        found = []
+        instants = []
         for switch in self._of_time:
             rate = self._tape.number_of(self._tape.slope(switch))
             if rate:
-                found.append(-float(Program(self._tape, [switch]).run(0.0)[0]) / rate)
-        return sorted(found)
+                instants.append(-float(Program(self._tape, [switch]).run(0.0)[0]) / rate)
+        return sorted(instants)
 
     def bends(self, begin: float, end: float) -> list[float]:
         """Instants (s) between two at which a condition of time alone changes, in order."""
-        found = set(self.linear_bends)
+        instants = set(self.linear_bends)
         for switch in self._of_time:
             if self._tape.number_of(self._tape.slope(switch)) is None:
-                found.update(zeros(Addend(self._tape, switch), begin, end).tolist())
-        return sorted(time for time in found if begin < time < end)
+                instants.update(zeros(Addend(self._tape, switch), begin, end).tolist())
+        return sorted(time for time in instants if begin < time < end)
 
     @property
     def _of_time(self) -> list[int]:
-        return [one for one in self._switches if self._tape.variables(one) == {TIME}]
+        return [switch for switch in self._switches if self._tape.variables(switch) == {TIME}]

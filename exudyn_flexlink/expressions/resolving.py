@@ -98,7 +98,7 @@ class Program:
     ) -> None:
         held, needed = held or {}, tape.needed(results)
         self.plan = [(i, held.get(i, tape.operations[i])) for i in needed]
-        self._held = [(i, int(one.value)) for i, one in held.items()]
+        self._held = [(i, int(operation.value)) for i, operation in held.items()]
         self._results = tuple(results)
         self._numbers: dict[int, Values] = {}
         self._variables: list[tuple[int, int]] = []
@@ -164,16 +164,16 @@ class Tape:
 
     def needed(self, results: Sequence[int]) -> list[int]:
         """Return the operations behind some results, in order."""
-        found = set(results)
+        reached = set(results)
         for i in range(max(results, default=-1), -1, -1):
-            if i in found:
-                found.update(self.operations[i].takes)
-        return sorted(found)
+            if i in reached:
+                reached.update(self.operations[i].takes)
+        return sorted(reached)
 
     def variables(self, result: int) -> set[int]:
         """Return the variables that a result depends on."""
         behind = (self.operations[i] for i in self.needed([result]))
-        return {int(one.value) for one in behind if one.name == "variable"}
+        return {int(operation.value) for operation in behind if operation.name == "variable"}
 
     def slope(self, result: int) -> int:
         """Add the derivative of a result by time."""
@@ -196,22 +196,22 @@ class Tape:
         """Return what comes to the same with less work; None if nothing does."""
         first, last = numbers[0], numbers[-1]
         left, right = takes[0], takes[-1]
-        found: int | None = None
+        simpler: int | None = None
         if (name, last) in _KEEP_FIRST or (name == "where" and takes[1] == takes[2]):
-            found = left if name != "where" else right
+            simpler = left if name != "where" else right
         elif (name, first) in _KEEP_LAST:
-            found = right
+            simpler = right
         elif name == "mul" and 0 in (first, last):
             other = right if first == 0 else left
             known = self.number_of(other) is not None or self.variables(other)
-            found = self.number(0.0) if known else None
+            simpler = self.number(0.0) if known else None
         elif (name, first) == ("sub", 0):
-            found = self.add("neg", right)
+            simpler = self.add("neg", right)
         elif (name, last) == ("pow", 0):
-            found = self.number(1.0)
+            simpler = self.number(1.0)
         elif name == "neg" and self.operations[left].name == "neg":
-            found = self.operations[left].takes[0]
-        return found
+            simpler = self.operations[left].takes[0]
+        return simpler
 
     def _slope_of(self, i: int) -> int:
         name, takes, value = self.operations[i]
@@ -287,10 +287,10 @@ def ranges(
     infinite ones. So the last one tells whether any was, which is seldom: only then each is asked.
     """
     with np.errstate(all="ignore"):
-        found = _ranges(plan, time, state, lambda bounds: bounds)
+        bounds_found = _ranges(plan, time, state, lambda bounds: bounds)
         return (
-            found
-            if not np.isnan(found.low + found.high).any()
+            bounds_found
+            if not np.isnan(bounds_found.low + bounds_found.high).any()
             else _ranges(plan, time, state, _known)
         )
 
@@ -302,7 +302,7 @@ def _ranges(
     known: Callable[[Bounds], Bounds],
 ) -> Bounds:
     """As `ranges`; `known` makes bounds of those of each operation."""
-    found: dict[int, Bounds] = {}
+    results: dict[int, Bounds] = {}
     last = time
     for i, (name, takes, value) in plan:
         if name == "number":
@@ -311,10 +311,10 @@ def _ranges(
         elif name == "variable":
             last = time if value == TIME else state[int(value)]
         elif name == "mul" and takes[0] == takes[1]:
-            last = _even(found[takes[0]], 2.0)
+            last = _even(results[takes[0]], 2.0)
         else:
-            last = known(_BY_NAME[name](*(found[k] for k in takes)))
-        found[i] = last
+            last = known(_BY_NAME[name](*(results[k] for k in takes)))
+        results[i] = last
     return last
 
 
@@ -323,11 +323,11 @@ def _ranges(
 _WHOLE = Bounds(np.array(-np.inf), np.array(np.inf))
 
 
-def _known(found: Bounds) -> Bounds:
+def _known(bounds: Bounds) -> Bounds:
     """Infinite bounds where there are none."""
-    low, high = found
+    low, high = bounds
     if not np.isnan(low + high).any():
-        return found
+        return bounds
     return Bounds(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
 
 
@@ -378,10 +378,10 @@ def _pow(a: Bounds, b: Bounds) -> Bounds:
     through = (a.low <= 0) & (a.high >= 0)
     corners = _of_corners(np.power, a, b)
     positive = (a.low > 0) | ((a.low == 0) & (b.low > 0))
-    found = _bounds_where(positive | (whole & ~even & (b.low > 0)), corners, _WHOLE)
+    bounds = _bounds_where(positive | (whole & ~even & (b.low > 0)), corners, _WHOLE)
     of_even = _bounds_where(b.low > 0, _even(a, np.abs(b.low)), corners)
-    found = _bounds_where(even & ~(through & (b.low < 0)), of_even, found)
-    return _bounds_where(whole & (b.low < 0) & ~through, corners, found)
+    bounds = _bounds_where(even & ~(through & (b.low < 0)), of_even, bounds)
+    return _bounds_where(whole & (b.low < 0) & ~through, corners, bounds)
 
 
 def _wave(a: Bounds, top: float, name: str) -> Bounds:
@@ -413,8 +413,8 @@ def _bounds_less(a: Bounds, b: Bounds) -> Bounds:
 
 def _choice(condition: Bounds, one: Bounds, other: Bounds) -> Bounds:
     either = Bounds(np.minimum(one.low, other.low), np.maximum(one.high, other.high))
-    found = _bounds_where(condition.low > 0, one, either)
-    return _bounds_where(condition.high == 0, other, found)
+    bounds = _bounds_where(condition.low > 0, one, either)
+    return _bounds_where(condition.high == 0, other, bounds)
 
 
 _BY_NAME: dict[str, Callable[..., Bounds]] = {
@@ -470,11 +470,13 @@ class Addend:
 
         A derivative takes derivatives of what is sensed, too: see `tape.RATES`.
         """
-        found = ranges(self._value.plan, time, state)
-        if (np.isfinite(found.low) & np.isfinite(found.high)).all():
-            return found
-        own = ranges(self._own.plan, time, state)  # see `Expression._found`
-        return Bounds(*(np.where(np.isfinite(x), x, y) for x, y in zip(found, own, strict=True)))
+        bounds = ranges(self._value.plan, time, state)
+        if (np.isfinite(bounds.low) & np.isfinite(bounds.high)).all():
+            return bounds
+        unheld = ranges(self._own.plan, time, state)  # see `Expression._found`
+        return Bounds(
+            *(np.where(np.isfinite(x), x, y) for x, y in zip(bounds, unheld, strict=True))
+        )
 
 
 ORDERS = 0, 2, 4, 8  # n above: higher ones cost more, the last is what steps integrate exactly
@@ -495,29 +497,31 @@ def zeros(term: Addend, begin: float, end: float) -> FloatArray:
     """Instants (n,) s after `begin`, in order, at which a term of time is zero."""
     edges = np.linspace(begin, end, PARTS + 1)
     low, high = edges[:-1], edges[1:]
-    rate, found = term.derivative(1), []
+    rate, instants = term.derivative(1), []
     for _ in range(HALVINGS):
         within = Bounds(low, high)
-        value, slope = (np.broadcast_arrays(*one.ranges(within), low) for one in (term, rate))
+        value, slope = (
+            np.broadcast_arrays(*term_or_rate.ranges(within), low) for term_or_rate in (term, rate)
+        )
         through = (value[0] <= 0) & (value[1] >= 0)
         monotone = (slope[0] > 0) | (slope[1] < 0)
         crossed = through & monotone
-        found.append(_crossed(term, low[crossed], high[crossed]))
+        instants.append(_crossed(term, low[crossed], high[crossed]))
         left = through & ~monotone & ((slope[0] != 0) | (slope[1] != 0))
         low, high = low[left], high[left]
         if not len(low) or 2 * len(low) > MOST_PARTS:
             break
         low, high = _halved(low, high)
     starts = np.flatnonzero(np.diff(low, prepend=-np.inf) > 2 * (high - low))
-    found.append((low[starts] + high[np.append(starts[1:], len(low))[: len(starts)] - 1]) / 2)
-    every = np.sort(np.concatenate(found))
+    instants.append((low[starts] + high[np.append(starts[1:], len(low))[: len(starts)] - 1]) / 2)
+    every = np.sort(np.concatenate(instants))
     return every[np.diff(every, prepend=begin) > SAME * (end - begin)]
 
 
 def _crossed(term: Addend, low: FloatArray, high: FloatArray) -> FloatArray:
     """Zeros of a term that rises or falls in each of these parts, if it has one there."""
-    before, after = (np.sign(term.values(one, [])) for one in (low, high))
-    low, high, before = (one[before * after <= 0] for one in (low, high, before))
+    before, after = (np.sign(term.values(side, [])) for side in (low, high))
+    low, high, before = (column[before * after <= 0] for column in (low, high, before))
     while len(low) and (high - low > CLOCK * np.spacing(np.abs(high)) / 2).any():
         middle = (low + high) / 2
         same = np.sign(term.values(middle, [])) == before
@@ -545,7 +549,7 @@ def resolved(
     (parts, 2) of the parts that would be too many.
     """
     low, high = edges[:-1], edges[1:]
-    found = [edges]
+    all_edges = [edges]
     for _ in range(HALVINGS):
         near = CLOCK * np.spacing(np.abs(high))
         low, high = low[wide := high - low > 4 * near], high[wide]
@@ -563,11 +567,11 @@ def resolved(
         low, high = low[left], high[left]
         if not len(low) or 2 * len(low) > MOST_PARTS:
             break
-        found.append((low + high) / 2)
+        all_edges.append((low + high) / 2)
         low, high = _halved(low, high)
     else:
         low, high = low[:0], high[:0]
-    return np.unique(np.concatenate(found)), np.stack([low, high], -1)
+    return np.unique(np.concatenate(all_edges)), np.stack([low, high], -1)
 
 
 def remainders(

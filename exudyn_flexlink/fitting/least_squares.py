@@ -61,18 +61,20 @@ def parameters_of(scene: Scene, vary: Vary) -> list[Parameter]:
     """
     paths = [vary] if isinstance(vary, str) else vary
     given = paths if isinstance(paths, Mapping) else dict.fromkeys(paths)
-    mistakes, found = list[Mistake](), list[Parameter]()
+    mistakes, parameters = list[Mistake](), list[Parameter]()
     if not given:
         mistakes.append(Mistake((), "nothing is varied", "for example springs.s.stiffness"))
     for path, bounds in given.items():
         try:
-            found.append(_parameter(scene, path, bounds))
+            parameters.append(_parameter(scene, path, bounds))
         except (SceneError, ValuesError) as error:
             each = error.mistakes if isinstance(error, SceneError) else [error]
-            mistakes += [Mistake(tuple(path.split(".")), one.message, one.hint) for one in each]
+            mistakes += [
+                Mistake(tuple(path.split(".")), mistake.message, mistake.hint) for mistake in each
+            ]
     if mistakes:
         raise SceneError(Document("vary"), mistakes)
-    return found
+    return parameters
 
 
 def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
@@ -174,45 +176,45 @@ def fit(
         raise NoFitError(f"{count} measured values can't tell {len(parameters)} numbers")
     if time[0] < 0 or time[-1] == 0:
         raise NoFitError(f"{series.source} goes from {time[0]:g} to {time[-1]:g} s, a run from 0 s")
-    told = progress or (lambda _: None)
-    search, value = _Search(scene, series, parameters, simulate, told), _of(parameters, "start")
+    report = progress or (lambda _: None)
+    search, value = _Search(scene, series, parameters, simulate, report), _of(parameters, "start")
     for _ in range(MOST_ROUNDS):
-        found, active = search.searched(value)
-        value, error = found.value, found.standard_error
-        moved = np.abs(found.moved_by(search.finer(value)))
+        estimate, active = search.searched(value)
+        value, error = estimate.value, estimate.standard_error
+        moved = np.abs(estimate.moved_by(search.finer(value)))
         if (moved <= PART * error).all() or not search.tighten():
             break
     last = against(search.run(value), series)
-    told(1.0)
+    report(1.0)
     values, errors, by_integrator = (
-        {p.path: x for p, x in zip(parameters, own.tolist(), strict=True)}
-        for own in (value, error, moved)
+        {p.path: x for p, x in zip(parameters, values.tolist(), strict=True)}
+        for values in (value, error, moved)
     )
     return Fit(
         scene_of(document_of(scene), list(values.items()), True),
-        tuple(parameters), values, errors, found.correlations, by_integrator, last, search.runs,
-        (*_warnings(parameters, found, moved, active), *_resting_elsewhere(scene, parameters)),
+        tuple(parameters), values, errors, estimate.correlations, by_integrator, last, search.runs,
+        (*_warnings(parameters, estimate, moved, active), *_resting_elsewhere(scene, parameters)),
     )  # fmt: skip
 
 
 def _warnings(
-    parameters: list[Parameter], found: Estimate, moved: FloatArray, active: FloatArray
+    parameters: list[Parameter], estimate: Estimate, moved: FloatArray, active: FloatArray
 ) -> Iterator[str]:
     """What keeps numbers from being trusted."""
-    for paths in found.unknown:
-        one = f"the data do not depend on {paths[0]}: it is where it began"
-        yield one if len(paths) == 1 else f"the data can't tell {' and '.join(paths)} apart"
-    for (i, j), value in np.ndenumerate(found.correlations):
+    for paths in estimate.unknown:
+        reason = f"the data do not depend on {paths[0]}: it is where it began"
+        yield reason if len(paths) == 1 else f"the data can't tell {' and '.join(paths)} apart"
+    for (i, j), value in np.ndenumerate(estimate.correlations):
         if i < j and abs(value) > ALIKE:
-            names = f"{found.names[i]} and {found.names[j]}"
+            names = f"{estimate.names[i]} and {estimate.names[j]}"
             yield f"the data hardly tell {names} apart: their correlation is {value:.5f}"
-    rows = zip(parameters, moved.tolist(), found.standard_error.tolist(), active, strict=True)
-    for p, own, error, bound in rows:
+    rows = zip(parameters, moved.tolist(), estimate.standard_error.tolist(), active, strict=True)
+    for p, moves, error, bound in rows:
         if bound:
             yield f"{p.path} ends at its bound, {p.low if bound < 0 else p.high:g}"
-        if own > PART * error:
+        if moves > PART * error:
             yield (
-                f"the integrator's error moves {p.path} by {own:.2g}, more than a tenth of its "
+                f"the integrator's error moves {p.path} by {moves:.2g}, more than a tenth of its "
                 f"standard error, {error:.2g}: no smaller tolerance helped"
             )
 
@@ -258,7 +260,7 @@ class Estimate:
         unit = self.slopes / self._size
         values, columns = np.linalg.eigh(unit.T @ unit)
         lost = np.abs(columns.T[values < SINGULAR**2]) > TAKES_PART
-        return [[own for own, gone in zip(self.names, row, strict=True) if gone] for row in lost]
+        return [[name for name, gone in zip(self.names, row, strict=True) if gone] for row in lost]
 
     @cached_property
     def _size(self) -> FloatArray:
@@ -299,7 +301,7 @@ class _Search:
         self._series, self._parameters, self._simulate = series, parameters, simulate
         self._progress, self.runs, self._failed = progress, 0, ""
         self._scale = np.array([abs(p.start) or 1.0 for p in parameters])
-        self._scatter = {n: float(np.std(own)) or 1.0 for n, own in series.values.items()}
+        self._scatter = {n: float(np.std(values)) or 1.0 for n, values in series.values.items()}
         accuracy, reach = scene.accuracy, extent(assemble_scene(scene))
         if accuracy.tolerance is not None:
             accuracy = Accuracy(tolerance=min(accuracy.tolerance, SMOOTH * reach))
@@ -342,11 +344,11 @@ class _Search:
 
     def _finer(self) -> Scene:
         """The scene with a smaller error, if there is any."""
-        own = self._base.accuracy
-        if own.tolerance is None:
-            return self._base.changed(accuracy=Accuracy(step=(own.step or inf) * FINER))
+        accuracy = self._base.accuracy
+        if accuracy.tolerance is None:
+            return self._base.changed(accuracy=Accuracy(step=(accuracy.step or inf) * FINER))
         least = least_tolerance(assemble_scene(self._base))
-        finer = Accuracy(tolerance=max(own.tolerance * FINER, least))
+        finer = Accuracy(tolerance=max(accuracy.tolerance * FINER, least))
         return self._base.changed(accuracy=finer)
 
     def tighten(self) -> bool:
@@ -356,8 +358,8 @@ class _Search:
 
     def _residuals(self, result: Result) -> FloatArray:
         """Weighted residuals (N,) of a run."""
-        found = against(result, self._series).differences
-        return np.concatenate([own / self._scatter[name] for name, own in found.items()])
+        apart = against(result, self._series).differences
+        return np.concatenate([residual / self._scatter[name] for name, residual in apart.items()])
 
     def _tried(self, scaled: FloatArray) -> FloatArray:
         """Residuals where the search looks; no numbers where there is no run: it goes less far."""
@@ -376,27 +378,27 @@ class _Search:
             NoFitError: there is no run, or no end of the search.
 
         """
-        found, active = self._searched(value)
+        estimate, active = self._searched(value)
         if len(self._scatter) > 1:
-            each = np.split(found.residuals, len(self._scatter))
-            for name, own in zip(self._scatter, each, strict=True):
-                self._scatter[name] *= float(np.sqrt(np.mean(own**2))) or 1.0
-            found, active = self._searched(found.value)
-        return found, active
+            each = np.split(estimate.residuals, len(self._scatter))
+            for name, residual in zip(self._scatter, each, strict=True):
+                self._scatter[name] *= float(np.sqrt(np.mean(residual**2))) or 1.0
+            estimate, active = self._searched(estimate.value)
+        return estimate, active
 
     def _searched(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
         from scipy.optimize import least_squares  # noqa: PLC0415 - see `against`
 
         bounds = [_of(self._parameters, end) / self._scale for end in ("low", "high")]
         try:
-            found = least_squares(
+            solved = least_squares(
                 self._tried, value / self._scale, "3-point", bounds, ftol=CONVERGED,
                 xtol=CONVERGED, gtol=FLAT, x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
             )  # fmt: skip
         except ValueError as error:
             raise NoFitError(self._failed or str(error)) from None
-        if found.status == 0:
+        if solved.status == 0:
             raise NoFitError(f"no end was found in {MOST_STEPS} steps: start nearer, or vary less")
         names = [p.path for p in self._parameters]
-        estimate = Estimate(names, found.x * self._scale, found.fun, found.jac / self._scale)
-        return estimate, found.active_mask
+        estimate = Estimate(names, solved.x * self._scale, solved.fun, solved.jac / self._scale)
+        return estimate, solved.active_mask

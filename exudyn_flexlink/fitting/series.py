@@ -64,8 +64,11 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
 
     """
     if hasattr(given, "items"):
-        document, table = Document("the table"), {str(name): own for name, own in given.items()}
-        lengths = {len(own) for own in table.values()}
+        document, table = (
+            Document("the table"),
+            {str(name): column for name, column in given.items()},
+        )
+        lengths = {len(column) for column in table.values()}
         if len(lengths) != 1 or 0 in lengths:
             raise SceneError(document, [Mistake((), "columns need one length, and a row or more")])
         rows = [[str(cell) for cell in row] for row in zip(*table.values(), strict=True)]
@@ -78,10 +81,10 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
             raise SceneError(document, [Mistake((), str(error))]) from None
         document = replace(document, text=cells.text)
     mistakes = list[Mistake]()
-    found = _series(scene, Path(document.name).name, cells, columns or {}, mistakes)
+    series = _series(scene, Path(document.name).name, cells, columns or {}, mistakes)
     if mistakes:
         raise SceneError(document, mistakes)
-    return found
+    return series
 
 
 def _series(
@@ -92,9 +95,9 @@ def _series(
     chosen = _given(scene, cells, columns, mistakes) if columns else _own(scene, cells)
     if not chosen and not mistakes:
         listed = ", ".join(f"'{name}'" for name in bare)
-        told = f"no column is named as a quantity of the scene; there are: {listed}"
+        where_known = f"no column is named as a quantity of the scene; there are: {listed}"
         hint = "say which quantity a column is, such as NAME=lever.angle"
-        mistakes.append(Mistake((), told, hint))
+        mistakes.append(Mistake((), where_known, hint))
     rest = [k for k in range(len(bare)) if k not in chosen.values()]
     headless = bare[0] == "1"
     instants = next((k for k in rest if headless or names_time(cells.names[k])), None)
@@ -116,33 +119,33 @@ def _given(
     scene: Scene, cells: Cells, columns: Mapping[str, str], mistakes: list[Mistake]
 ) -> dict[str, int]:
     """Columns by the quantities that the user says they are."""
-    known, bare, found = signals(scene), list(map(bare_name, cells.names)), dict[str, int]()
+    known, bare, signals_given = signals(scene), list(map(bare_name, cells.names)), dict[str, int]()
     for column, signal in columns.items():
         where = cells.names if column in cells.names else bare
         if where.count(column) != 1:
             near = did_you_mean(column, where) or f"; there are: {', '.join(bare)}"
             several = f"two columns are named '{column}'"
-            told = several if column in where else f"no column '{column}'{near}"
-            mistakes.append(Mistake((), told))
+            about = several if column in where else f"no column '{column}'{near}"
+            mistakes.append(Mistake((), about))
         if signal not in known:
             mistakes.append(Mistake((column,), unknown_signal(signal, known)))
-        elif signal in found:
+        elif signal in signals_given:
             mistakes.append(Mistake((column,), f"'{signal}' is another column already"))
         elif column in where:
-            found[signal] = where.index(column)
-    return found
+            signals_given[signal] = where.index(column)
+    return signals_given
 
 
 def _own(scene: Scene, cells: Cells) -> dict[str, int]:
     """Columns by the quantities that their names say they are, with a unit or without."""
-    known, found = signals(scene), dict[str, int]()
+    known, columns = signals(scene), dict[str, int]()
     names = {name: name for name in known} | own_columns(scene)
     for k, cell in enumerate(cells.names):
         bare = bare_name(cell)
-        for name, own in names.items():
-            if bare in (name, column_of(name, known[own].unit)):
-                found.setdefault(own, k)
-    return found
+        for name, number in names.items():
+            if bare in (name, column_of(name, known[number].unit)):
+                columns.setdefault(number, k)
+    return columns
 
 
 def _numbers(
@@ -150,7 +153,7 @@ def _numbers(
 ) -> FloatArray:
     """Numbers (M,) of a column, in SI; those of the time must not fall."""
     name, last, factor = cells.names[column], -np.inf, 1.0
-    found = np.full(len(cells.rows), np.nan)
+    numbers = np.full(len(cells.rows), np.nan)
     try:
         factor = unit_of(name.replace("_per_", "/"), (dimension,)) or 1.0
     except BadFileError as error:
@@ -159,21 +162,21 @@ def _numbers(
     if dimension is Dimension.TIME and _STAMP.match(first):
         stamp = f"'{name}': '{first[:40]}' is a date or a time of day, expected seconds"
         mistakes.append(_at(cells, 0, column, stamp, _SECONDS))
-        return found
+        return numbers
     for i, row in enumerate(cells.rows):
         cell = row[column].replace(",", ".") if cells.comma else row[column]
         with suppress(ValueError):
-            found[i] = np.nan if "_" in cell else factor * float(cell)  # '1_0' is Python's ten
-        told = hint = ""
-        if not isfinite(found[i]):
-            told = f"expected a finite number, got '{row[column][:40]}'"
+            numbers[i] = np.nan if "_" in cell else factor * float(cell)  # '1_0' is Python's ten
+        about = hint = ""
+        if not isfinite(numbers[i]):
+            about = f"expected a finite number, got '{row[column][:40]}'"
             hint = "leave out rows that lack a number"
-        elif dimension is Dimension.TIME and found[i] < last:
-            told = "times must not fall"
-        if told:
-            mistakes.append(_at(cells, i, column, f"'{name}': {told}", hint))
-        last = found[i]
-    return found
+        elif dimension is Dimension.TIME and numbers[i] < last:
+            about = "times must not fall"
+        if about:
+            mistakes.append(_at(cells, i, column, f"'{name}': {about}", hint))
+        last = numbers[i]
+    return numbers
 
 
 def _at(cells: Cells, row: int, column: int, message: str, hint: str = "") -> Mistake:
@@ -184,8 +187,8 @@ def _at(cells: Cells, row: int, column: int, message: str, hint: str = "") -> Mi
     text = cells.text.split("\n")[line - 1]
     for cell in cells.rows[row][: column + 1]:
         begin = text.index(cell, begin) + len(cell)
-    own = len(cells.rows[row][column])
-    return Mistake((), message, hint, place=Place(line, begin - own + 1, begin + 1))
+    width = len(cells.rows[row][column])
+    return Mistake((), message, hint, place=Place(line, begin - width + 1, begin + 1))
 
 
 MOST_SHIFTS = 4000  # that are tried before the best one is refined
@@ -235,7 +238,7 @@ class Against:
     @property
     def differences(self) -> dict[str, FloatArray]:
         """Computed less measured values (N,) by quantity."""
-        return {name: self.computed[name] - own for name, own in self.measured.items()}
+        return {name: self.computed[name] - values for name, values in self.measured.items()}
 
     @property
     def distances(self) -> list[Distance]:
@@ -244,13 +247,13 @@ class Against:
         Up to the run's horizon, beyond which it is not known instant by instant; none before it.
         """
         judged = self.time < self.result.error.known_until
-        found = []
+        by_signal = []
         for name, apart in self.differences.items() if judged.any() else ():
             size, unit = np.abs(apart[judged]), self.series.signals[name].unit
             worst, rms = int(size.argmax()), float(np.sqrt(np.mean(size**2)))
             at, span = float(self.time[judged][worst]), float(np.ptp(self.measured[name]))
-            found.append(Distance(name, unit, float(size[worst]), at, rms, span))
-        return found
+            by_signal.append(Distance(name, unit, float(size[worst]), at, rms, span))
+        return by_signal
 
 
 def against(result: Result, series: Series, shift: float | str = 0.0) -> Against:
@@ -276,7 +279,7 @@ def against(result: Result, series: Series, shift: float | str = 0.0) -> Against
         )
     time = series.time[rows] + shift
     computed = {name: signal.at(result, time) for name, signal in series.signals.items()}
-    measured = {name: own[rows] for name, own in series.values.items()}
+    measured = {name: values[rows] for name, values in series.values.items()}
     return Against(result, series, shift, time, computed, measured, len(rows) - count)
 
 
@@ -301,9 +304,11 @@ def _best_shift(result: Result, series: Series) -> float:
         if rows.sum() < needed:
             return np.inf
         return sum(
-            float(np.mean((series.signals[name].at(result, time[rows] + shift) - own[rows]) ** 2))
-            / (np.var(own) or 1.0)
-            for name, own in series.values.items()
+            float(
+                np.mean((series.signals[name].at(result, time[rows] + shift) - values[rows]) ** 2)
+            )
+            / (np.var(values) or 1.0)
+            for name, values in series.values.items()
         )
 
     # Between these ends so many rows can be in the run: the last ones, or the first.
@@ -314,7 +319,7 @@ def _best_shift(result: Result, series: Series) -> float:
     if not np.isfinite(mean_square(best)):
         raise NoOverlapError(f"no shift leaves half the rows within the run\n{_HINT}")
     around = (best - step, best + step)
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         mean_square, bounds=around, method="bounded", options={"xatol": 1e-9 * step}
     )
-    return float(found.x) if found.fun <= mean_square(best) else best
+    return float(minimum.x) if minimum.fun <= mean_square(best) else best

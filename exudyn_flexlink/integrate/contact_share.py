@@ -40,13 +40,13 @@ def complementary(mobility: FloatArray, free: FloatArray) -> FloatArray:
     for acting in range(count, -1, -1):
         for chosen in combinations(range(count), acting):
             push = np.zeros(count)
-            own = list(chosen)
-            if own:
-                push[own] = -least_inverse(mobility[np.ix_(own, own)]) @ free[own]
+            closed = list(chosen)
+            if closed:
+                push[closed] = -least_inverse(mobility[np.ix_(closed, closed)]) @ free[closed]
             left = mobility @ push + free
             if push.min(initial=0.0) < -ROUNDING * float(np.abs(push).max(initial=0.0)):
                 continue
-            if left.min(initial=0.0) >= -enough and np.abs(left[own]).max(initial=0.0) <= enough:
+            if left.min(initial=0.0) >= -enough and np.abs(left[closed]).max(initial=0.0) <= enough:
                 return np.maximum(push, 0.0)
     if count == 1:
         raise ArithmeticError("the contact that closes can't hold what drives it")

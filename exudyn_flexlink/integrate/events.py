@@ -45,11 +45,11 @@ def highest(
     rows = np.arange(len(low))
     for points in looks:
         at = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, points)
-        found = value(at)
-        best = np.argmax(found, axis=1)
+        values = value(at)
+        best = np.argmax(values, axis=1)
         low, high = at[rows, np.maximum(best - 1, 0)], at[rows, np.minimum(best + 1, points - 1)]
     middle = np.clip(best, 1, points - 2)
-    before, top, after = (found[rows, middle + k] for k in (-1, 0, 1))
+    before, top, after = (values[rows, middle + k] for k in (-1, 0, 1))
     bend = before - 2 * top + after
     aside = np.divide(0.5 * (before - after), bend, out=np.zeros_like(bend), where=bend < 0)
     vertex = at[rows, middle] + np.clip(aside, -1, 1) * (at[:, 1] - at[:, 0])
@@ -120,12 +120,16 @@ class StepPolynomial:
         """
         signs = np.sign(slopes)  # products of slopes may overflow
         step, piece, which = np.nonzero(signs[:, :-1] * signs[:, 1:] < 0)
-        own = values[step, :, which], slopes[step, :, which]
-        found = self.coefficients(*own)
+        turning = values[step, :, which], slopes[step, :, which]
+        coefficients = self.coefficients(*turning)
         sign = signs[step, piece, which][:, None]
         ends = self.nodes[piece], self.nodes[piece + 1]
-        part = highest(lambda at: sign * self.value(found, at), *ends)
-        return (which, time[step] + part * length[step], self.value(found, part[:, None])[:, 0])
+        part = highest(lambda at: sign * self.value(coefficients, at), *ends)
+        return (
+            which,
+            time[step] + part * length[step],
+            self.value(coefficients, part[:, None])[:, 0],
+        )
 
 
 class TurnSeeker:
@@ -156,17 +160,17 @@ class TurnSeeker:
         nodes = (time[:, None] + polynomial.nodes * length[:, None]).ravel()
         for k, kept in enumerate(self._kept):
             inside = which == k
-            own = np.stack([np.append(nodes, at[inside]),
+            path = np.stack([np.append(nodes, at[inside]),
                             np.append(values[:, :, k], turned[inside])])  # fmt: skip
-            own = own[:, np.argsort(own[0], kind="stable")]
+            path = path[:, np.argsort(path[0], kind="stable")]
             if kept:
-                own = np.concatenate([kept.pop(), own], axis=1)
+                path = np.concatenate([kept.pop(), path], axis=1)
             else:
-                kept.append(own[:, :1])
-            moved = np.diff(own[1])
+                kept.append(path[:, :1])
+            moved = np.diff(path[1])
             goes = np.flatnonzero(np.abs(moved) > still[k])
             ways = np.append(self._way[k], np.sign(moved[goes]))
-            kept += [own[:, goes[ways[:-1] * ways[1:] < 0]], own[:, -1:]]
+            kept += [path[:, goes[ways[:-1] * ways[1:] < 0]], path[:, -1:]]
             self._way[k] = ways[-1] or self._way[k]
 
     def found(self, which: int) -> tuple[FloatArray, FloatArray]:
@@ -229,10 +233,10 @@ def zero(value: Function, begin: float, end: float) -> float:
     """
 
     def number(t: float) -> float:
-        found = value(t)
-        if isnan(found):
+        at = value(t)
+        if isnan(at):
             raise NoConvergenceError(DIVERGED)
-        return found
+        return at
 
     return float(brentq(number, begin, end, xtol=EVENT_TIME, rtol=1e-15))
 

@@ -155,8 +155,8 @@ class Radau:
         stiffness, damping = self.equations.jacobians(middle)
         systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
-        found = self.equations.contacts_at(start)
-        contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
+        acting = self.equations.contacts_at(start)
+        contacts = None if acting is None else ContactShare.of(*acting, inverses, start.touching)
         return _Matrices(h, inverses, stiffness, contacts)
 
     def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
@@ -205,10 +205,10 @@ class Radau:
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
                 return w
             before = size
-            found = self._residual(times, h, state, w)
-            if found is None:
+            miss = self._residual(times, h, state, w)
+            if miss is None:
                 return None
-            residual = found
+            residual = miss
         return None
 
     def _residual(
@@ -218,11 +218,11 @@ class Radau:
         self.iterations += 1
         speeds, accelerations = state.v + w, (B @ w) / h
         try:
-            found = self.equations.evaluate_stages(times, state.q + h * (A @ speeds), speeds)
+            stages = self.equations.evaluate_stages(times, state.q + h * (A @ speeds), speeds)
         except (ValueError, ArithmeticError):
             return None
-        self._stages = found
-        return np.asarray(found.force - (found.mass @ accelerations[:, :, None])[:, :, 0])
+        self._stages = stages
+        return np.asarray(stages.force - (stages.mass @ accelerations[:, :, None])[:, :, 0])
 
     def _errors(
         self, start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices

@@ -120,11 +120,11 @@ class Solution:
             self._watched = steps, self.time
             made, usual = self.time - since, (steps - before) * self.time / steps
             if made < CREEPING * usual and not self.creeps:
-                told = (
+                about = (
                     f"from t = {since:.4g} s on the run creeps: {steps - before} steps took it on "
                     f"by {made:.2g} s, less than a thousandth of the mean"
                 )
-                parts = filter(None, [told, self.reason()])
+                parts = filter(None, [about, self.reason()])
                 self.creeps = (": ".join(parts),)
                 getLogger(__name__).warning("warning: %s", *self.creeps)
 

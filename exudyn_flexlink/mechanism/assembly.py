@@ -167,7 +167,7 @@ def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
 
 def _concentric(mechanism: Mechanism) -> tuple[Pin, ...]:
     """Joints with clearance as if there were none."""
-    return tuple(Pin(own.name, own.first, own.second) for own in mechanism.bearings)
+    return tuple(Pin(bearing.name, bearing.first, bearing.second) for bearing in mechanism.bearings)
 
 
 def _places(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
@@ -313,21 +313,23 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
     friction by the force in a joint. It steps redundant coordinates, with beams or without.
     """
     rubbing = "friction by the force in a joint is for 'formulation: minimal'; or give a {}"
-    found = [
+    reasons = [
         Mistake(
             ("joints", name, "friction", "coefficient"),
-            rubbing.format("'torque'" if isinstance(own, PinFriction) else "'force'"),
+            rubbing.format("'torque'" if isinstance(friction, PinFriction) else "'force'"),
         )
-        for name, own in rubbing_joints(scene)
-        if own.coefficient > 0
+        for name, friction in rubbing_joints(scene)
+        if friction.coefficient > 0
     ]
     laws = {scene.law_path(name): law for name, law in scene.laws.items()}
-    found += [Mistake(path, NO_JUMPS) for path, law in laws.items() if isinstance(law, ImpulseLaw)]
+    reasons += [
+        Mistake(path, NO_JUMPS) for path, law in laws.items() if isinstance(law, ImpulseLaw)
+    ]
     if scene.initial.at_rest and scene.solver.formulation == "beam":
         message = "a beam bends otherwise than the rods whose rest is known: take 'redundant'"
-        found.append(Mistake(("initial", "at_rest"), message))
+        reasons.append(Mistake(("initial", "at_rest"), message))
     minimal = "Exudyn's own solver has {}: take 'formulation: minimal'"
-    return found + [Mistake(path, minimal.format(what)) for path, what in _for_minimal(scene)]
+    return reasons + [Mistake(path, minimal.format(what)) for path, what in _for_minimal(scene)]
 
 
 def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
@@ -335,7 +337,11 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     for name, law in scene.laws.items():
         if isinstance(law, HertzLaw) and law.length is not None:
             yield (*scene.law_path(name), "formula"), f"no formula '{law.formula}', but 'sphere'"
-    curved = [n for n, own in scene.contacts.items() if isinstance(own, PointOnCurve | LineOnCurve)]
+    curved = [
+        n
+        for n, contact in scene.contacts.items()
+        if isinstance(contact, PointOnCurve | LineOnCurve)
+    ]
     yield from ((("contacts", name), "no contacts on curves") for name in curved)
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"

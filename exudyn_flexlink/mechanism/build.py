@@ -181,7 +181,7 @@ def tooth_pushes(
     Nothing is told of a belt, whose pull on a wheel depends on how tight it is, nor of gears
     without a pitch circle.
     """
-    found = []
+    pushes_of = []
     for gear in gears:
         if not (gear.meshes and gear.in_newtons):
             continue
@@ -193,11 +193,11 @@ def tooth_pushes(
         if first is None:
             first = gear.beyond * force * _across(gear, q) if second is None else -second
         pushes = first, -first if second is None else second
-        found += [
+        pushes_of += [
             ToothPush(push, tie.far.part, tie.hinges)
             for push, tie in zip(pushes, gear.ties, strict=True)
         ]
-    return found
+    return pushes_of
 
 
 def _across(gear: Gear, q: FloatArray) -> FloatArray:
@@ -420,8 +420,8 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         forces=tuple(_force(bodies, n, d) for n, d in _of(drives, specs.ForceDrive).items()),
         contacts=(
             *(_contact(bodies, n, c, curves) for n, c in scene.contacts.items()),
-            *(stop(bodies, n, own) for n, own in scene.stops.items()),
-            *(rope(bodies, n, own) for n, own in scene.ropes.items()),
+            *(stop(bodies, n, limits) for n, limits in scene.stops.items()),
+            *(rope(bodies, n, spec) for n, spec in scene.ropes.items()),
         ),
         bearings=tuple(_bearing(bodies, n, j, j.acting) for n, j in pinned.items() if j.acting),
         channels=tuple(_channel(bodies, n, j, j.acting) for n, j in sleeves.items() if j.acting),
@@ -433,7 +433,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
 
 def _of(named: Mapping[str, object], kind: type[Spec]) -> dict[str, Spec]:
     """Those of one kind, by their names, in order."""
-    return {name: one for name, one in named.items() if isinstance(one, kind)}
+    return {name: item for name, item in named.items() if isinstance(item, kind)}
 
 
 def _bearing(
@@ -472,10 +472,10 @@ def _joint_frictions(bodies: Bodies) -> Iterator[JointFriction]:
     """Return the friction of pins and slides that have some."""
     for name, joint in bodies.scene.joints.items():
         if isinstance(joint, specs.RevoluteJoint) and joint.friction and joint.friction.acts:
-            own = joint.friction
-            share = own.coefficient * (own.radius or 0.0)
+            friction = joint.friction
+            share = friction.coefficient * (friction.radius or 0.0)
             pin = Pin(name, *bodies.ends(joint))
-            yield JointFriction(name, pin, own.torque, share, own.slip_speed)
+            yield JointFriction(name, pin, friction.torque, share, friction.slip_speed)
         elif isinstance(joint, specs.PrismaticJoint) and joint.friction and joint.friction.acts:
             along = joint.friction
             sizes = along.force, along.coefficient, along.slip_speed
@@ -552,9 +552,9 @@ def _friction(law: specs.PenaltyLaw | specs.RubbingImpulse) -> Friction | None:
 
 def _moving_end(bodies: Bodies, joint: str) -> Anchor:
     """Point by which a joint of the scene holds a body on the ground."""
-    found = bodies.scene.joints[joint]
-    assert isinstance(found, specs.RevoluteJoint)
-    return next(anchor for anchor in bodies.ends(found) if anchor.part != GROUND)
+    end = bodies.scene.joints[joint]
+    assert isinstance(end, specs.RevoluteJoint)
+    return next(anchor for anchor in bodies.ends(end) if anchor.part != GROUND)
 
 
 # --- drives ------------------------------------------------------------
@@ -592,7 +592,7 @@ def _force(bodies: Bodies, name: str, drive: specs.ForceDrive) -> PointForce:
 def _size(bodies: Bodies, value: specs.Value, ramp: float = 0.0) -> Size:
     sensed = value.sensed if isinstance(value, Expression) else ()
     function = _ramp_or_function(value, ramp, bodies.scene.initial.clock)
-    return Size(function, tuple(_sense(bodies, one) for one in sensed))
+    return Size(function, tuple(_sense(bodies, sense) for sense in sensed))
 
 
 def _ramp_or_function(value: specs.Value, ramp: float, clock: float) -> Ramp | TimeFunction:

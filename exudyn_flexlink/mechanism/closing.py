@@ -120,7 +120,9 @@ def known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
     held: tuple[Weld | Slide, ...] = (*mechanism.welds, *mechanism.slides)
     ties = [(joint.first.part, joint.second.part, joint.angle) for joint in held]
     motors = (motor for motor in mechanism.speed_motors if not motor.slide)
-    ties += [(one.first, one.second, one.start) for one in motors if one.start is not None]
+    ties += [
+        (motor.first, motor.second, motor.start) for motor in motors if motor.start is not None
+    ]
     ties += [(*pair, 0.0) for chain in mechanism.bodies.values() for pair in pairwise(chain)]
     known = {**start.guesses, **start.angles, GROUND: 0.0}
     _pass_on(ties, known)
@@ -270,12 +272,12 @@ def positions(
     if blamed[1] == "position":
         with suppress(CannotAssembleError):
             freely = replace(held, places={})
-            found = _close_on_curves(mechanism, lay_out(mechanism, start), freely, straight=True)
-            away = {p: float(np.hypot(*(found[0][p, :2] - at))) for p, at in held.places.items()}
+            closed = _close_on_curves(mechanism, lay_out(mechanism, start), freely, straight=True)
+            away = {p: float(np.hypot(*(closed[0][p, :2] - at))) for p, at in held.places.items()}
             if all(far <= TYPED * mechanism.parts[part].reach for part, far in away.items()):
-                return found
+                return closed
             farthest = max(away, key=lambda part: away[part])
-            near = (float(found[0][farthest, 0]), float(found[0][farthest, 1]))
+            near = (float(closed[0][farthest, 0]), float(closed[0][farthest, 1]))
     raise CannotAssembleError(*blamed, least.gap, least.turn, near)
 
 
@@ -390,8 +392,8 @@ def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -
 
 def _shuffled(mechanism: Mechanism, start: Start) -> list[Start]:
     """Guess at random the angles that nothing but a drive tells, if there are two or more."""
-    told = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
-    known = known_angles(replace(mechanism, speed_motors=told, torque_motors=()), start)
+    motors = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
+    known = known_angles(replace(mechanism, speed_motors=motors, torque_motors=()), start)
     loose = [chain for chain in mechanism.bodies.values() if chain[0] not in known]
     return list(shuffled(start, loose, SHUFFLES)) if len(loose) > 1 else []
 
@@ -574,7 +576,7 @@ def _hung_by(mechanism: Mechanism, rigid: bool) -> dict[int, tuple[float, float]
     tree = spanning_tree(mechanism)
     joints = [*mechanism.attachments, *mechanism.slides]
     in_slots = {slot.anchor.part: slot.anchor for slot in reversed(mechanism.slots)}
-    found = {}
+    hung = {}
     for part in tree.order:
         parent, joint = tree.parents[part], tree.joints[part]
         if rigid and within_body(mechanism, part, parent):
@@ -583,5 +585,5 @@ def _hung_by(mechanism: Mechanism, rigid: bool) -> dict[int, tuple[float, float]
         if joint != NOTHING:
             ends = joints[joint].first, joints[joint].second
             at = next(end for end in ends if end.part == part)
-        found[part] = at.x, at.y
-    return found
+        hung[part] = at.x, at.y
+    return hung

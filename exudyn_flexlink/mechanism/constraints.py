@@ -285,11 +285,14 @@ def constraint_rows(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
     """
     motors, gears = mechanism.speed_motors, mechanism.gears
     starts = np.array([motor.start or 0.0 for motor in motors])
-    pairs, lines = [(one.first, one.second) for one in motors], [one.slide for one in motors]
+    pairs, lines = (
+        [(motor.first, motor.second) for motor in motors],
+        [motor.slide for motor in motors],
+    )
     families = [*_families(mechanism, places), _moving(pairs, lines, starts)]
     joints: list[Pin | Weld | Slide | Slot | Gear | Motor]
     joints = [*mechanism.attachments, *mechanism.slides, *mechanism.slots, *gears, *motors]
-    kinds = [kind for kind, own in zip(_KINDS, families, strict=False) for _ in own.parts]
+    kinds = [kind for kind, rows in zip(_KINDS, families, strict=False) for _ in rows.parts]
     kinds += ["gear"] * len(gears)
     kinds += ["slide drive" if motor.slide else "drive" for motor in motors]
     blocks = [_rows_of(family, q) for family in families]
@@ -314,15 +317,15 @@ def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
     `q` is (instants, parts, 3), `places` (instants, slots) the slots' curve parameters next to
     their anchors. Motors and gears are left out. Joints that are open in both have two columns.
     """
-    found = []
+    residuals = []
     for kind, family in zip(_KINDS, _families(mechanism, places), strict=True):
         residual = family.residual(q)
         lengths = LENGTHS[kind]
-        found += [
+        residuals += [
             np.linalg.norm(residual[..., :lengths], axis=-1),
             *np.abs(np.moveaxis(residual[..., lengths:], -1, 0)),
         ]
-    return np.concatenate(found, axis=-1)
+    return np.concatenate(residuals, axis=-1)
 
 
 # --- joints of one kind -----------------------------------------------------------------------
@@ -368,9 +371,9 @@ def _families(mechanism: Mechanism, places: FloatArray) -> list[_Family]:
     """Pins, welds, slides and slots, these by normals of curves at their `places` (..., slots)."""
     pins, welds, slides, slots = mechanism.pins, mechanism.welds, mechanism.slides, mechanism.slots
     return [
-        _family([(own.first.part, own.second.part) for own in pins], _gap(pins)),
-        _family([(own.first.part, own.second.part) for own in welds], _welded(welds)),
-        _family([(own.first.part, own.second.part) for own in slides], _slid(slides)),
+        _family([(pin.first.part, pin.second.part) for pin in pins], _gap(pins)),
+        _family([(weld.first.part, weld.second.part) for weld in welds], _welded(welds)),
+        _family([(slide.first.part, slide.second.part) for slide in slides], _slid(slides)),
         _slotted(slots, places, across=True),
     ]
 
@@ -381,8 +384,8 @@ def _family(parts: Sequence[tuple[int, int]], open_at: _Open) -> _Family:
 
 def _points(anchors: Sequence[Anchor]) -> Callable[[FloatArray], FloatArray]:
     """Positions (..., anchors, 2) by poses (..., anchors, 3)."""
-    own = np.array([(anchor.x, anchor.y) for anchor in anchors]).reshape(-1, 2)
-    return lambda pose: pose[..., :2] + turned(own, pose[..., 2])
+    places = np.array([(anchor.x, anchor.y) for anchor in anchors]).reshape(-1, 2)
+    return lambda pose: pose[..., :2] + turned(places, pose[..., 2])
 
 
 def _gap(joints: Sequence[Pin | Weld | Slide]) -> _Open:
@@ -438,8 +441,8 @@ def _moving(
     """Angles of second parts against first ones, or lengths along slides, less their starts."""
     turn = _turn(starts.tolist())
     ends = [(Anchor(first, 0.0, 0.0), Anchor(second, 0.0, 0.0)) for first, second in parts]
-    lines = [own or Slide("", *pair) for own, pair in zip(slides, ends, strict=True)]
-    on_line, along_line = _on_line(lines), np.array([own is not None for own in slides])
+    lines = [slide or Slide("", *pair) for slide, pair in zip(slides, ends, strict=True)]
+    on_line, along_line = _on_line(lines), np.array([slide is not None for slide in slides])
 
     def open_at(one: FloatArray, other: FloatArray) -> FloatArray:
         along = on_line(one, other)[..., :1] - starts[:, None]
@@ -477,7 +480,7 @@ def _widened(block: _Block, width: int) -> _Block:
 
 def along_slides(slides: Sequence[Slide], lengths: FloatArray, q: FloatArray) -> _Block:
     """How far slides are out, less the `lengths` (m) they should be: residual, parts, slopes."""
-    parts = [(own.first.part, own.second.part) for own in slides]
+    parts = [(slide.first.part, slide.second.part) for slide in slides]
     return _rows_of(_moving(parts, slides, lengths), q)
 
 
@@ -524,7 +527,7 @@ def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
     """A part and all that is welded to it, with frames in its axes."""
     group = {part: Frame(ROOT)}
     while out := [
-        own for own in welds if len({own.first.part, own.second.part} & group.keys()) == 1
+        weld for weld in welds if len({weld.first.part, weld.second.part} & group.keys()) == 1
     ]:
         weld = out[0]
         near = weld.first.part in group

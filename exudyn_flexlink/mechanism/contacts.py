@@ -141,7 +141,9 @@ def pressed_at(contact: Contact, at: Approach) -> bool:
 def pressed_among(contacts: Sequence[Contact], q: FloatArray) -> list[int]:
     """Numbers of the contacts that are pressed at coordinates (parts, 3), as at a rest."""
     still = np.zeros_like(q)
-    return [k for k, own in enumerate(contacts) if pressed_at(own, approach(own, q, still))]
+    return [
+        k for k, contact in enumerate(contacts) if pressed_at(contact, approach(contact, q, still))
+    ]
 
 
 def idle_at_start(
@@ -186,7 +188,7 @@ def swings(mechanism: Mechanism) -> list[float]:
     That is 1/omega (s) on their springs, infinite without a spring. A contact with what has no
     pivot of its own, or is so heavy that a strike hardly moves it, has none.
     """
-    found, all_mass = [], sum(part.mass for part in mechanism.parts)
+    times, all_mass = [], sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:
         lever = contact.parts[1]
         pivot = _pivot(mechanism, lever)
@@ -199,8 +201,8 @@ def swings(mechanism: Mechanism) -> list[float]:
             continue
         held = {lever, GROUND}
         stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
-        found.append(float(np.sqrt(inertia / stiffness)) if stiffness > 0 else inf)
-    return found
+        times.append(float(np.sqrt(inertia / stiffness)) if stiffness > 0 else inf)
+    return times
 
 
 def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:

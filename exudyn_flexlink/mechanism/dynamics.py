@@ -114,8 +114,8 @@ class Bodies:
         self._first: dict[str, int] = {}
         for name in scene.bodies:
             self._first[name] = len(self.parts)
-            own = self._add_body(name)
-            self.points |= {f"{name}.{point}": anchor for point, anchor in own.items()}
+            numbers = self._add_body(name)
+            self.points |= {f"{name}.{point}": anchor for point, anchor in numbers.items()}
 
     def first_part(self, body: str) -> int:
         """Index of the first part of a body."""
@@ -151,8 +151,8 @@ class Bodies:
             start, end = self.face(contact)
             if start.part != end.part:
                 body = split_point(contact.line[0])[0]
-                own = range(self.first_part(body), min(start.part, end.part) + 1)
-                place = sum(self.parts[part].reach for part in own)
+                faces = range(self.first_part(body), min(start.part, end.part) + 1)
+                place = sum(self.parts[part].reach for part in faces)
                 message = f"'{body}' gives way at {place:g} m, between the two points"
                 hint = "a face is straight: take both on one side of that place"
                 yield Mistake(path, message, hint)
@@ -171,20 +171,20 @@ class Bodies:
 
     def joint_parts(self, joint: str) -> tuple[int, int]:
         """Parts that a revolute joint of the scene connects, first and second."""
-        found = self.scene.joints[joint]
-        assert isinstance(found, RevoluteJoint)  # the scene's names are checked
-        first, second = self.ends(found)
+        sliding = self.scene.joints[joint]
+        assert isinstance(sliding, RevoluteJoint)  # the scene's names are checked
+        first, second = self.ends(sliding)
         return first.part, second.part
 
     def slide(self, joint: str) -> Slide:
         """Line and anchors of a prismatic joint, or of a sleeve, of the scene."""
-        found = self.scene.joints[joint]
-        if isinstance(found, SleeveJoint):
-            ends = (self.anchor(f"{found.guide}.start"), self.anchor(f"{found.link}.start"))
+        sliding = self.scene.joints[joint]
+        if isinstance(sliding, SleeveJoint):
+            ends = (self.anchor(f"{sliding.guide}.start"), self.anchor(f"{sliding.link}.start"))
             return Slide(joint, *ends)
-        assert isinstance(found, PrismaticJoint)  # the scene's names are checked
-        x, y = found.axis
-        return Slide(joint, *self.ends(found), atan2(y, x), found.angle)
+        assert isinstance(sliding, PrismaticJoint)  # the scene's names are checked
+        x, y = sliding.axis
+        return Slide(joint, *self.ends(sliding), atan2(y, x), sliding.angle)
 
     def _add_body(self, name: str) -> dict[str, Anchor]:
         """Add the parts of a body; return its named points."""

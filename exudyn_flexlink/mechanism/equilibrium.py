@@ -104,13 +104,13 @@ class Rest:
     def poses(self) -> dict[str, FloatArray]:
         """By body [x, y, angle] (m, m, rad), of a flexible one those of its rods (rods, 3)."""
         q, bodies = self.assembly.state.q, self.assembly.mechanism.bodies.items()
-        return {name: q[list(own)] if len(own) > 1 else q[own[0]] for name, own in bodies}
+        return {name: q[list(parts)] if len(parts) > 1 else q[parts[0]] for name, parts in bodies}
 
     @property
     def points(self) -> dict[str, FloatArray]:
         """Place [x, y] (m) of every point, by 'body.point'."""
         points = self.assembly.mechanism.points.items()
-        return {name: anchor_position(own, self.assembly.state.q) for name, own in points}
+        return {name: anchor_position(anchor, self.assembly.state.q) for name, anchor in points}
 
     @property
     def forces(self) -> dict[str, FloatArray]:
@@ -156,22 +156,24 @@ class Rest:
     @property
     def notes(self) -> list[str]:
         """What has to be known of this rest, in sentences."""
-        told = []
+        texts = []
         if not self.stable:
-            told.append(f"it is unstable: small motions grow by exp({self.growth:.4g} t/s)")
+            texts.append(f"it is unstable: small motions grow by exp({self.growth:.4g} t/s)")
         elif self.left:
-            told.append(
+            texts.append(
                 f"an unstable rest was found first (it grows by exp({self.left[0]:.4g} t/s)), and "
                 "left: guess other angles to take the other side"
             )
-        if rubbing := [own.name for own in self.assembly.mechanism.frictions]:
-            told.append(
+        if rubbing := [friction.name for friction in self.assembly.mechanism.frictions]:
+            texts.append(
                 f"dry friction of {', '.join(rubbing)} would hold anywhere near, within its bound: "
                 "this is where nothing has to"
             )
         if shared := shared_forces(self.assembly):
-            told.append(f"forces in {', '.join(sorted(shared))} are not unique: the least are told")
-        return told
+            texts.append(
+                f"forces in {', '.join(sorted(shared))} are not unique: the least are told"
+            )
+        return texts
 
 
 STEPS, HALVINGS, CLOSING = 400, 40, 12
@@ -246,10 +248,10 @@ class _Look:
         """Squares (n,) of angular frequencies, 1/s^2; complex where forces have no energy."""
         largest = float(np.abs(self.stiffness).max(initial=0.0))
         if np.abs(self.stiffness - self.stiffness.T).max(initial=0.0) > OF_ENERGY * largest:
-            found = np.sort_complex(np.linalg.eigvals(self.stiffness))
+            eigenvalues = np.sort_complex(np.linalg.eigvals(self.stiffness))
         else:
-            found = self._modes[0].astype(complex)
-        return np.where(np.abs(found) > ROUNDED * largest, found, 0.0)
+            eigenvalues = self._modes[0].astype(complex)
+        return np.where(np.abs(eigenvalues) > ROUNDED * largest, eigenvalues, 0.0)
 
     @property
     def lowest(self) -> float:
@@ -259,8 +261,8 @@ class _Look:
     @property
     def upset(self) -> FloatArray:
         """Motion (parts, 3) that the forces drive off most; largest to the positive side."""
-        found = self.motions @ self._modes[1][:, 0]
-        return np.asarray(found * np.sign(found.ravel()[np.argmax(np.abs(found))]))
+        motion = self.motions @ self._modes[1][:, 0]
+        return np.asarray(motion * np.sign(motion.ravel()[np.argmax(np.abs(motion))]))
 
     @property
     def newton(self) -> FloatArray:
@@ -273,8 +275,10 @@ class _Look:
         sizes = np.maximum(np.abs(values), max(least, SLOWEST))
         if values.min(initial=0.0) >= -least and self.balanced and len(values):
             kept = ways[:, values > least]
-            own = kept.T @ self.stiffness @ kept
-            return np.asarray(-self.motions @ (kept @ np.linalg.solve(own, kept.T @ self.slope)))
+            curvature = kept.T @ self.stiffness @ kept
+            return np.asarray(
+                -self.motions @ (kept @ np.linalg.solve(curvature, kept.T @ self.slope))
+            )
         return np.asarray(-self.motions @ (ways @ (along / sizes)))
 
     @cached_property
@@ -320,7 +324,9 @@ class _Search:
         motions = np.einsum("nji,njk->nik", back, ways[rank:].T.reshape(*q.shape, -1))
         stiffness = self._stiffness(q, places, multipliers, motions)
         slope, stiffest = -ways[rank:] @ pulled, float(np.abs(stiffness).max(initial=0.0))
-        longest = max((1 / self.size(own) for own in np.moveaxis(motions, -1, 0)), default=0.0)
+        longest = max(
+            (1 / self.size(motion) for motion in np.moveaxis(motions, -1, 0)), default=0.0
+        )
         off = ROUNDING * max(1.0, self.size(q)) * longest  # places and angles are rounded, too
         rounding = BALANCED * float(np.linalg.norm(pulled)) + stiffest * off
         return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
@@ -408,19 +414,19 @@ class _Search:
 
     def _on_arcs(self, q: FloatArray, step: FloatArray) -> FloatArray:
         """Turn and slide joints of the spanning tree: straight moves would stretch what turns."""
-        tree, found = self._tree, q + step
+        tree, placed = self._tree, q + step
         joints = [*self._mechanism.attachments, *self._mechanism.slides]
         for part in tree.order:
             if tree.joints[part] == NOTHING:
                 continue
             joint = joints[tree.joints[part]]
             way = 1 if joint.second.part == part else -1
-            other, own = (joint.first, joint.second)[::way]
-            found[part, :2] += anchor_position(other, found) - anchor_position(own, found)
+            other, first = (joint.first, joint.second)[::way]
+            placed[part, :2] += anchor_position(other, placed) - anchor_position(first, placed)
             if isinstance(joint, Slide):
                 length = length_along(joint, q) + speed_along(joint, q, step)
-                found[part, :2] += way * length * line_of(joint, found)
-        return found
+                placed[part, :2] += way * length * line_of(joint, placed)
+        return placed
 
 
 def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
@@ -474,12 +480,12 @@ def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArra
     group_of = _connected(len(firsts), ends)
     by_group = np.argsort(group_of, kind="stable")
     for bodies in np.split(by_group, np.flatnonzero(np.diff(group_of[by_group])) + 1):
-        own = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
-        rows = np.zeros((len(own), len(bodies), 3))
+        inside = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
+        rows = np.zeros((len(inside), len(bodies), 3))
         for side in range(ends.shape[1]):
-            np.add.at(rows, (np.arange(len(own)), np.searchsorted(bodies, ends[own, side])),
-                      slopes[own, side, 0])  # fmt: skip
-        yield bodies, _null_space(rows.reshape(len(own), 3 * len(bodies)))
+            np.add.at(rows, (np.arange(len(inside)), np.searchsorted(bodies, ends[inside, side])),
+                      slopes[inside, side, 0])  # fmt: skip
+        yield bodies, _null_space(rows.reshape(len(inside), 3 * len(bodies)))
 
 
 def _connected(bodies: int, ends: IndexArray) -> IndexArray:
@@ -555,7 +561,7 @@ def _independent(assembly: Assembly) -> list[tuple[int, int]]:
     """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
     # What a drive, or a gear, moves is free here, and then held where it stands.
     without = replace(without_play(assembly.mechanism, set()), speed_motors=(), gears=())
-    found = []
+    independent = []
     for bodies, free in free_motions(without, assembly.state):
         motions = free
         for axis in (2, 0, 1):
@@ -563,6 +569,6 @@ def _independent(assembly: Assembly) -> list[tuple[int, int]]:
                 left = motions[3 * k + axis]
                 size = float(np.linalg.norm(left))
                 if size > DEPENDENT:
-                    found.append((body, axis))
+                    independent.append((body, axis))
                     motions = motions - np.outer(motions @ left, left) / size**2
-    return found
+    return independent

@@ -84,27 +84,31 @@ class LeastMotion:
     def _hang(self, demanded: FloatArray) -> _Hung:
         """Solve each joint of the tree for its part, and what is given of parts that have none."""
         constraints, count = self._constraints, self._constraints.count
-        own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
+        inertia, parents, right = (
+            np.zeros((count, 3, 3)),
+            np.zeros((count, 3, 3)),
+            np.zeros((count, 3)),
+        )
         for (part, axis), row in self._given.items():
             if self._tree.joints[part] == NOTHING:
-                own[part, axis, axis], right[part, axis] = 1.0, demanded[row]
+                inertia[part, axis, axis], right[part, axis] = 1.0, demanded[row]
         for part, joint in enumerate(self._tree.joints):
             if joint == NOTHING:
                 continue
             first, last = constraints.first_rows[joint : joint + 2].tolist()
             side = int(constraints.parts[first, 1] == part)
-            own[part, : last - first] = constraints.slopes[first:last, side]
+            inertia[part, : last - first] = constraints.slopes[first:last, side]
             parents[part, : last - first] = constraints.slopes[first:last, 1 - side]
             right[part, : last - first] = demanded[first:last]
             if self._within[part]:
                 # In the third row what the joint leaves open: to turn, or to stretch along the rod.
-                own[part, 2], parents[part, 2] = TURN, -TURN
+                inertia[part, 2], parents[part, 2] = TURN, -TURN
                 if constraints.kinds[joint] == "slide":
-                    for whole, slopes in ((own, side), (parents, 1 - side)):
+                    for whole, slopes in ((inertia, side), (parents, 1 - side)):
                         x, y, _ = constraints.slopes[first, slopes]
                         whole[part, 2] = y, -x, 0.0
-        left, sizes, directions = np.linalg.svd(own)
-        held = np.any(own != 0, axis=2).sum(axis=1)[:, None] > np.arange(3)  # by singular value
+        left, sizes, directions = np.linalg.svd(inertia)
+        held = np.any(inertia != 0, axis=2).sum(axis=1)[:, None] > np.arange(3)  # by singular value
         inverse = np.where(held, 1.0 / np.where(held, sizes, 1.0), 0.0)
         solved = directions.transpose(0, 2, 1) @ (inverse[:, :, None] * left.transpose(0, 2, 1))
         free = np.where(held[:, None, :], 0.0, directions.transpose(0, 2, 1))
@@ -116,7 +120,7 @@ class LeastMotion:
 
         Part b follows with ``x_b = follow_b x_parent + settle_b offset_b + yield_b forces_b``.
         """
-        own = metric.copy()
+        weights = metric.copy()
         same = np.eye(3)
         self._follow = np.zeros_like(metric)
         self._settle = np.zeros_like(metric)
@@ -124,16 +128,16 @@ class LeastMotion:
         self._beyond = np.zeros_like(metric)  # metric of all beyond a joint, as its near end has it
         for part in reversed(self._tree.order):
             free = hung.free[part]
-            pushed = own[part] @ free
+            pushed = weights[part] @ free
             gain = free @ np.linalg.inv(free.T @ pushed + hung.filling[part])
             self._yield[part] = gain @ free.T
             settle = self._settle[part] = same - gain @ pushed.T
             self._follow[part] = settle @ hung.carried[part]
-            self._beyond[part] = settle.T @ own[part]
+            self._beyond[part] = settle.T @ weights[part]
             parent = self._tree.parents[part]
             if parent != GROUND:
                 carried = hung.carried[part]
-                own[parent] += carried.T @ self._beyond[part] @ carried
+                weights[parent] += carried.T @ self._beyond[part] @ carried
         self._carried = hung.carried
 
     def _swept(self, forces: FloatArray, offset: FloatArray | None = None) -> FloatArray:
@@ -185,18 +189,18 @@ class LeastMotion:
         starts = self._constraints.first_rows
         joints = np.searchsorted(starts, self._rest, side="right") - 1
         rows = self._weighted / np.maximum(self._lengths[:, None], 1e-300)
-        found: dict[int, int] = {}
+        rows_left: dict[int, int] = {}
         missing = len(rows) - _rank(rows)
         known = 0
         for joint in dict.fromkeys(joints.tolist()):
-            if sum(found.values()) == missing:
+            if sum(rows_left.values()) == missing:
                 break
             upto = int(np.searchsorted(joints, joint, side="right"))
             count, rank = upto - int(np.searchsorted(joints, joint)), _rank(rows[:upto])
             if rank < known + count:
-                found[joint] = known + count - rank
+                rows_left[joint] = known + count - rank
             known = rank
-        return found
+        return rows_left
 
     @cached_property
     def _singular(self) -> tuple[FloatArray, FloatArray]:
@@ -215,11 +219,11 @@ def _lengths(mechanism: Mechanism, rows: FloatArray, roots: FloatArray) -> Float
     for parts in mechanism.bodies.values():
         first = next(i for i in parts if roots[i].any())
         speaker[list(parts)] = [i if roots[i].any() else first for i in parts]
-    own = np.einsum(
+    squares = np.einsum(
         "pij,kpj->kpi", np.linalg.inv(roots[speaker]), rows.reshape(len(rows), len(roots), 3)
     )
-    found: FloatArray = np.linalg.norm(own.reshape(rows.shape), axis=1)
-    return found
+    lengths: FloatArray = np.linalg.norm(squares.reshape(rows.shape), axis=1)
+    return lengths
 
 
 def _rank(rows: FloatArray) -> int:

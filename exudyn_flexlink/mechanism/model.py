@@ -666,11 +666,11 @@ class Mechanism:
         applied = [size.value for _, size in self.sizes]
         functions = [*(motor.speed for motor in self.speed_motors), *applied]
         jumps = {knot for function in functions for knot in function.knots(end)}
-        found = list[float]()
+        instants = list[float]()
         for knot in sorted(jumps.union(self.pulses)):
-            if 0 < knot < end and knot - (found or [0.0])[-1] > instant(knot, KNOT_TIME):
-                found.append(knot)
-        return found
+            if 0 < knot < end and knot - (instants or [0.0])[-1] > instant(knot, KNOT_TIME):
+                instants.append(knot)
+        return instants
 
     @property
     def touching(self) -> tuple[Contact, ...]:
@@ -695,11 +695,11 @@ class Mechanism:
     @property
     def spring_laws(self) -> list[tuple[SpringLaw, Sense]]:
         """Springs by a table or a formula, and what it is of."""
-        found: list[tuple[SpringLaw | None, Sense]] = [
+        laws: list[tuple[SpringLaw | None, Sense]] = [
             *((s.law, Turning(s.first, s.second, is_speed=False)) for s in self.springs),
             *((s.law, _length_sense(s)) for s in self.linear_springs),
         ]
-        return [(law, sense) for law, sense in found if law is not None]
+        return [(law, sense) for law, sense in laws if law is not None]
 
     @property
     def turned_by_drives(self) -> list[tuple[int, int]]:
@@ -710,7 +710,7 @@ class Mechanism:
     @cached_property
     def bodies(self) -> Mapping[str, tuple[int, ...]]:
         """Indices of the parts of every body of the scene, in order."""
-        found: dict[str, list[int]] = {}
+        numbers: dict[str, list[int]] = {}
         for i, part in enumerate(self.parts):
-            found.setdefault(part.body, []).append(i)
-        return {body: tuple(parts) for body, parts in found.items()}
+            numbers.setdefault(part.body, []).append(i)
+        return {body: tuple(parts) for body, parts in numbers.items()}

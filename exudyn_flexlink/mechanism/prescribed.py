@@ -32,7 +32,7 @@ class Applied(Protocol):
 
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s) and values sensed; ArithmeticError where there is none."""
-        return float(self.values(np.array([time]), [np.array([one]) for one in sensed])[0])
+        return float(self.values(np.array([time]), [np.array([number]) for number in sensed])[0])
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
         """As `at`, at instants (n,) and with values (n,) of each of what is sensed."""
@@ -113,8 +113,8 @@ class SpeedOf(Prescribed):
 
     def of_order(self, time: FloatArray, order: int) -> FloatArray:
         """Of the motion one order more."""
-        found = self.motion.of_order(time, order + 1)
-        return found - self._start if order < 0 else found
+        value = self.motion.of_order(time, order + 1)
+        return value - self._start if order < 0 else value
 
     def knots(self, end: float) -> list[float]:
         """Those of the motion."""
@@ -153,8 +153,8 @@ class Formula(Prescribed):
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which the value, or a derivative, jumps."""
-        found = self.expression.bends(self.clock, self.clock + end)
-        return [time - self.clock for time in found]
+        instants = self.expression.bends(self.clock, self.clock + end)
+        return [time - self.clock for time in instants]
 
 
 class Tabled(Prescribed):
@@ -219,11 +219,13 @@ class Antiderivative:
         while self._ends[-1] < time.max(initial=0.0):
             self._add_piece()
         which = np.array([bisect_left(self._ends, t) - 1 for t in time.tolist()])
-        found = np.empty(len(time))
+        values = np.empty(len(time))
         for k in set(which.tolist()):
-            own = time[which == k]
-            found[which == k] = self._pieces[k](own) if k >= 0 else own * self._function(0 * own)
-        return found
+            inside = time[which == k]
+            values[which == k] = (
+                self._pieces[k](inside) if k >= 0 else inside * self._function(0 * inside)
+            )
+        return values
 
     def _add_piece(self) -> None:
         begin = self._ends[-1]
@@ -329,12 +331,12 @@ class SpringLaw:
         flat = np.ravel(np.asarray(place, dtype=float))
         if isinstance(self.applied, PlaceTable):
             inside = np.clip([*flat, self.start], *self.applied.ends)
-            found = self.applied.antiderivative(inside)
-            return np.asarray(found[:-1] - found[-1]).reshape(np.shape(place))
+            work = self.applied.antiderivative(inside)
+            return np.asarray(work[:-1] - work[-1]).reshape(np.shape(place))
         ahead, back = self._integrals
         off = flat - self.start
-        found = ahead(np.maximum(off, 0.0)) - back(np.maximum(-off, 0.0))
-        return np.asarray(found).reshape(np.shape(place))
+        work = ahead(np.maximum(off, 0.0)) - back(np.maximum(-off, 0.0))
+        return np.asarray(work).reshape(np.shape(place))
 
     @cached_property
     def _integrals(self) -> tuple[_Work, _Work]:
@@ -367,7 +369,7 @@ class _Work(Antiderivative):
         if end <= begin * (1 + ROUNDED):
             return super().__call__(np.minimum(time, begin))
         edges = np.array([begin, *self._formula.bends(begin, end), end])
-        parts = [resolved(one, edges, lambda _: 1.0, LITTLE)[0] for one in self._formula.addends]
+        parts = [resolved(term, edges, lambda _: 1.0, LITTLE)[0] for term in self._formula.addends]
         inner = np.unique(np.concatenate([edges, *parts]))
         self._knots = [*inner[inner < end * (1 - ROUNDED)].tolist(), end]
         return super().__call__(time)

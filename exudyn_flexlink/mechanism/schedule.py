@@ -45,7 +45,7 @@ def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Asse
         return assembly
     length = max(part.reach for part in mechanism.parts) or 1.0
     allowed = SHARE * (tolerance or WITHOUT_TOLERANCE * length)
-    knots, told, motors = list[FloatArray](), list[str](), list[Motor]()
+    knots, texts, motors = list[FloatArray](), list[str](), list[Motor]()
     for motor in mechanism.speed_motors:
         formula = motor.speed.motion if isinstance(motor.speed, SpeedOf) else motor.speed
         if isinstance(formula, Formula):
@@ -54,7 +54,7 @@ def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Asse
             cost = 1.0 if motor.slide else length
             edges, short, left = _parts(formula, terms, end, (cost, 0.0), allowed)
             knots.append(short)
-            told += _told(motor.name, left)
+            texts += _told(motor.name, left)
             if formula is motor.speed:
                 speed = Formula(expression, clock, (clock + edges).tolist())
                 motors.append(replace(motor, speed=speed))
@@ -66,9 +66,9 @@ def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Asse
             mobility = max(alone, *(_moved(assembly, row) for row in rows))
             _, short, left = _parts(size.value, terms, end, (mobility * end, -mobility), allowed)
             knots.append(short)
-            told += _told(name, left)
-    found = np.unique(np.concatenate([np.zeros(0), *knots]))
-    within, unfound = tuple(found.tolist()), tuple(dict.fromkeys(told))
+            texts += _told(name, left)
+    all_knots = np.unique(np.concatenate([np.zeros(0), *knots]))
+    within, unfound = tuple(all_knots.tolist()), tuple(dict.fromkeys(texts))
     return replace(
         assembly,
         mechanism=replace(mechanism, speed_motors=tuple(motors), pulses=within, unfound=unfound),
@@ -90,10 +90,10 @@ def _parts(
     bends = np.array([0.0, *formula.knots(end), end]) + clock
     edges, short, left = [bends], [np.zeros(0)], [np.zeros((0, 2))]
     for term in terms:
-        found, rest = resolved(term, bends, lambda t: cost[0] + cost[1] * (t - clock), allowed)
-        edges.append(found)
-        at = np.searchsorted(found, bends).tolist()  # no step goes over a bend
-        short += [pulses(found[i : j + 1]) for i, j in pairwise(at) if j > i + 1]
+        all_parts, rest = resolved(term, bends, lambda t: cost[0] + cost[1] * (t - clock), allowed)
+        edges.append(all_parts)
+        at = np.searchsorted(all_parts, bends).tolist()  # no step goes over a bend
+        short += [pulses(all_parts[i : j + 1]) for i, j in pairwise(at) if j > i + 1]
         left.append(rest)
     of_pulses = np.unique(np.concatenate(short)) - clock
     return np.unique(np.concatenate(edges)) - clock, of_pulses, np.concatenate(left) - clock
@@ -124,8 +124,8 @@ def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, list[FloatArray], fl
         for part, sign in ((motor.first, -1.0), (motor.second, 1.0)):
             if part != GROUND:
                 row[part, 2] += sign
-                own = mechanism.parts[part]
-                alone = max(alone, 1.0 / (masses[own.body] * (own.reach or 1.0)))
+                rigid = mechanism.parts[part]
+                alone = max(alone, 1.0 / (masses[rigid.body] * (rigid.reach or 1.0)))
         yield motor.name, motor.size, [row.ravel()], alone
     for force in mechanism.forces:
         rows = list(anchor_jacobian(force.point, q).reshape(2, -1))
@@ -136,9 +136,9 @@ def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, list[FloatArray], fl
 def _moved(assembly: Assembly, force: FloatArray) -> float:
     """How much (m/s^2) a generalised force (3 parts,) accelerates anything at the start."""
     state, mechanism = assembly.state, assembly.mechanism
-    found = pushed(mechanism, state.q, state.places, force)
+    motion = pushed(mechanism, state.q, state.places, force)
     reach = np.array([part.reach or 1.0 for part in mechanism.parts])
-    return float((np.hypot(found[:, 0], found[:, 1]) + reach * np.abs(found[:, 2])).max())
+    return float((np.hypot(motion[:, 0], motion[:, 1]) + reach * np.abs(motion[:, 2])).max())
 
 
 FEWEST = 2000  # of a run, however short: enough for any figure
@@ -339,16 +339,16 @@ def resolutions(
     `half_of` tells half the period (s) of each; left out, `half_period` does.
     """
     half_of = half_of or partial(half_period, assembly)
-    asked, found = scene.solver.steps_per_contact, []
+    asked, by_contact = scene.solver.steps_per_contact, []
     for contact in assembly.mechanism.touching:
         if not isinstance(contact.law, Impulse | OneSided):
             half = half_of(contact)
             steps = asked * (ELASTIC_STEPS if contact.law.restitution > ELASTIC else 1.0)
-            found.append(Resolution(half, half / steps))
+            by_contact.append(Resolution(half, half / steps))
     for channel in assembly.mechanism.channels:
         half = half_of(channel)
-        found.append(Resolution(half, half / (WALL_SHARE * asked)))
-    return found
+        by_contact.append(Resolution(half, half / (WALL_SHARE * asked)))
+    return by_contact
 
 
 def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
@@ -363,10 +363,10 @@ def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
 def half_periods(assembly: Assembly) -> list[float]:
     """Return those of all contacts and bearings, then of all pairs of links and guides."""
     mechanism = assembly.mechanism
-    found = [half_period(assembly, contact) for contact in mechanism.touching]
+    halves = [half_period(assembly, contact) for contact in mechanism.touching]
     for channel in mechanism.channels:
-        found += [half_period(assembly, channel)] * len(channel.contacts)
-    return found
+        halves += [half_period(assembly, channel)] * len(channel.contacts)
+    return halves
 
 
 def extent(assembly: Assembly) -> float:
@@ -408,19 +408,19 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
 
     `end` is that of the run at the latest.
     """
-    found: list[Mistake] = []
+    mistakes: list[Mistake] = []
     for motor in mechanism.speed_motors:
         path = ("drives", motor.name, "value")
         missing = list(_missing(path, motor.speed, end, motor.speed.rates))
-        found += missing or _jumps(path, motor, end)
+        mistakes += missing or _jumps(path, motor, end)
     for torque in mechanism.torque_motors:
         if not torque.size.senses:
-            found += _missing(("drives", torque.name, "value"), torque.size.value, end)
+            mistakes += _missing(("drives", torque.name, "value"), torque.size.value, end)
     for force in mechanism.forces:
         for i, size in enumerate(force.sizes):
             if not size.senses:
-                found += _missing(("drives", force.name, "value", i), size.value, end)
-    return found
+                mistakes += _missing(("drives", force.name, "value", i), size.value, end)
+    return mistakes
 
 
 def _missing(
@@ -503,18 +503,18 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
     mechanism = assembly.mechanism
     for name, curve in scene.curves.items():
         for gap in _repeats(curve):
-            told = "closes the curve, and is left out"
-            yield f"curves.{name}: the last point, {gap:.3g} m from the first, {told}"
+            about = "closes the curve, and is left out"
+            yield f"curves.{name}: the last point, {gap:.3g} m from the first, {about}"
     if scene.initial.states:
         yield from list(_set_otherwise(scene, mechanism)) or _closed_otherwise(scene, assembly)
     held = {} if scene.initial.at_rest else scene.initial.positions  # or it is where a search began
     for body, given in held.items():
-        found = assembly.state.q[mechanism.bodies[body][0], :2]
-        away = float(np.hypot(*(found - given)))
+        place = assembly.state.q[mechanism.bodies[body][0], :2]
+        away = float(np.hypot(*(place - given)))
         if away > MOVED * (scene.accuracy.tolerance or CLOSED):
             yield (
-                f"initial.positions.{body}: moved by {away:.2g} m, to [{found[0]:.12g}, "
-                f"{found[1]:.12g}], which its joints allow"
+                f"initial.positions.{body}: moved by {away:.2g} m, to [{place[0]:.12g}, "
+                f"{place[1]:.12g}], which its joints allow"
             )
 
 

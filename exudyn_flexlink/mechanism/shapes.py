@@ -62,9 +62,9 @@ def poses_of(q: FloatArray, v: FloatArray) -> Poses:
     shape = (*q.shape[:-2], q.shape[-2] + 1)
     origin, velocity = np.zeros(shape, dtype=complex), np.zeros(shape, dtype=complex)
     angle, spin = np.zeros(shape), np.zeros(shape)
-    for place, turn, own in ((origin, angle, q), (velocity, spin, v)):
-        place.real[..., :-1], place.imag[..., :-1] = own[..., 0], own[..., 1]
-        turn[..., :-1] = own[..., 2]
+    for place, turn, part in ((origin, angle, q), (velocity, spin, v)):
+        place.real[..., :-1], place.imag[..., :-1] = part[..., 0], part[..., 1]
+        turn[..., :-1] = part[..., 2]
     return Poses(origin, np.exp(1j * angle), angle, velocity, spin, 1j * spin)
 
 
@@ -174,8 +174,8 @@ class Shape(ABC, Generic[AnyContact]):
         self._turned = np.exp(1j * (angles + turned))
         self._behind = self._turned.conj() * self._start
         frames = [tuple(map(frame, contact.parts)) for contact in contacts]
-        self.links = np.array([[own.link for own in pair] for pair in frames], dtype=int).T
-        self._angles = np.array([[own.angle for own in pair] for pair in frames]).T
+        self.links = np.array([[carrier.link for carrier in pair] for pair in frames], dtype=int).T
+        self._angles = np.array([[carrier.angle for carrier in pair] for pair in frames]).T
         self.moment = np.zeros(len(contacts))
         self._rubs = any(contact.friction is not None for contact in contacts)
 
@@ -237,9 +237,13 @@ def _carried(
 ) -> tuple[IndexArray, ComplexArray, FloatArray]:
     """Links of anchors (c,), their places (m) there, and angles (rad) of their parts' axes."""
     frames = [frame(anchor.part) for anchor in anchors]
-    places = [own.place(at.x, at.y) for own, at in zip(frames, anchors, strict=True)]
-    links = np.array([own.link for own in frames], dtype=int)
-    return links, np.array(places) @ [1, 1j], np.array([own.angle for own in frames])
+    places = [carrier.place(at.x, at.y) for carrier, at in zip(frames, anchors, strict=True)]
+    links = np.array([carrier.link for carrier in frames], dtype=int)
+    return (
+        links,
+        np.array(places) @ [1, 1j],
+        np.array([carrier.angle for carrier in frames]),
+    )
 
 
 def _carried_rate(links: IndexArray, place: ComplexArray, at: Poses) -> ComplexArray:
@@ -309,9 +313,9 @@ class Faces(Shape[FaceContact]):
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
         """How near a contact is; one that is held never is: it always presses."""
-        own = self.contacts[c]
-        beside = max(-place.real, place.real - own.length)
-        return Glimpse(own.side * place.imag, own.side * rate.imag, beside)
+        contact = self.contacts[c]
+        beside = max(-place.real, place.real - contact.length)
+        return Glimpse(contact.side * place.imag, contact.side * rate.imag, beside)
 
 
 class Stops(Shape[TurnStop]):
@@ -344,8 +348,8 @@ class Stops(Shape[TurnStop]):
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
         """How near a contact is, by its angle."""
-        own = self.contacts[c]
-        return Glimpse(own.way * (place.imag - own.bound), own.way * rate.imag)
+        contact = self.contacts[c]
+        return Glimpse(contact.way * (place.imag - contact.bound), contact.way * rate.imag)
 
 
 class Circles(Shape[CircleContact]):
@@ -395,10 +399,10 @@ class Circles(Shape[CircleContact]):
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
         """How near a contact is, by the places of its centres."""
-        own, far = self.contacts[c], abs(place)
-        way = -1.0 if own.inside else 1.0
+        contact, far = self.contacts[c], abs(place)
+        way = -1.0 if contact.inside else 1.0
         gap_rate = way * _dot(place, rate) / far if far > 0 else -abs(rate)
-        return Glimpse(way * (far - own.distance), gap_rate)
+        return Glimpse(way * (far - contact.distance), gap_rate)
 
 
 def grips(
@@ -440,10 +444,10 @@ class _Searched(Shape[OnCurve]):
         """Places on the curves (..., c) for what is seen from their axes: see `Foot`."""
         if self._searches:
             rows = seen.reshape(-1, len(self.contacts)).tolist()
-            found = [
+            feet_of = [
                 search(z) for row in rows for search, z in zip(self._searches, row, strict=True)
             ]
-            length, *feet = np.moveaxis(np.array(found).reshape(*seen.shape, 4), -1, 0)
+            length, *feet = np.moveaxis(np.array(feet_of).reshape(*seen.shape, 4), -1, 0)
             return length.real, *feet
         columns = []
         for c, contact in enumerate(self.contacts):
@@ -515,13 +519,13 @@ class OnCurves(_Searched[CurveContact]):
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
         """How near a contact is."""
-        own = self.contacts[c]
+        contact = self.contacts[c]
         _, foot, tangent, _ = self._searches[c](place)
         way, apart = tangent / abs(tangent), place - foot
-        gap = own.side * _cross(way, apart) - own.radius
-        beyond = not own.curve.closed and abs(_dot(way, apart)) > BESIDE
-        beside = abs(apart) - own.radius if beyond else -inf
-        return Glimpse(gap, own.side * _cross(way, rate), beside)
+        gap = contact.side * _cross(way, apart) - contact.radius
+        beyond = not contact.curve.closed and abs(_dot(way, apart)) > BESIDE
+        beside = abs(apart) - contact.radius if beyond else -inf
+        return Glimpse(gap, contact.side * _cross(way, rate), beside)
 
 
 class OnFlats(_Searched[FlatContact]):
@@ -607,14 +611,14 @@ class OnFlats(_Searched[FlatContact]):
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
         """How near a contact is, by its curve's origin's place across the face, and its angle."""
-        own = self.contacts[c]
-        scale = sqrt(2) * own.farthest
-        dx, dy = own.end.x - own.start.x, own.end.y - own.start.y
+        contact = self.contacts[c]
+        scale = sqrt(2) * contact.farthest
+        dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
         axis = rect(1.0, place.imag / scale - atan2(dy, dx))
-        seen = -1j * own.side * axis.conjugate()
+        seen = -1j * contact.side * axis.conjugate()
         arm = axis * self._searches[c](seen)[1]
-        gap = place.real / sqrt(2) + own.side * arm.imag
-        return Glimpse(gap, rate.real / sqrt(2) + own.side * arm.real * rate.imag / scale)
+        gap = place.real / sqrt(2) + contact.side * arm.imag
+        return Glimpse(gap, rate.real / sqrt(2) + contact.side * arm.real * rate.imag / scale)
 
 
 class ContactShapes:
@@ -635,12 +639,12 @@ class ContactShapes:
         for kind, numbers in kinds.items():
             some = [contacts[k] for k in numbers]
             shape = SHAPES[kind]
-            own = [] if searches is None else [searches[k] for k in numbers if k in searches]
-            more = (own,) if issubclass(shape, _Searched) else ()
+            followed = [] if searches is None else [searches[k] for k in numbers if k in searches]
+            more = (followed,) if issubclass(shape, _Searched) else ()
             self._groups.append((np.array(numbers), shape(some, frame, *more)))
         self._only = self._groups[0][1] if len(self._groups) == 1 else None
-        self._places = {k: (g, c) for g, (own, _) in enumerate(self._groups)
-                        for c, k in enumerate(own.tolist())}  # fmt: skip
+        self._places = {k: (g, c) for g, (numbers, _) in enumerate(self._groups)
+                        for c, k in enumerate(numbers.tolist())}  # fmt: skip
         parts = [[frame(part).link for part in contact.parts] for contact in contacts]
         self.links = np.array(parts, dtype=int).reshape(-1, 2).T
         self.moment = self._of_all((len(contacts),), (1,), lambda group: (group.moment,))[0]
@@ -667,10 +671,10 @@ class ContactShapes:
 
     def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
         """Second derivatives of the gaps: see `Shape.gap_bends`."""
-        found = np.empty(look.gap.shape)
+        bends_of_gaps = np.empty(look.gap.shape)
         for numbers, group in self._groups:
-            found[..., numbers] = group.gap_bends(look.of(numbers), at, bends)
-        return found
+            bends_of_gaps[..., numbers] = group.gap_bends(look.of(numbers), at, bends)
+        return bends_of_gaps
 
     def view(self, at: Poses) -> ComplexArray:
         """What is seen from the axes of the curves, where all are on curves: see `Foot`."""
@@ -691,11 +695,11 @@ class ContactShapes:
         self, shape: tuple[int, ...], kinds: tuple[complex, ...], ask: Callable[[Any], Any]
     ) -> list[Any]:
         """Columns of all contacts, real or complex ones."""
-        found: list[Any] = [np.zeros(shape, dtype=type(kind)) for kind in kinds]
+        columns: list[Any] = [np.zeros(shape, dtype=type(kind)) for kind in kinds]
         for numbers, group in self._groups:
-            for column, part in zip(found, ask(group), strict=True):
+            for column, part in zip(columns, ask(group), strict=True):
                 column[..., numbers] = part
-        return found
+        return columns
 
 
 SHAPES: dict[type, type[Shape[Any]]] = {

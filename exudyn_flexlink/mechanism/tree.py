@@ -108,11 +108,11 @@ class TreeLayout:
 
     def path(self, link: int) -> list[int]:
         """Links from the ground to this one, which is the last."""
-        found: list[int] = []
+        links: list[int] = []
         while link != ROOT:
-            found.append(link)
+            links.append(link)
             link = self.links[link].parent
-        return found[::-1]
+        return links[::-1]
 
     def frame(self, part: int) -> Frame:
         """Frame of a part's origin, also of the ground's."""
@@ -177,7 +177,7 @@ class _Spanning:
         self.layout = TreeLayout()
         self._groups = weld_groups(mechanism)
         self._frames = {part: frame for group in self._groups for part, frame in group.items()}
-        self._felt = {own.name for own in mechanism.frictions if own.share > 0}
+        self._felt = {friction.name for friction in mechanism.frictions if friction.share > 0}
         self._hung: dict[int, Frame] = {}  # frame of each group's axes, by its number
         self._number = {part: k for k, group in enumerate(self._groups) for part in group}
         self._hang(0, Frame(ROOT))  # the ground's
@@ -194,10 +194,10 @@ class _Spanning:
 
     def _hang(self, group: int, axes: Frame) -> None:
         self._hung[group] = axes
-        for part, own in self._groups[group].items():
+        for part, joint in self._groups[group].items():
             if part != GROUND:
-                x, y = axes.place(own.x, own.y)
-                self.layout.frames[part] = Frame(axes.link, x, y, axes.angle + own.angle)
+                x, y = axes.place(joint.x, joint.y)
+                self.layout.frames[part] = Frame(axes.link, x, y, axes.angle + joint.angle)
 
     def _carried(self, group: int) -> tuple[int, ...]:
         return tuple(part for part in self._groups[group] if part != GROUND)
@@ -216,9 +216,9 @@ class _Spanning:
         turned = not self._ends_hung(joint)[0]
         near, far = (second, first) if turned else (first, second)
         parent, x, y = self.layout.place(near)
-        own = self._frames[far.part]
+        carrier = self._frames[far.part]
         group = self._number[far.part]
-        at = own.place(far.x, far.y)
+        at = carrier.place(far.x, far.y)
         if isinstance(joint, Pin):
             kind, turn, angle = HINGE, 0.0, 0.0
         else:
@@ -226,7 +226,7 @@ class _Spanning:
             along, back = joint.direction, joint.angle - joint.direction
             along, back = (-back, -along) if turned else (along, back)
             kind, turn = ALONG_X, self.layout.frame(near.part).angle + along
-            angle = back - own.angle
+            angle = back - carrier.angle
         before = Link(parent, kind, (x, y), turn)
         if joint.name in self._felt:
             before = self._held(joint, before)
@@ -342,9 +342,9 @@ def hanging_on(
 
 def _reached(part: int, joints: Sequence[Pin | Slide | Weld]) -> set[int]:
     """Parts that joints hold together with one, and that one."""
-    found, more = {part}, {part}
+    reached, more = {part}, {part}
     while more:
         ends = [{joint.first.part, joint.second.part} for joint in joints]
-        more = set().union(*(pair for pair in ends if pair & found)) - found
-        found |= more
-    return found
+        more = set().union(*(pair for pair in ends if pair & reached)) - reached
+        reached |= more
+    return reached

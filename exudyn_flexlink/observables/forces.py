@@ -58,15 +58,15 @@ def forces_of(result: Result) -> dict[str, Force]:
         ("gear torque", "N m", result.gear_torques),
         ("wall force", "N", _wall_forces(result)),
         *(
-            (f"contact {'torque' if unit == 'N m' else 'force'}", unit, {name: own.force})
-            for name, own in result.contacts.items()
+            (f"contact {'torque' if unit == 'N m' else 'force'}", unit, {name: contact.force})
+            for name, contact in result.contacts.items()
             for unit in [result.scene.unit_of(name, "N")]
         ),
     )
     return {
         f"{quantity} of {name}": Force(quantity, name, unit, values)
-        for quantity, unit, found in kinds
-        for name, values in found.items()
+        for quantity, unit, by_name in kinds
+        for name, values in by_name.items()
     }
 
 
@@ -83,13 +83,13 @@ def momentary_forces(result: Result) -> set[str]:
 
 def _wall_forces(result: Result) -> dict[str, FloatArray]:
     """Force of each wall on the link, the sum over all that touches it, where there is play."""
-    found = {}
+    pushes = {}
     for joint in sleeves_with_play(result):
         history = result.sleeves[joint]
         for side, wall in ((1.0, "upper"), (-1.0, "lower")):
-            own = np.array(history.sides) == side
-            found[f"{joint}, {wall} wall"] = history.force[:, own].sum(axis=1)
-    return found
+            on_side = np.array(history.sides) == side
+            pushes[f"{joint}, {wall} wall"] = history.force[:, on_side].sum(axis=1)
+    return pushes
 
 
 def force_peaks(result: Result) -> dict[str, ForcePeak]:
@@ -99,16 +99,18 @@ def force_peaks(result: Result) -> dict[str, ForcePeak]:
     """
     unbound = {
         name
-        for name, own in result.contacts.items()
-        if not np.isfinite(own.touches.peak_force).all()
+        for name, contact in result.contacts.items()
+        if not np.isfinite(contact.touches.peak_force).all()
     }
     peaks = {name: result.extremes[extremes_of(result.scene, name)[0]] for name in result.contacts}
     exact = {name: peak.greatest for name, peak in peaks.items() if len(peak.time)}
-    found = {}
+    by_force = {}
     for name, force in forces_of(result).items():
         largest = int(np.argmax(np.abs(force.size)))
-        own = force.name if force.quantity.startswith("contact") else ""
-        value, at = exact.get(own, (float(force.size[largest]), float(result.time[largest])))
-        if own not in unbound:
-            found[name] = ForcePeak(value, force.unit, at)
-    return found
+        contact_name = force.name if force.quantity.startswith("contact") else ""
+        value, at = exact.get(
+            contact_name, (float(force.size[largest]), float(result.time[largest]))
+        )
+        if contact_name not in unbound:
+            by_force[name] = ForcePeak(value, force.unit, at)
+    return by_force

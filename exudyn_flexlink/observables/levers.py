@@ -157,20 +157,22 @@ def rest_of(answer: Answer, mechanism: Mechanism) -> float | None:
             if spring.rest_angle is not None and {spring.first, spring.second} == set(ends):
                 return spring.rest_angle * (1.0 if spring.second == answer.part else -1.0)
     if isinstance(answer, Slid):
-        found = (own for own in mechanism.linear_springs if own.slide is answer.slide)
-        return next((answer.sign * own.length for own in found if own.length is not None), None)
+        springs = (spring for spring in mechanism.linear_springs if spring.slide is answer.slide)
+        return next(
+            (answer.sign * spring.length for spring in springs if spring.length is not None), None
+        )
     return None
 
 
 def measures(scene: Scene) -> dict[str, Measure]:
     """By what the motion of every struck body is told."""
-    mechanism, found = build_mechanism(scene), {}
+    mechanism, measures_by = build_mechanism(scene), {}
     for contact in scene.contacts.values():
         body = contact.struck
         if body is not None:
             hinged = isinstance(carrying_joint(scene, mechanism, body), (Pin, CircleContact))
-            found[body] = ANGLE if hinged else DISPLACEMENT
-    return found
+            measures_by[body] = ANGLE if hinged else DISPLACEMENT
+    return measures_by
 
 
 def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | None:
@@ -178,32 +180,34 @@ def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | 
 
     One that holds it on the ground, else the first of the scene; None without one.
     """
-    own = _moving_as_one(mechanism, body)
-    found = [
+    fixed = _moving_as_one(mechanism, body)
+    joints = [
         joint
-        for joint in _joints(scene, mechanism, own)
-        if (joint.first.part in own) != (joint.second.part in own)
+        for joint in _joints(scene, mechanism, fixed)
+        if (joint.first.part in fixed) != (joint.second.part in fixed)
     ]
-    grounded = (joint for joint in found if GROUND in (joint.first.part, joint.second.part))
-    return next(grounded, found[0] if found else None)
+    grounded = (joint for joint in joints if GROUND in (joint.first.part, joint.second.part))
+    return next(grounded, joints[0] if joints else None)
 
 
 def _moving_as_one(mechanism: Mechanism, body: str) -> set[int]:
     """Parts of a body, and those welded to them; none if they are welded to the ground."""
     welds = [{weld.first.part, weld.second.part} for weld in mechanism.welds]
-    own, reached = set[int](), set(mechanism.bodies[body])
-    while reached > own:
-        own = reached
-        reached = own.union(*(weld for weld in welds if weld & own))
-    return set() if GROUND in own else own
+    fixed, reached = set[int](), set(mechanism.bodies[body])
+    while reached > fixed:
+        fixed = reached
+        reached = fixed.union(*(weld for weld in welds if weld & fixed))
+    return set() if GROUND in fixed else fixed
 
 
-def _joints(scene: Scene, mechanism: Mechanism, own: set[int]) -> Iterator[Carrying]:
+def _joints(scene: Scene, mechanism: Mechanism, fixed: set[int]) -> Iterator[Carrying]:
     """Hinges and slides of the scene's joints, in its order; a guide is not carried by its link."""
-    found = {joint.name: joint for joint in (*mechanism.hinges, *mechanism.slides)}
+    joints = {joint.name: joint for joint in (*mechanism.hinges, *mechanism.slides)}
     for name, joint in scene.joints.items():
-        if name in found and not (isinstance(joint, SleeveJoint) and found[name].first.part in own):
-            yield found[name]
+        if name in joints and not (
+            isinstance(joint, SleeveJoint) and joints[name].first.part in fixed
+        ):
+            yield joints[name]
 
 
 @dataclass(frozen=True)
@@ -271,8 +275,8 @@ class LeverResponse:
     @property
     def farthest(self) -> float:
         """Value farthest from where the body stood at time 0; 0 of no part of a run."""
-        own = self._all
-        return max(own.least[0], own.greatest[0], key=abs) if len(own.time) else 0.0
+        values = self._all
+        return max(values.least[0], values.greatest[0], key=abs) if len(values.time) else 0.0
 
     @property
     def _all(self) -> Extremes:
@@ -285,18 +289,18 @@ class LeverResponse:
 
 def struck_bodies(scene: Scene) -> dict[str, str]:
     """Bodies that are struck, each with the first contact that strikes it."""
-    found: dict[str, str] = {}
+    contacts: dict[str, str] = {}
     for name, contact in scene.contacts.items():
         if contact.struck is not None:
-            found.setdefault(contact.struck, name)
-    return found
+            contacts.setdefault(contact.struck, name)
+    return contacts
 
 
 def lever_response(result: Result, contact: str) -> LeverResponse:
     """Motion of the body that the contact strikes."""
     mechanism = build_mechanism(result.scene)
-    own = struck_by(mechanism, contact)
-    part = own.parts[1]
+    struck = struck_by(mechanism, contact)
+    part = struck.parts[1]
     if part == GROUND:
         raise ValueError(f"the contact '{contact}' strikes the ground")
     body, start = mechanism.parts[part].body, result.poses[0]
@@ -308,9 +312,9 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
     hinge = answer.hinge if isinstance(answer, Turned) else None
     if result.scene.initial.states and (rest := rest_of(answer, mechanism)) is not None:
         start, zero = _set_back(start, answer, part, zero - rest), rest
-    anchor = _farthest(own.anchors[1], hinge, start)
+    anchor = _farthest(struck.anchors[1], hinge, start)
     tip, at_rest = anchor_position(anchor, result.poses), anchor_position(anchor, start)
-    normal = approach(own, start, result.rates[0]).normal
+    normal = approach(struck, start, result.rates[0]).normal
     turns = result.extremes[f"{body}.{answer.measure.name}"]
     return LeverResponse(
         body,
@@ -338,9 +342,9 @@ def _set_back(q: FloatArray, answer: Turned | Slid | Moved, part: int, by: float
 
 def struck_by(mechanism: Mechanism, contact: str) -> Contact:
     """Find a contact of the scene."""
-    for own in mechanism.contacts:
-        if own.name == contact:
-            return own
+    for each in mechanism.contacts:
+        if each.name == contact:
+            return each
     raise ValueError(f"the scene has no contact '{contact}'")
 
 
@@ -349,7 +353,9 @@ def _farthest(anchors: Sequence[Anchor], hinge: Anchor | None, q: FloatArray) ->
     if hinge is None:
         return anchors[-1]
     at = anchor_position(hinge, q)
-    return max(anchors[::-1], key=lambda own: float(np.linalg.norm(anchor_position(own, q) - at)))
+    return max(
+        anchors[::-1], key=lambda anchor: float(np.linalg.norm(anchor_position(anchor, q) - at))
+    )
 
 
 def extremes_of(scene: Scene, contact: str) -> tuple[str, str]:
@@ -368,15 +374,15 @@ class Watched:
     """
 
     def __init__(self, scene: Scene, mechanism: Mechanism, start: FloatArray) -> None:
-        self._scene, point, told = scene, watched_point(scene), measures(scene).items()
+        self._scene, point, measures_by = scene, watched_point(scene), measures(scene).items()
         self._anchor = point_anchor(scene, mechanism, point)
         self._answers = [
             answer_of(scene, mechanism, struck_by(mechanism, contact), start)
             for contact in struck_bodies(scene).values()
         ]
-        places = [f"{body}.{measure.name}" for body, measure in told]
+        places = [f"{body}.{measure.name}" for body, measure in measures_by]
         places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
-        speeds = [f"{body}.{measure.rate_name}" for body, measure in told]
+        speeds = [f"{body}.{measure.rate_name}" for body, measure in measures_by]
         self.names = (*places, *speeds, f"{point}.speed_m_per_s")
         self.contacts = tuple(contact.name for contact in mechanism.touching)
         # Distance and speed are watched as squares, which are smooth even where they are 0.
@@ -396,8 +402,8 @@ class Watched:
         """
         at = anchor_position(self._anchor, poses)
         going = anchor_velocity(self._anchor, poses, rates)
-        motions = [own.motion(poses, rates) for own in self._answers]
-        answers, moving = [own[0] for own in motions], [own[1] for own in motions]
+        motions = [answer.motion(poses, rates) for answer in self._answers]
+        answers, moving = [column[0] for column in motions], [column[1] for column in motions]
         distance, growing = np.sum(at * at, axis=-1), 2 * np.sum(at * going, axis=-1)
         velocities = np.stack([*moving, going[..., 0], going[..., 1]], axis=-1)
         slope = slopes(velocities)
@@ -420,7 +426,7 @@ class Watched:
         ends = poses[..., :2], anchor_position(self._anchor, poses)
         far = max(float(np.abs(end).max()) for end in ends)
         angle = max(float(np.abs(poses[..., 2]).max()), 1.0)
-        answers = [angle if own.measure is ANGLE else far for own in self._answers]
+        answers = [angle if answer.measure is ANGLE else far for answer in self._answers]
         return np.array([*answers, far, far, far**2])
 
     def told(self, which: int, values: FloatArray) -> FloatArray:

@@ -152,13 +152,13 @@ def force_deviations(
     alike &= time > 0  # both begin with one state
     alike &= ~(_near_impulses(first, time, spacing) | _near_impulses(second, time, spacing))
     both = forces_of(first), forces_of(second)
-    found = {}
+    deviations = {}
     for name, force in both[0].items():
         if name not in both[1]:
             continue
         one, other = (
-            straight_between(run.time, own[name].values, time)
-            for run, own in zip((first, second), both, strict=True)
+            straight_between(run.time, forces[name].values, time)
+            for run, forces in zip((first, second), both, strict=True)
         )
         free, touched = (
             _spread(time[part], one[part], other[part])
@@ -168,8 +168,8 @@ def force_deviations(
         if force.quantity.startswith("contact"):
             length = near if force.unit == "N" else 0.0  # a torque's approach is in rad/s
             touched, instants = _in_touches(first, second, force.name, until, length)
-        found[name] = ForceDeviation(force.unit, free, touched, instants)
-    return found
+        deviations[name] = ForceDeviation(force.unit, free, touched, instants)
+    return deviations
 
 
 def _in_touches(
@@ -237,25 +237,30 @@ def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatA
     return result.time[first:last] - begin, result.contacts[name].force[first:last]
 
 
-def worst_force(found: Mapping[str, ForceDeviation]) -> tuple[str, float]:
+def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
     """Name of the force that is farthest off as a part of its own largest, and that part.
 
     While nothing touches, unless something does throughout, or no force acts then. Forces that are
     rounding, beside the largest of their unit, tell nothing. An empty name and 0 where no force
     does.
     """
-    acts = any(own.free and own.free.size > NO_FORCE for own in found.values())
-    parts = {n: own.free if acts and own.free else own.touching for n, own in found.items()}
+    acts = any(
+        deviation.free and deviation.free.size > NO_FORCE for deviation in deviations.values()
+    )
+    parts = {
+        n: deviation.free if acts and deviation.free else deviation.touching
+        for n, deviation in deviations.items()
+    }
     sizes: dict[str, float] = {}
     for name, part in parts.items():
-        unit = found[name].unit
+        unit = deviations[name].unit
         sizes[unit] = max(sizes.get(unit, NO_FORCE), part.size if part else 0.0)
-    told = {
+    kinds_told = {
         name: part.relative
         for name, part in parts.items()
-        if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[found[name].unit])
+        if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[deviations[name].unit])
     }
-    return max(told.items(), key=lambda item: item[1], default=("", 0.0))
+    return max(kinds_told.items(), key=lambda item: item[1], default=("", 0.0))
 
 
 def _spread(
@@ -293,12 +298,12 @@ def _any(time: FloatArray, masks: Sequence[BoolArray]) -> BoolArray:
 
 def _pairs(result: Result, time: FloatArray) -> dict[Pair, BoolArray]:
     """Whether each pair of what can touch does, at instants (N,) s."""
-    found = {}
+    pairs_by = {}
     for name, touches in result.intervals.items():
         pairs = result.sleeves[name].pairs if name in result.sleeves else (name,)
         for k, pair in enumerate(pairs):
-            found[name, pair] = touches.where(touches.pair == k).lasting(time) > 0
-    return found
+            pairs_by[name, pair] = touches.where(touches.pair == k).lasting(time) > 0
+    return pairs_by
 
 
 def _near_impulses(result: Result, time: FloatArray, spacing: float) -> BoolArray:
@@ -343,7 +348,7 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
         horizon=horizon,
         stopped=None if other.outcome.completed else float(other.time[-1]),
         other=tolerance,
-        forces={name: own.times(FACTOR, ROUNDING) for name, own in forces.items()},
+        forces={name: deviation.times(FACTOR, ROUNDING) for name, deviation in forces.items()},
     )
 
 
@@ -381,8 +386,12 @@ def joint_force(result: Result, joint: str) -> JointForce:
     known = [name for name in result.scene.joints if name in forces]
     if joint not in known:
         others = ("sleeves", "gear_forces", "gear_torques")
-        own = "".join(f", but {key}['{joint}']" for key in others if joint in getattr(result, key))
-        raise ValueError(f"no force of '{joint}' is kept{own}; of: {', '.join(known) or 'none'}")
+        others_told = "".join(
+            f", but {key}['{joint}']" for key in others if joint in getattr(result, key)
+        )
+        raise ValueError(
+            f"no force of '{joint}' is kept{others_told}; of: {', '.join(known) or 'none'}"
+        )
     kind = "joint" if joint in result.joint_forces else "slot"
     scene, torque = result.scene, result.drive_torques
     drives = [name for name in torque if getattr(scene.drives[name], "joint", None) == joint]
@@ -405,9 +414,11 @@ def force_error(result: Result, name: str) -> FloatArray:
     Inf beyond the instant up to which errors are known; nan where nothing was measured. Where a
     touch begins or ends, a force jumps as much later or earlier as the instant is off, too.
     """
-    found = result.error.forces.get(name)
-    if found is None:
+    deviation = result.error.forces.get(name)
+    if deviation is None:
         return np.full(len(result.time), np.nan)
-    free, touched = (nan if part is None else part.largest for part in (found.free, found.touching))
+    free, touched = (
+        nan if part is None else part.largest for part in (deviation.free, deviation.touching)
+    )
     error = np.where(touching(result, result.time), touched, free)
     return np.where(result.time < result.error.known_until, error, inf)

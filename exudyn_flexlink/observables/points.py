@@ -62,9 +62,9 @@ class PointPath:
             ValueError: one of them is not in the run.
 
         """
-        own = np.asarray(time, dtype=float)
-        require_inside(self.time, own)
-        return between_samples(self.time, self.position, self.velocity, own)
+        times = np.asarray(time, dtype=float)
+        require_inside(self.time, times)
+        return between_samples(self.time, self.position, self.velocity, times)
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,8 @@ def _free_point(scene: Scene) -> str:
             held.add(joint.point)
         elif isinstance(joint, PointsJoint):
             held |= set(joint.points)
-    own = [point for point in named if point != f"{name}.centre"] or named
-    free = [point for point in own if point not in held]
+    others = [point for point in named if point != f"{name}.centre"] or named
+    free = [point for point in others if point not in held]
     moving = [point for point in named if point not in grounded]
     ends = [point for point in moving if point == f"{name}.end"]
     return [*ends, *free, *moving, *named][0]
@@ -175,13 +175,13 @@ def path(result: Result, point: str) -> PointPath:
 
 def paths(result: Result, points: Iterable[str]) -> list[PointPath]:
     """Motions of points 'body.point'."""
-    mechanism, found = build_mechanism(result.scene), []
+    mechanism, paths_of = build_mechanism(result.scene), []
     for point in points:
         anchor = point_anchor(result.scene, mechanism, point)
         position = np.asarray(anchor_position(anchor, result.poses))
         velocity = np.asarray(anchor_velocity(anchor, result.poses, result.rates))
-        found.append(PointPath(point, result.time, position, velocity))
-    return found
+        paths_of.append(PointPath(point, result.time, position, velocity))
+    return paths_of
 
 
 def room(result: Result, points: Iterable[str]) -> float:
@@ -192,7 +192,7 @@ def room(result: Result, points: Iterable[str]) -> float:
 
 def point_names(scene: Scene) -> list[str]:
     """Return the names of all points of a scene, as 'body.point'."""
-    return [f"{own}.{each}" for own, spec in scene.bodies.items() for each in spec.point_names]
+    return [f"{body}.{each}" for body, spec in scene.bodies.items() for each in spec.point_names]
 
 
 def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
@@ -351,12 +351,12 @@ def first_passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> Flo
     """First instants (s) at which an angle (N,) passes each of those wanted, in its own way."""
     way = np.sign(angle[-1] - angle[0]) or 1.0
     ahead = np.maximum.accumulate(way * angle)
-    found = []
+    passes = []
     for value in (way * wanted).tolist():
         k = int(np.searchsorted(ahead, value, side="left"))
         if k == 0 or k == len(ahead):
-            found.append(float(time[min(k, len(time) - 1)]))
+            passes.append(float(time[min(k, len(time) - 1)]))
             continue
         part = (value - ahead[k - 1]) / (ahead[k] - ahead[k - 1])
-        found.append(float(time[k - 1] + part * (time[k] - time[k - 1])))
-    return np.array(found)
+        passes.append(float(time[k - 1] + part * (time[k] - time[k - 1])))
+    return np.array(passes)

@@ -62,22 +62,24 @@ def signals(scene: Scene) -> dict[str, Signal]:
     its first rod), ``BODY.rate``, ``BODY.POINT.x`` and ``.y``; of a struck body ``BODY.response``,
     its angle or displacement from the start on, as its own table has it.
     """
-    found, told = list[Signal](), measures(scene)
+    signals_of, measures_by = list[Signal](), measures(scene)
     for body in scene.bodies:
-        found.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, body)))
-        found.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, body)))
+        signals_of.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, body)))
+        signals_of.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, body)))
     for point in point_names(scene):
         for i, axis in enumerate("xy"):
-            found.append(Signal(f"{point}.{axis}", Dimension.LENGTH, partial(_place, point, i)))
+            signals_of.append(
+                Signal(f"{point}.{axis}", Dimension.LENGTH, partial(_place, point, i))
+            )
     for body, contact in struck_bodies(scene).items():
-        kind = Dimension.ANGLE if told[body] is ANGLE else Dimension.LENGTH
-        found.append(Signal(f"{body}.response", kind, partial(_response, contact)))
-    return {signal.name: signal for signal in found}
+        kind = Dimension.ANGLE if measures_by[body] is ANGLE else Dimension.LENGTH
+        signals_of.append(Signal(f"{body}.response", kind, partial(_response, contact)))
+    return {signal.name: signal for signal in signals_of}
 
 
 def _angle(body: str, run: Result) -> tuple[FloatArray, FloatArray]:
-    own = body_motion(run, body)
-    return own.angle, own.rate
+    motion = body_motion(run, body)
+    return motion.angle, motion.rate
 
 
 def _rate(body: str, run: Result) -> tuple[FloatArray, None]:
@@ -85,22 +87,22 @@ def _rate(body: str, run: Result) -> tuple[FloatArray, None]:
 
 
 def _place(point: str, axis: int, run: Result) -> tuple[FloatArray, FloatArray]:
-    own = path(run, point)
-    return own.position[:, axis], own.velocity[:, axis]
+    place = path(run, point)
+    return place.position[:, axis], place.velocity[:, axis]
 
 
 def _response(contact: str, run: Result) -> tuple[FloatArray, FloatArray]:
-    own = lever_response(run, contact)
-    return own.value, own.rate
+    response = lever_response(run, contact)
+    return response.value, response.rate
 
 
 def own_columns(scene: Scene) -> dict[str, str]:
     """Names of quantities by those that columns have in the tables of a run, without units."""
-    watched, told = watched_point(scene), measures(scene)
-    found = {axis: f"{watched}.{axis}" for axis in "xy"}
-    if len(told) == 1:  # of two struck bodies the tables have the same names of columns
-        found |= {measure.word: f"{body}.response" for body, measure in told.items()}
-    return found
+    watched, measures_by = watched_point(scene), measures(scene)
+    columns = {axis: f"{watched}.{axis}" for axis in "xy"}
+    if len(measures_by) == 1:  # of two struck bodies the tables have the same names of columns
+        columns |= {measure.word: f"{body}.response" for body, measure in measures_by.items()}
+    return columns
 
 
 def unknown_signal(name: str, known: Iterable[str]) -> str:
@@ -245,7 +247,7 @@ def on_axis(result: Result, point: str) -> FloatArray | None:
     mechanism = build_mechanism(scene)
     # The x-axis of this anchor is the axis of the guide.
     guides = {slide.name: slide.first for slide in mechanism.slides}
-    guide = (guides | {one.name: one.guide for one in mechanism.channels})[joints[0]]
+    guide = (guides | {channel.name: channel.guide for channel in mechanism.channels})[joints[0]]
     start = anchor_position(point_anchor(scene, mechanism, f"{body}.start"), result.poses)
     origin, angle = anchor_position(guide, result.poses), result.poses[:, guide.part, 2]
     along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)

@@ -170,10 +170,10 @@ def lap_starts(result: Result) -> list[float]:
 def pair_totals(result: Result, joint: str) -> list[PairTotals]:
     """Pairs of a joint that touched at all, those that touched longest first."""
     history = _walls(result, joint)
-    found = []
+    totals = []
     for k in np.unique(history.touches.pair).tolist():
         mine = history.touches.where(history.touches.pair == k)
-        found.append(
+        totals.append(
             PairTotals(
                 history.pairs[k],
                 len(mine),
@@ -183,7 +183,7 @@ def pair_totals(result: Result, joint: str) -> list[PairTotals]:
                 float(mine.peak_force.max()),
             )
         )
-    return sorted(found, key=lambda pair: -pair.time)
+    return sorted(totals, key=lambda pair: -pair.time)
 
 
 def sleeves_with_play(result: Result) -> list[str]:
@@ -209,9 +209,11 @@ def _walls(result: Result, joint: str) -> SleeveHistory:
         return result.sleeves[joint]
     if joint not in result.bearings:
         raise ValueError(f"the result has no joint '{joint}' with walls")
-    own = result.bearings[joint]
+    bearing = result.bearings[joint]
     pair = (f"{joint}: journal in its bearing",)
-    return SleeveHistory(pair, (1.0,), own.force[:, None], own.touches, deepest(result, joint))
+    return SleeveHistory(
+        pair, (1.0,), bearing.force[:, None], bearing.touches, deepest(result, joint)
+    )
 
 
 SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike

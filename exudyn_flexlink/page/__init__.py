@@ -86,8 +86,8 @@ def page_of(result: Result) -> str:
 
 def _policy(players: str) -> str:
     """Return what a browser lets a page do: load nothing, and run nothing but these players."""
-    programs = [sha256(own.encode("utf-8")).digest() for own in PROGRAM.findall(players)]
-    hashes = " ".join(f"'sha256-{b64encode(own).decode('ascii')}'" for own in programs)
+    programs = [sha256(program.encode("utf-8")).digest() for program in PROGRAM.findall(players)]
+    hashes = " ".join(f"'sha256-{b64encode(program).decode('ascii')}'" for program in programs)
     allowed = f"; script-src {hashes}" if hashes else ""
     return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'{allowed}"
 
@@ -103,8 +103,8 @@ def write_page(result: Result, file: Path, *, force: bool = False) -> None:
 
     """
     if file.suffix.lower() not in ENDINGS:
-        told = "a report is a page of HTML, whose name ends in"
-        raise StorageError(f"can't write {file}: {told} {' or '.join(ENDINGS)}")
+        about = "a report is a page of HTML, whose name ends in"
+        raise StorageError(f"can't write {file}: {about} {' or '.join(ENDINGS)}")
     replace_file(file, page_of(result).encode("utf-8"), is_page, force=force)
 
 
@@ -223,7 +223,7 @@ def _facts(result: Result) -> Table:
 def _strikes(result: Result, pictures: Mapping[str, Picture]) -> Section:
     contacts = result.scene.all_contacts
     tables = [strike_table(result, contact, MOST_STRIKES) for contact in contacts]
-    texts = [f"{told.caption}: none." for told in tables if not told.rows]
+    texts = [f"{shown.caption}: none." for shown in tables if not shown.rows]
     answers = response_table(result)
     return Section("strikes", "Strikes", texts, _of(pictures, "lever"), _filled([*tables, answers]))
 
@@ -243,19 +243,19 @@ def _of(pictures: Mapping[str, Picture], *names: str) -> list[Picture]:
 
 
 def _filled(tables: Iterable[Table]) -> list[Table]:
-    return [told for told in tables if told.rows]
+    return [shown for shown in tables if shown.rows]
 
 
 def _settings(settings: EngineSettings) -> list[list[str]]:
     """Those that have a use, first those of the integrator."""
-    told = vars(settings.integrator) | vars(settings)
-    del told["integrator"]
-    return _rows({name: value for name, value in told.items() if value is not None})
+    values = vars(settings.integrator) | vars(settings)
+    del values["integrator"]
+    return _rows({name: value for name, value in values.items() if value is not None})
 
 
-def _rows(told: Mapping[str, float | str]) -> list[list[str]]:
+def _rows(values: Mapping[str, float | str]) -> list[list[str]]:
     return [
-        [name, value if isinstance(value, str) else number(value)] for name, value in told.items()
+        [name, value if isinstance(value, str) else number(value)] for name, value in values.items()
     ]
 
 
@@ -298,7 +298,9 @@ def pictures_of(result: Result) -> dict[str, Picture]:
 
 def _uri(figure: Figure) -> str:
     """Return a figure as a data URI: lines, which stay sharp, unless they take too much room."""
-    svg = COORDINATES.sub(lambda own: DECIMALS.sub(rb"\1", own[0]), figure_bytes(figure, "svg"))
+    svg = COORDINATES.sub(
+        lambda number: DECIMALS.sub(rb"\1", number[0]), figure_bytes(figure, "svg")
+    )
     if len(svg) <= MOST_SVG:
         return data_uri("image/svg+xml", svg)
     return data_uri("image/png", figure_bytes(figure, "png"))
@@ -311,16 +313,18 @@ def data_uri(kind: str, content: bytes) -> str:
 
 def described(figure: Figure) -> str:
     """Return what a figure shows in words: its panels, how far their lines reach, its legends."""
-    told = []
-    for axes in (own for own in figure.axes if own.axison):
-        scale = next(filter(None, (own.get_ylabel() for own in (axes, *axes.child_axes))), "")
+    texts = []
+    for axes in (axis for axis in figure.axes if axis.axison):
+        scale = next(filter(None, (axis.get_ylabel() for axis in (axes, *axes.child_axes))), "")
         lines = [line for line in axes.lines if line.get_transform() == axes.transData]
         heights = np.concatenate([[np.nan], *(line.get_ydata() for line in lines)])
         if scale and not np.isnan(heights).all():
             scale += f" from {np.nanmin(heights):.4g} to {np.nanmax(heights):.4g}"
         over = f"over {axes.get_xlabel()}" if axes.get_xlabel() else ""
-        told.append(f"{axes.get_title(loc='left')} {scale} {over}")
-    legends = [own for axes in figure.axes if (own := axes.get_legend())]
-    names = [text.get_text() for own in (*legends, *figure.legends) for text in own.get_texts()]
-    told += [f"shown are {', '.join(dict.fromkeys(names))}"] * bool(names)
-    return "; ".join(" ".join(words.split()) for words in told if words.strip()).replace("$", "")
+        texts.append(f"{axes.get_title(loc='left')} {scale} {over}")
+    legends = [legend for axes in figure.axes if (legend := axes.get_legend())]
+    names = [
+        text.get_text() for legend in (*legends, *figure.legends) for text in legend.get_texts()
+    ]
+    texts += [f"shown are {', '.join(dict.fromkeys(names))}"] * bool(names)
+    return "; ".join(" ".join(words.split()) for words in texts if words.strip()).replace("$", "")

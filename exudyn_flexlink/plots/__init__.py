@@ -62,4 +62,4 @@ def save_figures(
 
     """
     drawn = figures(result, style).items()
-    return [file for name, one in drawn for file in save_figure(one, folder, name, formats)]
+    return [file for name, figure in drawn for file in save_figure(figure, folder, name, formats)]

@@ -97,8 +97,14 @@ def mechanism(
     instants of a turn.
     What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
     """
-    found = [one for name in result.scene.all_contacts for one in strikes(result, name)]
-    first = min(found, key=lambda strike: strike.begin, default=None) if instants is None else None
+    every_strike = [
+        strike for name in result.scene.all_contacts for strike in strikes(result, name)
+    ]
+    first = (
+        min(every_strike, key=lambda strike: strike.begin, default=None)
+        if instants is None
+        else None
+    )
     shown = _instants(result, first) if instants is None else [(time, "") for time in instants]
     if not shown:
         return None
@@ -326,7 +332,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
 def _room(posed: Sketch) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
     low, high = posed.box
-    ends = [end for own in posed.drawn(["spring"]) for end in own.line.at(posed.poses[0])]
+    ends = [end for line in posed.drawn(["spring"]) for end in line.line.at(posed.poses[0])]
     return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
 
 
@@ -352,8 +358,8 @@ def _draw_symbols(axes: Axes, posed: Sketch) -> list[Line2D]:
         seen[mark.kind] = Line2D([], [], label=mark.kind, **look)
     others = (("spring", "linear spring", _SPRING), ("face", "face of a contact", _FACE))
     for kind, label, look in others:
-        for own in posed.drawn([kind]):
-            points = own.line.at(posed.poses[0])
+        for line in posed.drawn([kind]):
+            points = line.line.at(posed.poses[0])
             axes.plot(*(factor * (coil(points) if kind == "spring" else points)).T, **look)
             seen[label] = Line2D([], [], label=label, **look)
     return list(seen.values())
@@ -377,7 +383,10 @@ def _name(axes: Axes, posed: Sketch) -> None:
     lines = {body: posed.lines(body, 0) for body in posed.scene.bodies}
     every = [
         *(x for of in lines.values() for x in of),
-        *(own.line.at(posed.poses[0]) for own in posed.drawn(["curve"])[: len(posed.model.slots)]),
+        *(
+            line.line.at(posed.poses[0])
+            for line in posed.drawn(["curve"])[: len(posed.model.slots)]
+        ),
     ]
     # Names keep away from points all along the lines.
     spots = [np.linspace(a, b, SPOTS) for line in every for a, b in pairwise(line)]
@@ -387,8 +396,8 @@ def _name(axes: Axes, posed: Sketch) -> None:
     if marks:
         symbols = np.stack([anchor_position(mark.anchor, posed.poses[0]) for mark in marks])
         labels.keep_free(factor * symbols, sized(SYMBOL))
-    for body, own in lines.items():
-        longest = max(own, key=lambda points: float(np.ptp(points, axis=0).max()))
+    for body, shape in lines.items():
+        longest = max(shape, key=lambda points: float(np.ptp(points, axis=0).max()))
         place = (longest[0] + longest[-1]) / 2
         colour = GREY if is_guide(posed.scene, body) else body_colour(posed.scene, body)
         labels.write(body, factor * place, place - middle, color=colour, weight="bold")
@@ -423,7 +432,7 @@ class Labels:
 
     def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
         """Write a name beside a place (data coordinates), rather in the direction `towards`."""
-        x, y = (float(one) for one in place)
+        x, y = (float(coordinate) for coordinate in place)
         shown = self._axes.annotate(
             shortened(text), (x, y), (0, 0), textcoords="offset points", ha="center", va="center",
             zorder=8, **look,
@@ -431,7 +440,7 @@ class Labels:
         shown.set_in_layout(False)
         half = np.array(shown.get_window_extent().size) / 2
         first, at = float(np.arctan2(towards[1], towards[0])), self._axes.transData.transform(place)
-        found = []
+        lines = []
         for far, turn in product(FARTHER, range(DIRECTIONS)):
             angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * pi / DIRECTIONS
             away = np.array([np.cos(angle), np.sin(angle)])
@@ -439,8 +448,8 @@ class Labels:
             middle = NEAR * self._pixels * far * away + half * away
             box = Bbox([at + middle - half, at + middle + half])
             cost = self._hidden(box) + OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
-            found.append((cost, middle, box))
-        _, middle, box = min(found, key=lambda one: one[0])
+            lines.append((cost, middle, box))
+        _, middle, box = min(lines, key=lambda line_of: line_of[0])
         shown.set_position(tuple(middle / self._pixels))
         self._taken.append(box.padded(APART * self._pixels))
 

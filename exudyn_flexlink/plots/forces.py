@@ -103,7 +103,7 @@ def strip(axes: Axes, result: Result, joint: str) -> None:
     for row, (name, edges, state) in enumerate(_rows(result, states)):
         names.append(name)
         bars = list(zip(edges[:-1].tolist(), np.diff(edges).tolist(), strict=True))
-        colours = [STATE_COLOURS[State(one)] for one in state.tolist()]
+        colours = [STATE_COLOURS[State(state_number)] for state_number in state.tolist()]
         axes.broken_barh(bars, (row + 0.1, 0.8), facecolors=colours, linewidth=0)
     axes.set_ylim(len(names), 0)
     axes.set_yticks([row + 0.5 for row in range(len(names))], names)
@@ -129,8 +129,8 @@ def _rows(result: Result, states: ContactStates) -> Iterator[tuple[str, FloatArr
     for row in range(min(MOST_ROWS, int(laps(result).max()))):
         begin = 2 * np.pi * row
         inside = (edges[1:] > begin) & (edges[:-1] < begin + 2 * np.pi)
-        own = np.append(edges[:-1][inside], edges[1:][inside][-1:]) - begin
-        yield f"lap {row + 1}", np.clip(own, 0.0, 2 * np.pi), states.state[inside]
+        instants = np.append(edges[:-1][inside], edges[1:][inside][-1:]) - begin
+        yield f"lap {row + 1}", np.clip(instants, 0.0, 2 * np.pi), states.state[inside]
 
 
 @styled
@@ -173,7 +173,7 @@ def guide_contact(result: Result, *, style: Style = SCREEN, ax: Given = None) ->
 def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
     """What is shown, and the sample: that nearest the middle of the longest time in each case."""
     states = contact_states(result, joint)
-    found = []
+    instants = []
     for cases in ((State.FREE,), (State.ONE_POINT,), TWO_POINTS):
         stretches = states.stretches(cases)
         for begin, end in stretches[np.argsort(stretches[:, 0] - stretches[:, 1], kind="stable")]:
@@ -182,9 +182,9 @@ def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
                 nearest = np.argmin(np.abs(result.time[inside] - (begin + end) / 2))
                 index = int(inside[nearest])
                 state = State(int(states.at(result.time[index : index + 1])[0]))
-                found.append((STATE_WORDS[state], index))
+                instants.append((STATE_WORDS[state], index))
                 break
-    return found
+    return instants
 
 
 def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index: int) -> None:
@@ -255,8 +255,8 @@ def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
     panels = _panels(result)
     if not panels or len(result.time) < 2:
         return None
-    found = {name: strikes(result, name) for name in result.contacts}
-    zooms = {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
+    strikes_by = {name: strikes(result, name) for name in result.contacts}
+    zooms = {name: s[0] for name, s in strikes_by.items() if s and s[0].end > s[0].begin}
     entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
     heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
     names = [*panels, *(["first strikes"] if zooms else [])]
@@ -284,27 +284,29 @@ def _draw_forces(axes: Axes, result: Result, panel: dict[str, Force], x: FloatAr
     widths = line_widths(series, thin)
     for i, ((name, force), width) in enumerate(zip(panel.items(), widths, strict=True)):
         colour, faint = SERIES[i % len(SERIES)], 0.5 if width > thin else 1.0
-        own = result.error.forces.get(name, ForceDeviation("", None, None))
-        error = max((part.largest for part in (own.free, own.touching) if part), default=0.0)
+        deviations = result.error.forces.get(name, ForceDeviation("", None, None))
+        error = max(
+            (part.largest for part in (deviations.free, deviations.touching) if part), default=0.0
+        )
         label = f"{force.name}{_place(result.scene, force)}"
         label += f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else ""
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
-        if own.free is not None:
+        if deviations.free is not None:
             # While something touches, the largest error is that of a peak: none of an instant.
             known = ~touching(result, result.time) & (result.time < result.error.known_until)
-            ends = (force.size - own.free.largest, force.size + own.free.largest)
+            ends = (force.size - deviations.free.largest, force.size + deviations.free.largest)
             axes.fill_between(x, *ends, where=known, color=colour, alpha=0.25, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
 
 
 def _place(scene: Scene, force: Force) -> str:
     """At which point a force acts, in words; nothing of a torque, and of what has no one point."""
-    found = {"joint": scene.joints, "slot": scene.joints, "spring": scene.springs,
+    sections = {"joint": scene.joints, "slot": scene.joints, "spring": scene.springs,
              "drive": scene.drives, "contact": scene.contacts}  # fmt: skip
-    own = found.get(force.quantity.split()[0], {}).get(force.name)
-    if force.unit != "N" or own is None:
+    part = sections.get(force.quantity.split()[0], {}).get(force.name)
+    if force.unit != "N" or part is None:
         return ""
-    points = [getattr(own, "point", None), *reversed(getattr(own, "points", None) or ())]
+    points = [getattr(part, "point", None), *reversed(getattr(part, "points", None) or ())]
     moving = [point for point in points if point not in (None, "ground")]
     return f" at {moving[0]}" if moving else ""
 
@@ -332,7 +334,7 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     Of a panel where some act, those that never do are left out: a Geneva wheel has two dozen
     contacts, of which a turn needs eight.
     """
-    found: dict[str, dict[str, Force]] = {}
+    panels: dict[str, dict[str, Force]] = {}
     # Between impacts without duration a line at zero looks as if nothing had been struck.
     momentary = momentary_forces(result)
     for name, force in forces_of(result).items():
@@ -340,13 +342,13 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
             vector = "size of the\n" if force.values.ndim > 1 else ""
             line = " " if vector else "\n"
             axis = f"{vector}{force.quantity}{line}({force.unit})"
-            found.setdefault(axis, {})[name] = force
-    for axis, panel in list(found.items()):
+            panels.setdefault(axis, {})[name] = force
+    for axis, panel in list(panels.items()):
         acting = {name: force for name, force in panel.items() if _acts(result, force)}
-        found[axis] = acting or panel
+        panels[axis] = acting or panel
         if momentary and not acting and axis.startswith("contact"):
-            del found[axis]  # of two stops the one that was never struck
-    return found
+            del panels[axis]  # of two stops the one that was never struck
+    return panels
 
 
 def _acts(result: Result, force: Force) -> bool:

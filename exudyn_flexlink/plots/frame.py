@@ -282,7 +282,7 @@ def settle(figure: Figure) -> None:
 
 def shortened(text: str) -> str:
     """Return a text with the ends alone of names that would leave a figure no room."""
-    return LONG.sub(lambda own: f"{own[0][:16]}\N{HORIZONTAL ELLIPSIS}{own[0][-15:]}", text)
+    return LONG.sub(lambda text: f"{text[0][:16]}\N{HORIZONTAL ELLIPSIS}{text[0][-15:]}", text)
 
 
 def wrapped(text: str, width: float, size: float, weight: str = "normal") -> list[str]:
@@ -325,10 +325,10 @@ def error_of(error: MeasuredError) -> str:
     exceeds, end = error.exceeds_from, error.known_until
     if error.missing:
         return "error not measured"
-    told, known = "points off by at most ", f" up to t = {end:.4g} s" if isfinite(end) else ""
+    about, known = "points off by at most ", f" up to t = {end:.4g} s" if isfinite(end) else ""
     if exceeds is not None and exceeds < end:
-        told += f"{error.limit:.3g} m up to t = {exceeds:.4g} s, then by "
-    return f"{told}{told_error(error.largest)} m{known}"
+        about += f"{error.limit:.3g} m up to t = {exceeds:.4g} s, then by "
+    return f"{about}{told_error(error.largest)} m{known}"
 
 
 def doubts_of(result: Result) -> str:
@@ -352,11 +352,11 @@ def told_error(error: float) -> str:
 
 def links_of(scene: Scene) -> list[str]:
     """Hinges and rods of flexible bodies, in words."""
-    told = []
+    texts = []
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody):
             rule = body.hinges.stiffness
             hinges = f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
             ends = ", half ends" if body.layout == "half_ends" else ""
-            told.append(f"{shortened(name)}: hinges {hinges}, n = {body.rods}{ends}")
-    return told
+            texts.append(f"{shortened(name)}: hinges {hinges}, n = {body.rods}{ends}")
+    return texts

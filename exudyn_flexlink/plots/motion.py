@@ -146,14 +146,16 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
     """Mark where the first touch of every strike is on the lines of places (N, 2)."""
-    found = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
-    begins = [strike.begin for strike in found]
-    before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in found])
+    every_strike = [
+        strike for name in result.scene.all_contacts for strike in strikes(result, name)
+    ]
+    begins = [strike.begin for strike in every_strike]
+    before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in every_strike])
     x = np.interp(begins, result.time, turned_since_start(result)) - before
     for series, label in zip(position.T, ("first contact", None), strict=True):
         y = np.interp(begins, result.time, series)
         axes.plot(x, y, "o", color=BLACK, markersize=sized(5), mfc="white", zorder=5,
-                  label=label if found else None)  # fmt: skip
+                  label=label if every_strike else None)  # fmt: skip
 
 
 @styled
@@ -228,8 +230,8 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     scale.set_ylabel(label)
     scale.grid(visible=False)
     if start > 0:
-        told = f"the scale begins\nat {start:g}, not at zero"
-        axes.text(0.5, 0.5, told, transform=axes.transAxes, ha="center", va="center", color=GREY,
+        about = f"the scale begins\nat {start:g}, not at zero"
+        axes.text(0.5, 0.5, about, transform=axes.transAxes, ha="center", va="center", color=GREY,
                   fontsize=mpl.rcParams["legend.fontsize"])  # fmt: skip
 
 
@@ -288,10 +290,10 @@ def shade_laps(
 
     `x` holds the places of each lap's samples, `series` (N, k) the values of the whole run.
     """
-    found = horizon(result)
-    if found is None:
+    extent = horizon(result)
+    if extent is None:
         return
-    begin, label = found
+    begin, label = extent
     for place, lap in zip(x, every, strict=True):
         beyond = result.time[lap.samples] >= begin
         for values in series[lap.samples].T if beyond.any() else ():
@@ -320,12 +322,16 @@ def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
         return None
     draw, names = list[Callable[[Axes], None]](), list[str]()
     for body, contact in bodies.items():
-        response, found = lever_response(result, contact), strikes(result, contact)
-        own: dict[str, Any] = {"result": result, "response": response, "found": found}
-        draw.append(partial(_whole_run, **own, style=style))
+        response, every_strike = lever_response(result, contact), strikes(result, contact)
+        what: dict[str, Any] = {
+            "result": result,
+            "response": response,
+            "every_strike": every_strike,
+        }
+        draw.append(partial(_whole_run, **what, style=style))
         names.append(body)
-        if found:
-            draw.append(partial(_strike_by_strike, **own))
+        if every_strike:
+            draw.append(partial(_strike_by_strike, **what))
             names.append(f"{body}, strike by strike")
     subject, height = "Response of " + ", ".join(bodies), 2.9 * len(names)
     figure, panels = placed(ax, names, lambda: new_figure(result, subject, height, style))
@@ -336,13 +342,13 @@ def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
 
 
 def _whole_run(
-    axes: Axes, result: Result, response: LeverResponse, found: list[Strike], style: Style
+    axes: Axes, result: Result, response: LeverResponse, every_strike: list[Strike], style: Style
 ) -> None:
     shade_beyond(axes, result, result.time)
     factor, ylabel = _scale(response)
     values = factor * response.value
     axes.plot(response.time, values, color=engine_colour(result), linewidth=1.1)
-    for i, strike in enumerate(found):
+    for i, strike in enumerate(every_strike):
         span, mark = ("in contact", "first contact") if i == 0 else (None, None)
         axes.axvspan(strike.begin, strike.end, color=ORANGE, alpha=0.6, linewidth=0, label=span)
         at = float(np.interp(strike.begin, response.time, values))
@@ -368,9 +374,12 @@ def _scale(response: LeverResponse) -> tuple[float, str]:
 
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
     """Tick every impact at the lower edge: impulses have no duration that a span could show."""
-    own = [n for n, c in result.scene.all_contacts.items() if c.struck == body]
+    contacts = [n for n, c in result.scene.all_contacts.items() if c.struck == body]
     hits = [
-        interval.begin for n in own for interval in result.contacts[n].touches if interval.impact
+        interval.begin
+        for n in contacts
+        for interval in result.contacts[n].touches
+        if interval.impact
     ]
     if hits:
         ground = axes.get_xaxis_transform()
@@ -445,10 +454,10 @@ def _tip_of_angle(response: LeverResponse) -> tuple[Function, Function] | None:
 
 def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
     """Add a second scale with the tip's displacement; False where there can be none."""
-    found = _tip_of_angle(response)
-    if found is None:
+    scale = _tip_of_angle(response)
+    if scale is None:
         return False
-    forward, backward = found
+    forward, backward = scale
     factor, unit = length_unit(response.tip_displacement)
     both = (lambda x: factor * forward(x), lambda y: backward(y / factor))
     right = axes.secondary_yaxis("right", functions=both)
@@ -457,14 +466,14 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
 
 
 def _strike_by_strike(
-    axes: Axes, result: Result, response: LeverResponse, found: list[Strike]
+    axes: Axes, result: Result, response: LeverResponse, every_strike: list[Strike]
 ) -> None:
     """Lay the first strikes over each other, from their first touch on."""
     factor, ylabel = _scale(response)
     thin = float(mpl.rcParams["lines.linewidth"])
-    count = min(len(found), STRIKES_SHOWN)
-    for i, strike in enumerate(found[:STRIKES_SHOWN]):
-        following = found[i + 1].begin if i + 1 < len(found) else np.inf
+    count = min(len(every_strike), STRIKES_SHOWN)
+    for i, strike in enumerate(every_strike[:STRIKES_SHOWN]):
+        following = every_strike[i + 1].begin if i + 1 < len(every_strike) else np.inf
         until = min(strike.begin + SHOWN_AFTER, following)
         shown = max(strike.begin - SHOWN_BEFORE, response.time[0]), min(until, response.time[-1])
         time = np.linspace(*shown, 1000)

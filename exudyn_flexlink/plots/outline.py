@@ -78,8 +78,8 @@ class Line:
         """Its points (..., n, 2) m, with the parts at `poses` (..., parts, 3)."""
         # The ground is the part -1: a row behind all others.
         pose = np.concatenate([poses, np.zeros_like(poses[..., :1, :])], axis=-2)
-        own = pose[..., self.parts, :]
-        return np.asarray(own[..., :2] + turned(self.places, own[..., 2]))
+        posed = pose[..., self.parts, :]
+        return np.asarray(posed[..., :2] + turned(self.places, posed[..., 2]))
 
 
 @dataclass(frozen=True)
@@ -137,15 +137,17 @@ def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
 
 def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     """Everything that is drawn as a line; bodies last, in their order."""
-    on_curves = [own for own in model.contacts if isinstance(own, (CurveContact, FlatContact))]
+    on_curves = [
+        contact for contact in model.contacts if isinstance(contact, (CurveContact, FlatContact))
+    ]
     tracks: list[Slot | CurveContact | FlatContact] = [*model.slots, *on_curves]
     for track in tracks:
         yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
     yield from _drawn_faces(scene, model)
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    round_ones = [own for own in model.contacts if own.name not in scene.ropes]
-    circles = [(own.name, *circle) for own in round_ones for circle in circles_of(own)]
+    round_ones = [contact for contact in model.contacts if contact.name not in scene.ropes]
+    circles = [(contact.name, *circle) for contact in round_ones for circle in circles_of(contact)]
     circles += [(gear.name, *circle) for gear in model.gears for circle in pitch_circles(gear)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
@@ -165,21 +167,21 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
 
 def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     """Faces, stops and ropes."""
-    for own in model.contacts:
-        if isinstance(own, (FaceContact, FlatContact)):
-            kind = "face" if own.name in scene.contacts else "stop"
-            kind, colour = ("rope", GREEN) if own.name in scene.ropes else (kind, RED)
-            yield Drawn(kind, colour, through(own.name, own.start, own.end))
-        elif isinstance(own, TurnStop):
-            yield Drawn("stop", RED, through(own.name, *stop_ray(model, own)))
-        elif own.name in scene.ropes and isinstance(own, CircleContact):
-            yield Drawn("rope", GREEN, through(own.name, own.first, own.second))
+    for contact in model.contacts:
+        if isinstance(contact, (FaceContact, FlatContact)):
+            kind = "face" if contact.name in scene.contacts else "stop"
+            kind, colour = ("rope", GREEN) if contact.name in scene.ropes else (kind, RED)
+            yield Drawn(kind, colour, through(contact.name, contact.start, contact.end))
+        elif isinstance(contact, TurnStop):
+            yield Drawn("stop", RED, through(contact.name, *stop_ray(model, contact)))
+        elif contact.name in scene.ropes and isinstance(contact, CircleContact):
+            yield Drawn("rope", GREEN, through(contact.name, contact.first, contact.second))
 
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
     """A guide with clearance is its walls; any other is pale, so that what slides in it is seen."""
-    own = model.bodies[body]
-    walls = [w for c in walled(model) if c.guide.part in own for w in wall_lines(model, c)]
+    numbers = model.bodies[body]
+    walls = [w for c in walled(model) if c.guide.part in numbers for w in wall_lines(model, c)]
     if walls:
         kind, colour = "wall", "#A9A9A9"
     elif is_guide(scene, body):
@@ -311,8 +313,10 @@ def lettered(scene: Scene) -> dict[str, str]:
 
     By the letters of start and end; none without a guide: other mechanisms have other names.
     """
-    guides = {own.guide for own in scene.joints.values() if isinstance(own, SleeveJoint)}
-    lines = [own.line for own in scene.contacts.values() if isinstance(own, PointOnLine)]
+    guides = {joint.guide for joint in scene.joints.values() if isinstance(joint, SleeveJoint)}
+    lines = [
+        contact.line for contact in scene.contacts.values() if isinstance(contact, PointOnLine)
+    ]
     levers = {split_point(end)[0] for line in lines for end in line} if guides else set()
     return {
         letters: name
@@ -324,22 +328,22 @@ def lettered(scene: Scene) -> dict[str, str]:
 
 def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
     """Points that the paper names: S, the watched one, O, P in the one slot, ends of rods."""
-    found = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
+    anchors = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
     if len(model.slots) == 1:
-        found["P"] = model.slots[0].anchor
+        anchors["P"] = model.slots[0].anchor
     for letters, body in lettered(scene).items():
         for name, end in zip(letters, ("start", "end"), strict=True):
-            found[name] = point_anchor(scene, model, f"{body}.{end}")
-    return found
+            anchors[name] = point_anchor(scene, model, f"{body}.{end}")
+    return anchors
 
 
 def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:
     """Names of places (2,) m, those nearer than that to one another under the first of them."""
-    found: dict[str, list[str]] = {}
+    names: dict[str, list[str]] = {}
     for name, here in places.items():
-        beside = (first for first in found if np.max(np.abs(places[first] - here)) < near)
-        found.setdefault(next(beside, name), []).append(name)
-    return found
+        beside = (first for first in names if np.max(np.abs(places[first] - here)) < near)
+        names.setdefault(next(beside, name), []).append(name)
+    return names
 
 
 def box_around(
@@ -349,7 +353,7 @@ def box_around(
 
     That `below` them may be larger, as a part of their size.
     """
-    every = np.concatenate([own.reshape(-1, 2) for own in points])
+    every = np.concatenate([point.reshape(-1, 2) for point in points])
     low, high = every.min(axis=0), every.max(axis=0)
     size = float(np.max(high - low)) or 1.0
     thin = np.maximum(THINNEST * size - (high - low), 0.0) / 2
@@ -401,7 +405,7 @@ class Sketch:
 
     def drawn(self, kinds: Collection[str]) -> list[Drawn]:
         """Lines of some kinds."""
-        return [own for own in drawn_lines(self.scene, self.model) if own.kind in kinds]
+        return [line for line in drawn_lines(self.scene, self.model) if line.kind in kinds]
 
     @cached_property
     def unit(self) -> tuple[float, str]:
@@ -418,14 +422,14 @@ class Sketch:
 
     def lines(self, body: str, index: int) -> list[FloatArray]:
         """Polylines (points, 2) m of a body at a sample: its rods, or rays to its points."""
-        own = body_lines(self.scene, self.model, body)
-        return [line.at(self.poses[index]) for line in own]
+        outline = body_lines(self.scene, self.model, body)
+        return [line.at(self.poses[index]) for line in outline]
 
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
         """Draw curves, bodies and pivots on the ground at a sample."""
         factor, q = self.unit[0], self.poses[index]
-        for own in self.shown:
-            axes.plot(*(factor * own.line.at(q)).T, **_look(self.scene, own), alpha=alpha)
+        for path in self.shown:
+            axes.plot(*(factor * path.line.at(q)).T, **_look(self.scene, path), alpha=alpha)
         for at in pivots(self.model):
             axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
                       markersize=sized(7), zorder=5)  # fmt: skip
@@ -434,14 +438,14 @@ class Sketch:
         """Entries for bodies, guides and curves; `letters` of bodies stand after their names."""
         curve = "track" if self.model.slots else "curve"
         bodies, curves = {}, {}
-        for own in self.shown:
-            look, body = _look(self.scene, own), own.line.name
-            if own.kind in BODIES:
-                told = f"{body} {(letters or {}).get(body, '')}".rstrip()
-                label = f"walls of {told}" if own.kind == "wall" else told
+        for path in self.shown:
+            look, body = _look(self.scene, path), path.line.name
+            if path.kind in BODIES:
+                text = f"{body} {(letters or {}).get(body, '')}".rstrip()
+                label = f"walls of {text}" if path.kind == "wall" else text
                 bodies[body] = Line2D([], [], label=label, **look)
-            elif own.kind in LABELLED:
-                curves[own.kind] = Line2D([], [], label=LABELLED[own.kind] or curve, **look)
+            elif path.kind in LABELLED:
+                curves[path.kind] = Line2D([], [], label=LABELLED[path.kind] or curve, **look)
         return [*bodies.values(), *curves.values()]
 
     def draw_path(self, axes: Axes, done: slice) -> None:
@@ -449,8 +453,8 @@ class Sketch:
         factor, _ = self.unit
         axes.plot(*(factor * self.track).T, color=GREY, linewidth=sized(0.7), zorder=1)
         axes.plot(*(factor * self.track[done]).T, color=BLACK, linewidth=sized(1.0), zorder=2)
-        if self.result is not None and (found := horizon(self.result)) is not None:
-            beyond = self.track[self.result.time >= found[0]]
+        if self.result is not None and (extent := horizon(self.result)) is not None:
+            beyond = self.track[self.result.time >= extent[0]]
             axes.plot(*(factor * beyond).T, **BEYOND_LINE, linewidth=sized(BAND))
 
     def name_points(self, axes: Axes, index: int, size: float) -> None:
@@ -483,16 +487,16 @@ class Sketch:
         """Entries for all that is drawn."""
         scene, model = self.scene, self.model
         handles = self.body_legend({body: pair for pair, body in lettered(scene).items()})
-        told = {"S": f"S: {watched_point(scene)}, path", "P": "P: in the slot", "O": "O: origin"}
+        labels = {"S": f"S: {watched_point(scene)}, path", "P": "P: in the slot", "O": "O: origin"}
         for name in ("S", "P", "O") if len(model.slots) == 1 else ("S", "O"):
             line = "-" if name == "S" else ""
             look = {**_mark(name), "linestyle": line, "linewidth": 1.0}
-            handles.append(Line2D([], [], label=told[name], **look))
+            handles.append(Line2D([], [], label=labels[name], **look))
         if pivots(model):
             pivot: dict[str, Any] = {"marker": "^", "color": BLACK, "mfc": "white", "linestyle": ""}
             handles.append(Line2D([], [], label="pivot on the ground", **pivot))
-        if self.result is not None and (found := horizon(self.result)) is not None:
-            handles.append(Line2D([], [], label=found[1], **BEYOND_LINE, linewidth=sized(BAND)))
+        if self.result is not None and (beyond := horizon(self.result)) is not None:
+            handles.append(Line2D([], [], label=beyond[1], **BEYOND_LINE, linewidth=sized(BAND)))
         return handles
 
 
@@ -502,7 +506,7 @@ def _mark(name: str) -> dict[str, Any]:
     return {"marker": _MARKS[name], "color": BLACK, "markersize": sized(4), **open_or_full}
 
 
-def _look(scene: Scene, own: Drawn) -> dict[str, Any]:
+def _look(scene: Scene, line: Drawn) -> dict[str, Any]:
     """How a line is drawn; points of rigid bodies and hinges are dots."""
     looks: dict[str, dict[str, Any]] = {
         "curve": {"linewidth": 1.0, "zorder": 1},
@@ -514,6 +518,6 @@ def _look(scene: Scene, own: Drawn) -> dict[str, Any]:
         "bar": {"linewidth": sized(2.2), "zorder": 4},
         "link": {"linewidth": 1.5, "marker": ".", "markersize": sized(3), "zorder": 4},
     }
-    if own.kind == "bar" and isinstance(scene.bodies[own.line.name], RigidBody):
+    if line.kind == "bar" and isinstance(scene.bodies[line.line.name], RigidBody):
         looks["bar"] |= {"marker": "o", "markersize": sized(4)}
-    return {"color": own.colour, **looks[own.kind]}
+    return {"color": line.colour, **looks[line.kind]}

@@ -173,8 +173,8 @@ def horizon(result: Result) -> tuple[float, str] | None:
 
 def is_beyond(result: Result, time: float) -> bool:
     """Whether an instant (s) lies beyond the horizon."""
-    found = horizon(result)
-    return found is not None and time >= found[0]
+    beyond = horizon(result)
+    return beyond is not None and time >= beyond[0]
 
 
 def mark_doubt(
@@ -192,11 +192,11 @@ def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = Tru
     `x` (N,) are the places of the samples.
     """
     mark_doubt(axes, result, result.time, x, named=named)
-    found = horizon(result)
-    if found is None or found[0] >= result.time[-1]:
+    beyond = horizon(result)
+    if beyond is None or beyond[0] >= result.time[-1]:
         return
-    begin = float(np.interp(found[0], result.time, x))
-    axes.axvspan(begin, float(x[-1]), label=found[1] if named else None, zorder=0, **BEYOND)
+    begin = float(np.interp(beyond[0], result.time, x))
+    axes.axvspan(begin, float(x[-1]), label=beyond[1] if named else None, zorder=0, **BEYOND)
 
 
 def over_run(panels: Sequence[Axes], result: Result, x: FloatArray, label: str) -> None:
@@ -239,12 +239,12 @@ def logarithmic(
     is what stands there if all are 0.
     """
     axes.set_yscale("log")
-    largest = max(float(np.nanmax(np.abs(own), initial=0.0)) for own in series.values())
+    largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in series.values())
     if largest == 0:
         axes.text(0.5, 0.5, none, ha="center", transform=axes.transAxes)
         return
-    for (name, own), colour in zip(series.items(), cycle(colours), strict=False):
-        shown = np.where(own != 0, np.abs(own), np.nan)
+    for (name, numbers), colour in zip(series.items(), cycle(colours), strict=False):
+        shown = np.where(numbers != 0, np.abs(numbers), np.nan)
         axes.plot(x, shown, color=colour, linewidth=0.8, label=name or None)
     axes.set_ylim(largest * DEEPEST, 3 * largest)
 
@@ -318,10 +318,10 @@ def listed(ax: Given) -> list[Axes]:
     """
     many = isinstance(ax, Sequence | np.ndarray)
     every: list[Any] = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
-    for one in every:
-        if not isinstance(one, Axes):
+    for name in every:
+        if not isinstance(name, Axes):
             raise TypeError(
-                f"expected axes of matplotlib, or an array of them; got {in_words(one)}"
+                f"expected axes of matplotlib, or an array of them; got {in_words(name)}"
             )
     return every
 
@@ -336,8 +336,8 @@ def required(ax: Given, panels: Sequence[str]) -> list[Axes]:
     every = listed(ax)
     if len(every) not in (1, len(panels)):
         names = ", ".join(name.replace("\n", " ") for name in panels)
-        told = f"one for the first, or {len(panels)} for all: {names}"
-        raise ValueError(f"ax: {len(every)} axes are given; needed are {told}")
+        about = f"one for the first, or {len(panels)} for all: {names}"
+        raise ValueError(f"ax: {len(every)} axes are given; needed are {about}")
     return every
 
 
@@ -379,7 +379,7 @@ def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iter
         curves = [line for line in new if len(np.ravel(line.get_xdata())) > 2]
         if count:
             used = {line.get_linestyle() for line in axes.lines[:count]}
-            dashes = next((own for own in DASHES if own not in used), DASHES[0])
+            dashes = next((dash for dash in DASHES if dash not in used), DASHES[0])
             for line in curves:
                 if line.get_linestyle() in DASHES:
                     line.set_linestyle(dashes)
@@ -389,9 +389,9 @@ def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iter
         if label is not None:
             _name(new, curves, label)
         if doubts := doubts_of(result):
-            told = ": ".join(filter(None, (label, doubts)))
+            text = ": ".join(filter(None, (label, doubts)))
             at = axes.transAxes
-            axes.text(0.01, 0.02, told, color=FAILED, fontsize="small", transform=at)
+            axes.text(0.01, 0.02, text, color=FAILED, fontsize="small", transform=at)
         handles = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
         if handles:
             axes.legend(handles.values(), handles.keys())

@@ -73,48 +73,50 @@ from exudyn_flexlink.verification import VerifiedRun
 
 
 @styled
-def against(found: Against, *, style: Style = SCREEN) -> Figure:
+def against(beside: Against, *, style: Style = SCREEN) -> Figure:
     """Each quantity of a series and of the run beside it, and the run less the series."""
-    what = f"{found.result.engine} and {found.series.source}"
-    shift = f", shifted by {found.shift:.4g} s" if found.shift else ""
-    return _drawn(found, f"{what}{shift}, and their difference", "difference", style)
+    what = f"{beside.result.engine} and {beside.series.source}"
+    shift = f", shifted by {beside.shift:.4g} s" if beside.shift else ""
+    return _drawn(beside, f"{what}{shift}, and their difference", "difference", style)
 
 
 @styled
-def fit(found: Fit, *, style: Style = SCREEN) -> Figure:
+def fit(fitted: Fit, *, style: Style = SCREEN) -> Figure:
     """Each fitted quantity with what was measured, and the residuals."""
-    own = " and ".join(found.values) if len(found.values) < 3 else f"{len(found.values)} values"
-    subject = f"Fit of {own} to {found.against.series.source}"
-    return _drawn(found.against, subject, "residual", style)
+    names = (
+        " and ".join(fitted.values) if len(fitted.values) < 3 else f"{len(fitted.values)} values"
+    )
+    subject = f"Fit of {names} to {fitted.against.series.source}"
+    return _drawn(fitted.against, subject, "residual", style)
 
 
-def _drawn(found: Against, subject: str, difference: str, style: Style) -> Figure:
+def _drawn(beside: Against, subject: str, difference: str, style: Style) -> Figure:
     """Two panels for each quantity: the run and the series; what the run is more, by its name."""
-    result = found.result
-    figure = new_figure(result, subject, 0.4 + 2.9 * len(found.measured), style)
-    ratios = (1.7, 1) * len(found.measured)
+    result = beside.result
+    figure = new_figure(result, subject, 0.4 + 2.9 * len(beside.measured), style)
+    ratios = (1.7, 1) * len(beside.measured)
     rows = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
-    shown = (result.time >= found.time[0]) & (result.time <= found.time[-1])
+    shown = (result.time >= beside.time[0]) & (result.time <= beside.time[-1])
     time, marks = result.time[shown], {"color": BLACK, "markersize": sized(2)}
     for both, below, (name, measured) in zip(
-        rows[::2], rows[1::2], found.measured.items(), strict=True
+        rows[::2], rows[1::2], beside.measured.items(), strict=True
     ):
-        signal = found.series.signals[name]
+        signal = beside.series.signals[name]
         factor, unit = shown_in(signal.unit, measured)
         line = factor * signal.at(result, time)
-        both.plot(found.time, factor * measured, ".", label=found.series.source, **marks)
+        both.plot(beside.time, factor * measured, ".", label=beside.series.source, **marks)
         both.plot(time, line, color=engine_colour(result), label=result.engine)
         both.set_ylabel(f"{name}\n({unit})")
-        apart = found.differences[name]
+        apart = beside.differences[name]
         small, unit = shown_in(signal.unit, apart)
-        below.plot(found.time, small * apart, ".", **marks)
+        below.plot(beside.time, small * apart, ".", **marks)
         below.axhline(0.0, color=GREY, linewidth=sized(0.8))
         below.set_ylabel(f"{difference}\n({unit})")
         for axes in (both, below):
             shade_beyond(axes, result, result.time, named=axes is rows[0])
     legend_outside(rows[0])
     rows[-1].set_xlabel("time (s)")
-    limits(rows[-1], np.asarray(found.time))
+    limits(rows[-1], np.asarray(beside.time))
     letter(rows)
     return figure
 
@@ -164,11 +166,11 @@ def _panels_of(errors: Errors, floor: float = 0.0) -> float:
 
 def _caption_of(study: Study) -> list[tuple[str, str]]:
     """Say against which runs errors and their floor are; lines with their colours."""
-    told = [(f"errors against {study.reference.told}", GREY)]
+    texts = [(f"errors against {study.reference.told}", GREY)]
     if study.check is not None:
-        told.append((f"floor: its distance from {study.check.told}", GREY))
+        texts.append((f"floor: its distance from {study.check.told}", GREY))
     links = "; ".join(links_of(study.scene))
-    return [*([(links, GREY)] if links else []), *told]
+    return [*([(links, GREY)] if links else []), *texts]
 
 
 def _draw(axes: Axes, study: Study) -> None:
@@ -211,10 +213,10 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
 @styled
 def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure:
     """Every number of some runs in a row of its own: its difference, and what is allowed."""
-    numbers = [(one, number) for one in runs for number in one.numbers]
+    numbers = [(run, number) for run in runs for number in run.numbers]
     title = "Benchmarks against published numbers"
     subject = "Difference of each number, in its SI unit; a bar ends at what is allowed"
-    notes = [f"{one.benchmark}, {one.run}: {one.stopped}" for one in runs if one.stopped]
+    notes = [f"{run.benchmark}, {run.run}: {run.stopped}" for run in runs if run.stopped]
     figure = framed_figure((title, subject), 0.9 + ROW * len(numbers), style, notes=notes)
     axes = figure.subplots()
     axes.set_xscale("log")
@@ -230,7 +232,7 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
     axes.plot([], [], "|", color=BLACK, markersize=sized(8), label="allowed")
     axes.set_yticks(
         range(len(numbers)),
-        [f"{one.benchmark}, {one.run}: {n.name} ({n.unit})" for one, n in numbers],
+        [f"{run.benchmark}, {run.run}: {n.name} ({n.unit})" for run, n in numbers],
     )
     axes.set_ylim(len(numbers) - 0.5, -0.5)
     axes.set_xlabel("difference")
@@ -239,28 +241,28 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
 
 
 @styled
-def stability(found: Stability, *, style: Style = SCREEN) -> Figure:
+def stability(study: Stability, *, style: Style = SCREEN) -> Figure:
     """Four panels: growth of neighbours, laps against earlier ones, section, spectrum."""
-    told = f"How stable the motion of {found.point} is: {found.told}"
+    title = f"How stable the motion of {study.point} is: {study.told}"
     columns, height = (1, 13.0) if style.narrow else (2, 6.6)
-    figure = new_figure(found.run, told, height, style)
+    figure = new_figure(study.run, title, height, style)
     panels = figure.subplots(4 // columns, columns, squeeze=False).ravel()
     for draw, axes in zip((_growth, _laps, _section, _spectrum), panels, strict=True):
-        draw(axes, found)
+        draw(axes, study)
     letter(panels)
     return figure
 
 
-def _growth(axes: Axes, found: Stability) -> None:
+def _growth(axes: Axes, study: Stability) -> None:
     """Growth in each lap, and the mean up to there with its uncertainty in the end."""
-    own = found.exponent
-    laps = own.times / found.rhythm.lap
-    axes.stairs(*growth_of_laps(laps, own.rates), color=SKY, linewidth=sized(0.8),
+    rate = study.exponent
+    laps = rate.times / study.rhythm.lap
+    axes.stairs(*growth_of_laps(laps, rate.rates), color=SKY, linewidth=sized(0.8),
                 label="each lap")  # fmt: skip
-    counted = laps[own.settled + 1 :]
-    whole = counted > laps[own.settled] + 1  # before, a mean tells where in the lap it ends
-    axes.plot(counted[whole], own.running[whole], color=BLUE, label="mean")
-    low, high = own.value - own.uncertainty, own.value + own.uncertainty
+    counted = laps[rate.settled + 1 :]
+    whole = counted > laps[rate.settled] + 1  # before, a mean tells where in the lap it ends
+    axes.plot(counted[whole], rate.running[whole], color=BLUE, label="mean")
+    low, high = rate.value - rate.uncertainty, rate.value + rate.uncertainty
     axes.axhspan(low, high, color=BLUE, alpha=0.2, linewidth=0, label="95 %")
     axes.axhline(0.0, color=BLACK, linewidth=sized(0.6))
     axes.set_xlabel("laps")
@@ -278,16 +280,16 @@ def growth_of_laps(laps: FloatArray, rates: FloatArray) -> tuple[FloatArray, Flo
     return np.diff(np.interp(bounds, laps, grown)), bounds
 
 
-def _laps(axes: Axes, found: Stability) -> None:
+def _laps(axes: Axes, study: Stability) -> None:
     """Largest distance from where the point was one to eight laps before."""
-    laps = found.laps
-    number = laps.end / found.rhythm.lap
+    laps = study.laps
+    number = laps.end / study.rhythm.lap
     for colour, before, row in zip(SERIES, laps.before.tolist(), laps.largest, strict=False):
         seen = np.isfinite(row) & (row > 0)
         axes.semilogy(number[seen], row[seen], "o-", color=colour, markersize=sized(3),
                       linewidth=sized(0.8), label=f"{before}")  # fmt: skip
-    axes.axhline(found.tolerance, color=BLACK, linestyle=":", label="tolerance")
-    known = (found.after + found.horizon) / found.rhythm.lap
+    axes.axhline(study.tolerance, color=BLACK, linestyle=":", label="tolerance")
+    known = (study.after + study.horizon) / study.rhythm.lap
     if isfinite(known) and known < number[-1]:
         axes.axvspan(known, float(number[-1]), zorder=0, label="beyond the\nhorizon", **BEYOND)
     axes.set_xlabel("lap")
@@ -295,9 +297,9 @@ def _laps(axes: Axes, found: Stability) -> None:
     legend_outside(axes, title="laps before")
 
 
-def _section(axes: Axes, found: Stability) -> None:
+def _section(axes: Axes, study: Stability) -> None:
     """Place of the point once a lap, the darker the later."""
-    section = found.section
+    section = study.section
     order = np.arange(len(section.time))
     x, y = 1e3 * section.position.T
     axes.scatter(x, y, c=order, cmap="viridis_r", s=sized(14), zorder=3)
@@ -308,16 +310,18 @@ def _section(axes: Axes, found: Stability) -> None:
     axes.set_title(f"{at}; later laps darker", loc="left")
 
 
-def _spectrum(axes: Axes, found: Stability) -> None:
+def _spectrum(axes: Axes, study: Stability) -> None:
     """Power of what the point is off its ideal place; x lies below y, broad and pale."""
-    vibration = found.vibration
+    vibration = study.vibration
     top = 0.0
     looks = ({"linewidth": sized(3.0), "alpha": 0.45}, {"linewidth": sized(0.6)})
     both = (("x", BLUE, vibration.x), ("y", RED, vibration.y))
-    for (name, colour, own), look in zip(both, looks, strict=True):
-        if len(own.frequency):
-            axes.loglog(own.frequency[1:], own.power[1:], color=colour, label=name, **look)
-            top = max(top, float(own.power[1:].max()))
+    for (name, colour, spectrum), look in zip(both, looks, strict=True):
+        if len(spectrum.frequency):
+            axes.loglog(
+                spectrum.frequency[1:], spectrum.power[1:], color=colour, label=name, **look
+            )
+            top = max(top, float(spectrum.power[1:].max()))
     if top > 0:
         axes.set_ylim(FAINTEST * top, 3 * top)
         axes.legend(loc="best")
@@ -328,17 +332,17 @@ def _spectrum(axes: Axes, found: Stability) -> None:
 
 
 @styled
-def bifurcation(found: Branches, *, axis: str = "y", style: Style = SCREEN) -> Figure:
+def bifurcation(branches: Branches, *, axis: str = "y", style: Style = SCREEN) -> Figure:
     """Place of a point once a lap, over the value that is varied; `axis` is x or y."""
-    values, places = found.points
-    point = found.sections[0].point if found.sections else ""
-    reasons = (("failed", found.failed), ("doubtful", found.doubtful))
+    values, places = branches.points
+    point = branches.sections[0].point if branches.sections else ""
+    reasons = (("failed", branches.failed), ("doubtful", branches.doubtful))
     notes = [f"{len(which)} {how}" for how, which in reasons if which]
     title = f"{axis} of {point} once a lap"
-    figure = framed_figure((title, f"over {found.path}"), 4.0, style, notes=notes)
+    figure = framed_figure((title, f"over {branches.path}"), 4.0, style, notes=notes)
     axes = figure.subplots()
     axes.plot(values, 1e3 * places[:, "xy".index(axis)], ".", color=BLUE, markersize=sized(3))
-    axes.set_xlabel(f"{found.path} (SI)")
+    axes.set_xlabel(f"{branches.path} (SI)")
     axes.set_ylabel(f"{axis} of {point} (mm)")
     return figure
 
@@ -391,24 +395,24 @@ def _differing(table: SweepTable, part: float) -> list[str]:
     What differs by nearly nothing in SI does not.
     """
     columns = table.columns()
-    found = []
+    names = []
     for name in table.observables:
         values = [value for value in columns[name] if value is not None]
         numbers = [float(value) for value in values if isinstance(value, float | int)]
         if not numbers or len(numbers) < len(values):
             continue
         if np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST_CHANGE):
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
 def _along(table: SweepTable, i: int) -> Scale:
     """Values that varied, in the unit in which the user gave them."""
     varied = table.varied[i]
     values = [row[i] for row in table.values]
-    one = in_si(f"1 {varied.given}", varied.unit) if varied.given else 1.0
-    if isinstance(one, float) and all(isinstance(value, float) for value in values):
-        return _scale([float(v) / one for v in values], varied.path, varied.given or varied.unit)
+    factor = in_si(f"1 {varied.given}", varied.unit) if varied.given else 1.0
+    if isinstance(factor, float) and all(isinstance(value, float) for value in values):
+        return _scale([float(v) / factor for v in values], varied.path, varied.given or varied.unit)
     return _scale(values, varied.path, "")
 
 
@@ -436,8 +440,8 @@ def _frame(
     notes *= failed > 0
     notes += [f"{missing} of {table.points} runs are missing"] * (missing > 0)
     doubtful = table.count(DOUBTFUL)
-    told = f"; {doubtful} doubtful{ringed}, which their 'reason' explains" if doubtful else ""
-    caption = [(f"{len(table.rows)} runs by {table.engine}{told}", GREY)]
+    about = f"; {doubtful} doubtful{ringed}, which their 'reason' explains" if doubtful else ""
+    caption = [(f"{len(table.rows)} runs by {table.engine}{about}", GREY)]
     return framed_figure((table.title, subject), height, style, notes=notes, caption=caption)
 
 
@@ -462,14 +466,14 @@ def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Styl
     figure = _frame(table, subject, 0.5 + LINES * len(seen), style)
     count = len(seen), len(along)
     panels = figure.subplots(*count, sharex="col", sharey="row", squeeze=False)
-    for row, own in zip(panels, seen, strict=True):
+    for row, scale in zip(panels, seen, strict=True):
         for axes, x in zip(row, along, strict=True):
             if alone:
                 order = np.argsort(x.places, kind="stable")
-                axes.plot(x.places[order], own.places[order], color=BLUE, alpha=0.6)
-            _dots(axes, table, x, own)
-        row[0].set_title(own.label, parse_math=False)
-        if not own.words:  # no number that would have to be added to each
+                axes.plot(x.places[order], scale.places[order], color=BLUE, alpha=0.6)
+            _dots(axes, table, x, scale)
+        row[0].set_title(scale.label, parse_math=False)
+        if not scale.words:  # no number that would have to be added to each
             row[0].yaxis.get_major_formatter().set_useOffset(False)
     for axes, x in zip(panels[-1], along, strict=True):
         _ticked(axes, x, "x")
@@ -484,13 +488,13 @@ def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Styl
     return figure
 
 
-def _dots(axes: Axes, table: SweepTable, x: Scale, own: Scale) -> None:
+def _dots(axes: Axes, table: SweepTable, x: Scale, scale: Scale) -> None:
     """A dot for each row, hollow if it is doubtful; a line across for one that failed."""
     failed, doubtful = _of(table, FAILED), _of(table, DOUBTFUL)
     for chosen, filled, label in ((~failed & ~doubtful, BLUE, "done"),
                                   (doubtful, "white", "doubtful")):  # fmt: skip
         if chosen.any():
-            axes.plot(x.places[chosen], own.places[chosen], "o", color=BLUE, label=label,
+            axes.plot(x.places[chosen], scale.places[chosen], "o", color=BLUE, label=label,
                       markerfacecolor=filled, markersize=sized(4))  # fmt: skip
     for k, place in enumerate(x.places[failed]):
         axes.axvline(place, color=OF_FAILED, linestyle=":", label="failed" if k == 0 else None)
@@ -507,16 +511,16 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
     cells = len(np.unique(x.places)) * len(np.unique(y.places))
     grid = len(x.places) > 1 and cells <= 2 * len(x.places)  # interrupted, it has holes
     marks = ((_of(table, FAILED), "x", OF_FAILED), (_of(table, DOUBTFUL), "o", BLACK))
-    for axes, own in zip(panels.flat, seen, strict=False):
+    for axes, scale in zip(panels.flat, seen, strict=False):
         if grid:
-            shown = axes.pcolormesh(*_cells(x.places, y.places, own.places), shading="nearest")
+            shown = axes.pcolormesh(*_cells(x.places, y.places, scale.places), shading="nearest")
         else:
-            shown = axes.scatter(x.places, y.places, c=own.places, s=sized(5) ** 2)
+            shown = axes.scatter(x.places, y.places, c=scale.places, s=sized(5) ** 2)
         figure.colorbar(shown, ax=axes)
         for of, shape, colour in marks:
             axes.plot(x.places[of], y.places[of], shape, color=colour, markerfacecolor="white",
                       markersize=sized(4))  # fmt: skip
-        axes.set_title(own.label, parse_math=False)
+        axes.set_title(scale.label, parse_math=False)
         axes.grid(visible=False)
     for axes in panels.flat[len(seen) :]:
         axes.set_visible(False)
@@ -534,9 +538,9 @@ def _cells(
     """Columns, rows and a matrix of values, nan where there is none."""
     columns, i = np.unique(x, return_inverse=True)
     rows, k = np.unique(y, return_inverse=True)
-    found = np.full((len(rows), len(columns)), nan)
-    found[k, i] = values
-    return columns, rows, found
+    cells = np.full((len(rows), len(columns)), nan)
+    cells[k, i] = values
+    return columns, rows, cells
 
 
 @styled
@@ -550,7 +554,7 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
         return None
     runs = compared.both
     subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
-    notes = [f"{seen.name}: {told}" for seen in runs if (told := doubts_of(seen.result))]
+    notes = [f"{seen.name}: {doubts}" for seen in runs if (doubts := doubts_of(seen.result))]
     title = runs[1].result.scene.title
     count = 3 + len(_kinds(compared)) + len(compared.levers)
     height, caption = 0.3 + 1.6 * count, _caption(compared)
@@ -575,13 +579,13 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
     runs = compared.both
     links = ["; ".join(links_of(seen.result.scene)) for seen in runs]
     alike = links[0] == links[1]
-    told = [(links[0], GREY)] if alike else []
-    for seen, own, style in zip(runs, links, _styles(compared), strict=True):
+    texts = [(links[0], GREY)] if alike else []
+    for seen, response, style in zip(runs, links, _styles(compared), strict=True):
         engine = seen.result.engine
-        words = ["" if engine in seen.name else engine, "" if alike else own, seen.accuracy,
+        words = ["" if engine in seen.name else engine, "" if alike else response, seen.accuracy,
                  error_of(seen.result.error)]  # fmt: skip
-        told.append((f"{seen.name}: {'; '.join(word for word in words if word)}", style["color"]))
-    return told
+        texts.append((f"{seen.name}: {'; '.join(word for word in words if word)}", style["color"]))
+    return texts
 
 
 def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -638,8 +642,8 @@ def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> N
     begins = [
         strike.begin
         for seen in compared.both
-        for found in seen.strikes.values()
-        for strike in found
+        for of_contact in seen.strikes.values()
+        for strike in of_contact
         if strike.begin <= compared.time[-1]
     ]
     if begins:

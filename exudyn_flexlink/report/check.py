@@ -100,8 +100,8 @@ def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
         count = f"{len(parts)} rigid part{'s' if len(parts) > 1 else ''}"
         mass = f"{sum(part.mass for part in parts):.5g} kg"
         length = getattr(body, "length", None)
-        told = "" if length is None else f"{number(length)} m long"
-        rows.append([name, body.type, count, mass, told])
+        about = "" if length is None else f"{number(length)} m long"
+        rows.append([name, body.type, count, mass, about])
     return section("Bodies", rows)
 
 
@@ -121,13 +121,13 @@ def _geared(scene: Scene, gear: Gear) -> str:
     spec = scene.joints[gear.name]
     assert isinstance(spec, GearJoint | BeltJoint)  # of which gears are made
     arm, meshes = meshes_of(scene.joints, spec)
-    told = [mesh.body for mesh in meshes]
+    bodies = [mesh.body for mesh in meshes]
     known = [f"{number(radius)} m" for radius in gear.radii if radius is not None]
     circles = (
         f", pitch radi{'i' if len(known) > 1 else 'us'} {' and '.join(known)}" if known else ""
     )
     inside = " inside" if isinstance(spec, GearJoint) and spec.internal else ""
-    return f"{told[0]} and {told[1]}{inside}, on {arm}{circles}"
+    return f"{bodies[0]} and {bodies[1]}{inside}, on {arm}{circles}"
 
 
 def _joined(joint: Joint) -> str:
@@ -143,8 +143,8 @@ def _joined(joint: Joint) -> str:
     clearance = joint.clearance if isinstance(joint, RevoluteJoint) else 0.0
     play = f", clearance {number(clearance)} m" if clearance > 0 else ""
     idle = IDLE if isinstance(joint, RevoluteJoint) and joint.law and not joint.acting else ""
-    told = f"{along}{play}{idle}{_rubs(joint)}"
-    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{told}"
+    about = f"{along}{play}{idle}{_rubs(joint)}"
+    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{about}"
 
 
 def _rubs(joint: Joint) -> str:
@@ -156,10 +156,10 @@ def _rubs(joint: Joint) -> str:
     if isinstance(friction, PinFriction):
         constant, unit = friction.torque, "N m"
         place = f" at radius {number(friction.radius or 0)} m"
-    told = [f"{number(constant)} {unit}"] if constant > 0 else []
+    texts = [f"{number(constant)} {unit}"] if constant > 0 else []
     if friction.coefficient > 0:
-        told.append(f"coefficient {number(friction.coefficient)}{place}")
-    return f", friction {' and '.join(told)}"
+        texts.append(f"coefficient {number(friction.coefficient)}{place}")
+    return f", friction {' and '.join(texts)}"
 
 
 def _fit(sleeve: SleeveJoint) -> str:
@@ -184,10 +184,10 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
         rows.append([name, what, *_spring_numbers(rope)])
     for name in scene.bodies:
         for kind, what in (("stretch", "rods stretch"), ("hinge", "hinges")):
-            own = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]
-            if own:  # at the ends half rods may be stiffer
-                inner = _spring_numbers(own[len(own) // 2])
-                rows.append([f"{name}, {len(own)} {what}", "each", *inner])
+            springs = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]
+            if springs:  # at the ends half rods may be stiffer
+                inner = _spring_numbers(springs[len(springs) // 2])
+                rows.append([f"{name}, {len(springs)} {what}", "each", *inner])
     return section("Springs", rows)
 
 
@@ -225,8 +225,8 @@ def _spring_numbers(spring: RotarySpring | LinearSpring | specs.LinearSpring) ->
     if isinstance(spring, specs.LinearSpring):
         rest = "a table"  # of what has no stiffness and acts on one side
     elif spring.law is not None:
-        own = spring.law.applied
-        rest = str(own.expression) if isinstance(own, Formula) else "a table"
+        law = spring.law.applied
+        rest = str(law.expression) if isinstance(law, Formula) else "a table"
     return [
         f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else rest,
         f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
@@ -257,9 +257,12 @@ def _value(value: Value, unit: str) -> str:
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
-    forces = {own.name: own.law for own in (*mechanism.touching, *mechanism.channels)}
+    forces = {contact.name: contact.law for contact in (*mechanism.touching, *mechanism.channels)}
     touching = {**scene.contacts, **scene.stops}
-    rows = [[name, str(own), *law_told(own.law, forces[name])] for name, own in touching.items()]
+    rows = [
+        [name, str(contact), *law_told(contact.law, forces[name])]
+        for name, contact in touching.items()
+    ]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
@@ -296,12 +299,13 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
-    rows += [["", told] for told in coarse_tolerance(scene, assembly)]
+    rows += [["", note] for note in coarse_tolerance(scene, assembly)]
     rows.append(["formulation", _FORMULATIONS[form]])
-    if form != "minimal" and (found := resolutions(scene, assembly)):
-        longest = min(*(own.step for own in found), fixed_step or inf)
-        fewest = f"{number(min(own.steps(fixed_step) for own in found))} steps per contact, or more"
-        rows.append(["", f"at most {number(longest)} s in contact: {fewest}"])
+    if form != "minimal" and (resolved := resolutions(scene, assembly)):
+        longest = min(*(contact.step for contact in resolved), fixed_step or inf)
+        fewest = min(contact.steps(fixed_step) for contact in resolved)
+        about = f"{number(fewest)} steps per contact, or more"
+        rows.append(["", f"at most {number(longest)} s in contact: {about}"])
     return section("Run", rows)
 
 

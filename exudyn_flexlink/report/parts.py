@@ -72,8 +72,8 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
         ]
         for name, (x, y) in ((name, force.tolist()) for name, force in rest.forces.items())
     ]
-    slides = {own.name for own in rest.assembly.mechanism.speed_motors if own.slide}
-    meshing = {own.name for own in rest.assembly.mechanism.gears if own.in_newtons}
+    slides = {motor.name for motor in rest.assembly.mechanism.speed_motors if motor.slide}
+    meshing = {gear.name for gear in rest.assembly.mechanism.gears if gear.in_newtons}
     presses = [
         [name, f"{press:.5g} {scene.unit_of(name, 'N')}"] for name, press in rest.presses.items()
     ]
@@ -102,13 +102,13 @@ def rest_told(rest: Rest) -> str:
     return "stable" + (f", but nothing resists {free} of the motions" if free else "")
 
 
-def _held(found: Mapping[str, float], forces: Collection[str]) -> list[list[str]]:
+def _held(numbers: Mapping[str, float], forces: Collection[str]) -> list[list[str]]:
     """Rows of what holds: `forces` are in N, the others in N m."""
-    return [[name, f"{x:.5g} {'N' if name in forces else 'N m'}"] for name, x in found.items()]
+    return [[name, f"{x:.5g} {'N' if name in forces else 'N m'}"] for name, x in numbers.items()]
 
 
 def _modes(rest: Rest) -> str:
-    return listed([f"{number(own)} Hz" for own in rest.frequencies.tolist()]) or "none"
+    return listed([f"{number(frequency)} Hz" for frequency in rest.frequencies.tolist()]) or "none"
 
 
 def _told_balance(value: float) -> str:
@@ -172,8 +172,8 @@ def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
         frequency = sqrt(stiffness / inertia) / (2 * pi)
         ratio = sum(spring.damping for spring in springs) / (2 * sqrt(stiffness * inertia))
         way = f"{'about' if turns else 'along'} {joint}"
-        told = [f"{frequency:.2f} Hz", f"damping ratio {number(ratio)}"]
-        rows.append([listed([parts[part].body for part in welded]), way, *told])
+        texts = [f"{frequency:.2f} Hz", f"damping ratio {number(ratio)}"]
+        rows.append([listed([parts[part].body for part in welded]), way, *texts])
     return section("Natural frequencies of sprung bodies, by themselves", rows)
 
 
@@ -181,12 +181,12 @@ def _springs_of_joints(
     scene: Scene, mechanism: Mechanism
 ) -> dict[str, list[RotarySpring | LinearSpring]]:
     """Springs of the scene that act at a revolute joint, or along a prismatic one, by joint."""
-    found: dict[str, list[RotarySpring | LinearSpring]] = {}
+    springs_by: dict[str, list[RotarySpring | LinearSpring]] = {}
     for spring in mechanism.all_springs:
         spec = scene.springs.get(spring.name)  # hinges of flexible bodies have springs, too
         if spec is not None and spec.joint is not None:
-            found.setdefault(spec.joint, []).append(spring)
-    return found
+            springs_by.setdefault(spec.joint, []).append(spring)
+    return springs_by
 
 
 def _held_by(joint: str, mechanism: Mechanism) -> Anchor | None:
@@ -259,8 +259,8 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
     damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
-    damped += [n for n, own in scene.stops.items() if getattr(own.law, "damping", None)]
-    damped += [n for n, own in scene.ropes.items() if own.damping]
+    damped += [n for n, stop in scene.stops.items() if getattr(stop.law, "damping", None)]
+    damped += [n for n, rope in scene.ropes.items() if rope.damping]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
@@ -289,12 +289,12 @@ def law_told(law: Law | StopLaw, force: PressingLaw) -> list[str]:
         return ["rigid, by impulse", restitution, friction]
     name = getattr(law, "formula", None) or law.type
     if isinstance(force, LineContact):
-        told = f"{name}, no force beyond {number(force.deepest)} m"
+        about = f"{name}, no force beyond {number(force.deepest)} m"
     elif isinstance(force, PowerPenalty):
-        told = f"{name}, K {number(force.stiffness)} N/m^{number(force.exponent)}"
+        about = f"{name}, K {number(force.stiffness)} N/m^{number(force.exponent)}"
     else:
-        told = f"k {number(force.stiffness)} N/m" if isinstance(force, RestitutionPenalty) else ""
-    return [told, restitution, friction]
+        about = f"k {number(force.stiffness)} N/m" if isinstance(force, RestitutionPenalty) else ""
+    return [about, restitution, friction]
 
 
 def restitution_told(law: Law | ImpulseLaw) -> str:
@@ -329,13 +329,13 @@ def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["left to forces", f"{left}: {_moved(scene, assembly)}"])
     if assembly.surplus:  # which minimal coordinates leave out
         names = listed(list(assembly.surplus))
-        told = f"{names}: other joints hold the same already, in every position"
-        rows.append(["held twice", told])
+        about = f"{names}: other joints hold the same already, in every position"
+        rows.append(["held twice", about])
         shared = shared_forces(assembly)
         geared = [gear.name for gear in assembly.mechanism.gears if gear.name in shared]
         if geared:
-            told = f"{listed(geared)}: how they share it is not known; the least forces are given"
-            rows.append(["load shared", told])
+            about = f"{listed(geared)}: how they share it is not known; the least forces are given"
+            rows.append(["load shared", about])
     count = left + len(drives)
     fixed = "" if count else ", nothing can move"
     return [f"Degrees of freedom: {count}{fixed}", *table(rows)]
@@ -346,9 +346,9 @@ def _moved(scene: Scene, assembly: Assembly) -> str:
     moved = moved_by_forces(assembly)
     bodies = scene.bodies.items()
     bent = [name for name, body in bodies if isinstance(body, FlexibleBody) and body.rods > 1]
-    told = [f"they move {listed(moved)}"] if moved else []
-    told += [f"they bend {listed(bent)}"] if bent else []
-    return "; ".join(told)
+    texts = [f"they move {listed(moved)}"] if moved else []
+    texts += [f"they bend {listed(bent)}"] if bent else []
+    return "; ".join(texts)
 
 
 def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
@@ -368,8 +368,8 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
         ["The joints close in other ways, too; 'initial: guesses' picks one:"],
         *(["", _angles(way, {})] for way in ways),
     ]
-    idle = [["", told] for _, told in idle_at_start(assembly.mechanism, state.q, state.v)]
-    idle += [["", told] for told in wound_at_start(assembly.mechanism, state.q)]
+    idle = [["", note] for _, note in idle_at_start(assembly.mechanism, state.q, state.v)]
+    idle += [["", note] for note in wound_at_start(assembly.mechanism, state.q)]
     if scene.initial.at_rest:
         rest = rest_of_scene(scene)
         idle += [["", f"at rest: {rest_told(rest)}"], *(["", note] for note in rest.notes)]
@@ -379,16 +379,16 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
 
 
 def _angles(angles: dict[str, float], speeds: Mapping[str, float]) -> str:
-    told = {body: f"{body} {_told(degrees(_wrapped(a)))} deg" for body, a in angles.items()}
-    return listed([at + _moving(speeds.get(body, 0.0), "rad/s") for body, at in told.items()])
+    texts = {body: f"{body} {_told(degrees(_wrapped(a)))} deg" for body, a in angles.items()}
+    return listed([at + _moving(speeds.get(body, 0.0), "rad/s") for body, at in texts.items()])
 
 
 def _places(assembly: Assembly) -> str:
     """How far along each line is what slides on it, as `initial: along` gives it."""
     slides, q, v = assembly.mechanism.slides, assembly.state.q, assembly.state.v
-    told = [f"along {s.name} {_told(float(length_along(s, q)))} m" for s in slides]
+    texts = [f"along {s.name} {_told(float(length_along(s, q)))} m" for s in slides]
     speeds = [float(speed_along(s, q, v)) for s in slides]
-    return listed([at + _moving(speed, "m/s") for at, speed in zip(told, speeds, strict=True)])
+    return listed([at + _moving(speed, "m/s") for at, speed in zip(texts, speeds, strict=True)])
 
 
 def _moving(speed: float, unit: str) -> str:

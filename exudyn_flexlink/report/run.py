@@ -83,9 +83,9 @@ def guide_table(result: Result, joint: str) -> Table:
     """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    told = [(str(i), lap) for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
-    told += [("all", whole)] if len(laps) != 1 else []
-    rows = [[name, *(cell(totals) for _, cell in _COLUMNS.values())] for name, totals in told]
+    named_laps = [(str(i), lap) for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
+    named_laps += [("all", whole)] if len(laps) != 1 else []
+    rows = [[name, *(cell(totals) for _, cell in _COLUMNS.values())] for name, totals in named_laps]
     more = len(laps) - MOST_LAPS
     if joint in result.bearings:
         what = f"Journal in '{joint}': time free, on one point; touches and impacts"
@@ -103,10 +103,10 @@ def guide_table(result: Result, joint: str) -> Table:
 
 def guide_facts(result: Result, joint: str) -> Table:
     """Return how deep the link was in the walls of its guide, and its longest touch, if any."""
-    own, depth = result.scene.joints[joint], deepest(result, joint)
-    assert isinstance(own, (SleeveJoint, RevoluteJoint))
+    sleeve, depth = result.scene.joints[joint], deepest(result, joint)
+    assert isinstance(sleeve, (SleeveJoint, RevoluteJoint))
     # Where it is no small part of the clearance, the walls are too soft.
-    part = f"{100 * depth / own.clearance:.3g} % of the clearance"
+    part = f"{100 * depth / sleeve.clearance:.3g} % of the clearance"
     rows = [["deepest in a wall", f"{depth:.2g} m, {part}"]]
     if len(result.intervals[joint]):
         rows.append(["longest touch", f"{contact_totals(result, joint).longest:.3g} s"])
@@ -115,7 +115,7 @@ def guide_facts(result: Result, joint: str) -> Table:
 
 def pair_table(result: Result, joint: str, most: int) -> Table:
     """Return what can touch in a joint and did, those that touched longest in all first."""
-    found = pair_totals(result, joint)
+    totals = pair_totals(result, joint)
     columns: dict[str, Column[PairTotals]] = {
         "": ("", lambda pair: pair.pair.removeprefix(f"{joint}: ")),
         "touches": ("", lambda pair: str(pair.touches)),
@@ -125,7 +125,7 @@ def pair_table(result: Result, joint: str, most: int) -> Table:
         "peak force": ("N", lambda pair: f"{pair.peak_force:.4g}"),
     }
     caption = f"What touched in '{joint}', the longest first"
-    return table_of_items(caption, columns, found[:most], len(found))
+    return table_of_items(caption, columns, totals[:most], len(totals))
 
 
 def touch_table(result: Result, joint: str, most: int) -> Table:
@@ -153,7 +153,10 @@ def contact_rows(
     return [
         [
             f"{joint}: {name}",
-            *(NO_PLAY if own is None else f"{cell(own)} {unit}".rstrip() for own in (one, other)),
+            *(
+                NO_PLAY if totals is None else f"{cell(totals)} {unit}".rstrip()
+                for totals in (one, other)
+            ),
         ]
         for name, (unit, cell) in _COLUMNS.items()
     ]
@@ -174,13 +177,13 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
 
     Empty cells: what a strike that still lasts passes on in all, and the force of an impulse.
     """
-    found, last = strikes(result, contact), float(result.time[-1])
+    every_strike, last = strikes(result, contact), float(result.time[-1])
     struck = result.scene.all_contacts[contact].struck
     columns: dict[str, Column[Strike]] = {}
-    turning = bool(found) and found[0].lap is not None
+    turning = bool(every_strike) and every_strike[0].lap is not None
     if turning:
         columns["lap"] = "", lambda strike: str(strike.lap)
-    if found and found[0].crank_angle is not None:
+    if every_strike and every_strike[0].crank_angle is not None:
         whole = (lambda angle: angle % 360) if turning else float  # -120 deg of a limit are not 240
         columns[f"angle of {crank_joint(result.scene)}"] = (
             "deg",
@@ -195,7 +198,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
         del columns["place"]
     if struck is not None:
         response = lever_response(result, contact)
-        begins = [*(strike.begin for strike in found), inf]
+        begins = [*(strike.begin for strike in every_strike), inf]
         until = dict(pairwise(begins))  # the next strike
         columns[f"{struck} peak"] = (
             response.measure.unit,
@@ -213,7 +216,9 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
     told = {
         name: (result.scene.unit_of(contact, unit), cell) for name, (unit, cell) in columns.items()
     }
-    return table_of_items(f"Strikes of contact '{contact}'", told, found[:most], len(found))
+    return table_of_items(
+        f"Strikes of contact '{contact}'", told, every_strike[:most], len(every_strike)
+    )
 
 
 def response_table(result: Result) -> Table:
@@ -248,36 +253,42 @@ def peak_table(result: Result) -> Table:
         for name, peak in force_peaks(result).items()
     ]
     head, units = ["", "largest", "at", "off by at most"], ["", "", "s", ""]
-    told = Table("Largest forces and torques", rows, head, units)
-    return told if known else told.without(head[3:])
+    shown = Table("Largest forces and torques", rows, head, units)
+    return shown if known else shown.without(head[3:])
 
 
-def force_error_table(found: Mapping[str, ForceDeviation], caption: str = "") -> Table:
+def force_error_table(deviations: Mapping[str, ForceDeviation], caption: str = "") -> Table:
     """Return how far forces are off: the first of many."""
-    rows = [row for name, own in found.items() for row in _rows(name, own)]
+    rows = [row for name, deviation in deviations.items() for row in _rows(name, deviation)]
     head = ["", "largest", "of peak", "at", "rms"]
     return Table(caption, rows[:MOST_ROWS], head, [""] * 5, left_out(len(rows), MOST_ROWS))
 
 
-def _off_by(own: ForceDeviation | None) -> str:
-    parts = [part.largest for part in (own.free, own.touching) if part] if own else []
-    return f"{max(parts):.2g} {own.unit}" if own and parts else ""
+def _off_by(deviation: ForceDeviation | None) -> str:
+    parts = (
+        [part.largest for part in (deviation.free, deviation.touching) if part] if deviation else []
+    )
+    return f"{max(parts):.2g} {deviation.unit}" if deviation and parts else ""
 
 
-def _rows(name: str, own: ForceDeviation) -> list[list[str]]:
+def _rows(name: str, deviation: ForceDeviation) -> list[list[str]]:
     """Return a row of a force, and one of it in contact; none where it is rounding."""
-    parts = [(when, part) for when, part in (("", own.free), ("in contact", own.touching)) if part]
+    parts = [
+        (when, part)
+        for when, part in (("", deviation.free), ("in contact", deviation.touching))
+        if part
+    ]
     rounding = max([NO_FORCE, *(NEGLIGIBLE * part.size for _, part in parts)])
     rows: list[list[str]] = []
     for when, part in parts:
         if part.size > rounding:
-            told = f"  {when}" if rows else ", ".join(filter(None, (name, when)))
-            largest, rms = (f"{value:.2g} {own.unit}" for value in (part.largest, part.rms))
+            about = f"  {when}" if rows else ", ".join(filter(None, (name, when)))
+            largest, rms = (f"{value:.2g} {deviation.unit}" for value in (part.largest, part.rms))
             percent = 100 * part.relative
             relative = f"{percent:.2g}" if percent < 99 else f"{percent:.0f}"
-            rows.append([told, largest, f"{relative} %", f"{part.at:.5f} s", rms])
-    if rows and own.instants is not None:
-        rows.append(["  instants of its touches", f"{own.instants:.2g} s", "", "", ""])
+            rows.append([about, largest, f"{relative} %", f"{part.at:.5f} s", rms])
+    if rows and deviation.instants is not None:
+        rows.append(["  instants of its touches", f"{deviation.instants:.2g} s", "", "", ""])
     return rows
 
 
@@ -352,26 +363,26 @@ def cost_table(result: Result) -> Table:
 def energy_table(result: Result) -> Table:
     """Return energies where the run begins and ends, and the largest by size at any sample."""
     rows = []
-    for name, told in _ENERGIES.items():
+    for name, text in _ENERGIES.items():
         values = getattr(result.energy, name)
         largest = values[int(np.argmax(np.abs(values)))]
-        rows.append([told, *(f"{value:.4g}" for value in (values[0], values[-1], largest))])
+        rows.append([text, *(f"{value:.4g}" for value in (values[0], values[-1], largest))])
     head, units = ["", "at the start", "at the end", "largest"], ["", "J", "J", "J"]
     return Table("Energies of all parts together", rows, head, units)
 
 
 def _strikes(result: Result, contact: str) -> list[str]:
-    told = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
-    return lines_of(told) or [f"{told.caption}: none"]
+    strikes_told = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
+    return lines_of(strikes_told) or [f"{strikes_told.caption}: none"]
 
 
 def friction_table(result: Result) -> Table:
     """Return what dry friction took in each joint, and how long that rested."""
     end, rows = float(result.time[-1]), []
-    for name, own in result.frictions.items():
-        lasts = bool(np.isinf(own.end[-1:]).any())
-        since = f"from {number(float(own.begin[-1]))} s on" if lasts else ""
-        rows.append([name, f"{own.lost[-1]:.4g}", number(own.rest_until(end)), since])
+    for name, friction in result.frictions.items():
+        lasts = bool(np.isinf(friction.end[-1:]).any())
+        since = f"from {number(float(friction.begin[-1]))} s on" if lasts else ""
+        rows.append([name, f"{friction.lost[-1]:.4g}", number(friction.rest_until(end)), since])
     head, units = ["joint", "lost", "at rest", ""], ["", "J", "s", ""]
     return Table("Friction in joints", rows, head, units)
 
@@ -421,12 +432,12 @@ def positions_text(error: MeasuredError) -> str:
     until = "" if error.stopped is None else f" up to t = {number(error.stopped)} s"
     if error.exceeds_from is None:
         return f"{points} within {error.largest:.2g} m{worst}{until}, asked {limit}"
-    told = f"{points} within {limit}, as asked, up to t = {number(error.exceeds_from)} s"
+    about = f"{points} within {limit}, as asked, up to t = {number(error.exceeds_from)} s"
     then = f"within {error.largest:.2g} m{worst}"
     if error.horizon is None:
-        return f"{told}; then {then}{until}"
+        return f"{about}; then {then}{until}"
     horizon = f"t = {number(error.horizon)} s, the horizon: after it trust statistics only"
-    return f"{told}; {then} up to {horizon}"
+    return f"{about}; {then} up to {horizon}"
 
 
 def forces_text(error: MeasuredError) -> str:
@@ -434,9 +445,13 @@ def forces_text(error: MeasuredError) -> str:
     name, part = worst_force(error.forces)
     if error.missing or not name:
         return "not measured"
-    own = error.forces[name]
-    free = " while nothing touches" if own.free and own.free.size > NO_FORCE else " in contact"
-    when = free if own.free and own.touching else ""
+    deviation = error.forces[name]
+    free = (
+        " while nothing touches"
+        if deviation.free and deviation.free.size > NO_FORCE
+        else " in contact"
+    )
+    when = free if deviation.free and deviation.touching else ""
     return f"within {100 * part:.2g} % of their largest ({name}){when}{_until(error)}"
 
 

@@ -97,13 +97,13 @@ def _points(study: Study) -> list[str]:
 
 def _accuracy_row(study: Study, point: Point) -> list[str]:
     errors = point.errors
-    told = [_told_accuracy(error, study.floor) for error in (errors.rms, errors.largest)]
+    sizes = [_told_accuracy(error, study.floor) for error in (errors.rms, errors.largest)]
     force = _told_accuracy(errors.force, study.force_floor)
-    own = " (model's own)" if point is study.own else ""
-    setting = f"  {point.method.amount(point.value)}{own}"
+    whose = " (model's own)" if point is study.own else ""
+    setting = f"  {point.method.amount(point.value)}{whose}"
     cost = f"{point.processor:.3g} (of {point.repeats})"
     worst = errors.worst if errors.largest >= study.floor else ""
-    return [setting, str(point.steps), *told, worst, force, cost]
+    return [setting, str(point.steps), *sizes, worst, force, cost]
 
 
 def _told_accuracy(error: float, floor: float) -> str:
@@ -114,8 +114,10 @@ def _told_accuracy(error: float, floor: float) -> str:
 def _sources(study: Study) -> list[str]:
     if study.still:
         return ["Nothing that is judged moves: there is no error to take apart"]
-    own = study.own.told if study.own is not None else ""
-    caption = f"Where the error comes from, at the model's own settings{own and f' ({own})'}"
+    setting = study.own.told if study.own is not None else ""
+    caption = (
+        f"Where the error comes from, at the model's own settings{setting and f' ({setting})'}"
+    )
     rows = [_source(study, source) for source in study.sources]
     lines = lines_of(Table(caption, rows, ["", "rms", "largest", "of", "forces", ""])) or [caption]
     return [*lines, *(f"  {note}" for note in notes(study)), dominance(study)]
@@ -133,16 +135,17 @@ def _source(study: Study, source: Source) -> list[str]:
 def _about(study: Study, source: Source) -> str:
     """Say what a source's error was told from."""
     if source.kind == "time":
-        own = study.own is not None
-        return "against the reference" if own else "this is the finest run: that of the check"
+        is_known = study.own is not None
+        return "against the reference" if is_known else "this is the finest run: that of the check"
     if source.kind == "rods":
         rods = ", ".join(f"{b.rods}" for b in beams(study.scene).values())
         twice = ", ".join(f"{2 * b.rods}" for b in beams(study.scene).values())
         power = f"^{source.order:g}" if source.order != 1 else ""
         return f"n = {rods} against {twice}, which {_cost(source)}; estimated as O(1/n{power})"
-    told = measures(study.scene)
+    measures_by = measures(study.scene)
     peaks = "".join(
-        f"; peak of {body} {x:.1e} {told[body].unit}" for body, x in source.errors.levers.items()
+        f"; peak of {body} {x:.1e} {measures_by[body].unit}"
+        for body, x in source.errors.levers.items()
     )
     against = f"{STIFFER:g} times the stiffness, which {_cost(source)}"
     return f"{against}; estimated as O(k^-1/2){peaks}"
@@ -156,21 +159,21 @@ def notes(study: Study) -> list[str]:
     """Say which causes of error the scene does not have, and which were not looked at, and why."""
     kinds = {source.kind for source in study.sources}
     others = dict.fromkeys(point.method for point in study.points if not point.method.of_rods)
-    found = [_other_model(study, method) for method in others]
+    reasons = [_other_model(study, method) for method in others]
     if "time" not in kinds:
-        found.append(
+        reasons.append(
             "time steps: not told, the model's own settings were not run, or are the judge"
         )
-    found += _of_rods(study, "rods" in kinds)
+    reasons += _of_rods(study, "rods" in kinds)
     if not stiffnesses(study.scene):
         laws = study.scene.laws.values()
         jumps = any(isinstance(law, ImpulseLaw) for law in laws)
         why = "strike by impulses" if jumps else "give way as their materials do"
         why = why if laws else "there is no contact"
-        found.append(f"contact compliance: none, {why}")
+        reasons.append(f"contact compliance: none, {why}")
     elif "contact" not in kinds:
-        found.append("contact compliance: not told, there was no time to vary it")
-    return found
+        reasons.append("contact compliance: not told, there was no time to vary it")
+    return reasons
 
 
 def _other_model(study: Study, method: Method) -> str:
@@ -181,14 +184,16 @@ def _other_model(study: Study, method: Method) -> str:
     )
 
 
-def _of_rods(study: Study, told: bool) -> list[str]:
+def _of_rods(study: Study, any_told: bool) -> list[str]:
     links = flexible(study.scene)
     if not links:
         return ["number of rods: no flexible body"]
-    found = [_fixed(name, body) for name, body in links.items() if body.hinges.stiffness != "beam"]
-    if beams(study.scene) and not told:
-        found.append("number of rods: not told, there was no time (or no room) to double it")
-    return found
+    links_told = [
+        _fixed(name, body) for name, body in links.items() if body.hinges.stiffness != "beam"
+    ]
+    if beams(study.scene) and not any_told:
+        links_told.append("number of rods: not told, there was no time (or no room) to double it")
+    return links_told
 
 
 def _fixed(name: str, body: FlexibleBody) -> str:
@@ -299,25 +304,25 @@ LONGEST = 100  # characters of a reason
 HEAD = ("number", "published", "computed", "difference", "allowed", "verdict")
 
 
-def stability_text(found: Stability) -> str:
+def stability_text(study: Stability) -> str:
     """Say what a motion does, how fast neighbours part, and how far each number goes."""
-    exponent, rhythm = found.exponent, found.rhythm
-    laps = round(float(found.run.time[-1]) / rhythm.lap)
+    exponent, rhythm = study.exponent, study.rhythm
+    laps = round(float(study.run.time[-1]) / rhythm.lap)
     first = (
-        f"{found.point} over {laps} laps of {number(rhythm.lap)} s, from lap "
-        f"{round(found.after / rhythm.lap) + 1} on: {found.told}."
+        f"{study.point} over {laps} laps of {number(rhythm.lap)} s, from lap "
+        f"{round(study.after / rhythm.lap) + 1} on: {study.told}."
     )
-    section, limit = found.section, f"{found.limit:.2g} m"
-    places, count = section.distinct(found.limit), len(section.time)
+    section, limit = study.section, f"{study.limit:.2g} m"
+    places, count = section.distinct(study.limit), len(section.time)
     of_lap, of_turn = f"{section.phase:.3g} of a lap", f"crank angle {section.phase:.4g} rad"
     at = f"at {of_turn if section.by_crank else of_lap}"
     rows = [
         ["largest Lyapunov exponent", f"{exponent_text(exponent)} (95 %): {WORDS[exponent.sign]}"],
-        ["does the tolerance matter?", _tolerance_text(found)],
-        ["known instant by instant", _horizon_text(found)],
-        *_laps(found),
+        ["does the tolerance matter?", _tolerance_text(study)],
+        ["known instant by instant", _horizon_text(study)],
+        *_laps(study),
         [f"places {at}", f"{places} in {count} laps; nearer than {limit} count as one"],
-        *_lines(found.vibration),
+        *_lines(study.vibration),
     ]
     return "\n".join([first, "", *table(rows)])
 
@@ -333,24 +338,24 @@ def doubted_text(value: float, uncertainty: float) -> str:
     return f"{value:.{digits}f} +- {uncertainty:.{digits}f}"
 
 
-def _tolerance_text(found: Stability) -> str:
-    exponent = found.exponent
-    own = f"at {found.tolerance:.2g} m the solver may move it by {exponent.noise:.1g} 1/s"
-    if found.tighter is None:
-        return f"{'yes' if exponent.by_solver else 'no'}: {own}"
-    same = "the same sign" if found.tighter.sign == exponent.sign else "ANOTHER SIGN"
-    return f"{own}; at a tenth of it {exponent_text(found.tighter)}, {same}"
+def _tolerance_text(study: Stability) -> str:
+    exponent = study.exponent
+    moved = f"at {study.tolerance:.2g} m the solver may move it by {exponent.noise:.1g} 1/s"
+    if study.tighter is None:
+        return f"{'yes' if exponent.by_solver else 'no'}: {moved}"
+    same = "the same sign" if study.tighter.sign == exponent.sign else "ANOTHER SIGN"
+    return f"{moved}; at a tenth of it {exponent_text(study.tighter)}, {same}"
 
 
-def _horizon_text(found: Stability) -> str:
-    if not isfinite(found.horizon):
+def _horizon_text(study: Stability) -> str:
+    if not isfinite(study.horizon):
         return "throughout: errors do not grow"
-    laps = found.horizon / found.rhythm.lap
-    return f"for {found.horizon:.3g} s ({laps:.2g} laps) from any state: after that statistics only"
+    laps = study.horizon / study.rhythm.lap
+    return f"for {study.horizon:.3g} s ({laps:.2g} laps) from any state: after that statistics only"
 
 
-def _laps(found: Stability) -> list[list[str]]:
-    laps = found.repeating
+def _laps(study: Stability) -> list[list[str]]:
+    laps = study.repeating
     if laps is None:
         return [["laps apart", "too few whole laps are known"]]
     before = "1 lap" if laps.nearest == 1 else f"{laps.nearest} laps"
@@ -361,35 +366,35 @@ def _lines(vibration: Vibration) -> list[list[str]]:
     off = "off its ideal place" if vibration.off_ideal else "of its motion"
     return [
         [
-            f"lines {off}, {axis}, +-{own.resolution / 2:.2g} Hz",
-            ", ".join(f"{line:.3g} Hz" for line in own.lines) or "none",
+            f"lines {off}, {axis}, +-{spectrum.resolution / 2:.2g} Hz",
+            ", ".join(f"{line:.3g} Hz" for line in spectrum.lines) or "none",
         ]
-        for axis, own in (("x", vibration.x), ("y", vibration.y))
+        for axis, spectrum in (("x", vibration.x), ("y", vibration.y))
     ]
 
 
-def sweep_text(found: SweepTable) -> str:
+def sweep_text(sweep: SweepTable) -> str:
     """Return the summary of a sweep: its rows, what varied, ranges of observables, reasons."""
-    why = (_why(found, kind) for kind in (FAILED, DOUBTFUL))
-    return in_blocks([_rows_made(found), _ranges(found), *why])
+    why = (_why(sweep, kind) for kind in (FAILED, DOUBTFUL))
+    return in_blocks([_rows_made(sweep), _ranges(sweep), *why])
 
 
-def _rows_made(found: SweepTable) -> list[str]:
-    missing = found.points - len(found.rows)
-    told = [f"{found.count(kind)} {kind}" for kind in (FAILED, DOUBTFUL) if found.count(kind)]
-    told += [f"{missing} missing"] if missing else []
-    wall = sum(row.wall for row in found.rows)
-    rows = [["rows", ", ".join([f"{len(found.rows)} of {found.points}", *told])]]
+def _rows_made(sweep: SweepTable) -> list[str]:
+    missing = sweep.points - len(sweep.rows)
+    counts = [f"{sweep.count(kind)} {kind}" for kind in (FAILED, DOUBTFUL) if sweep.count(kind)]
+    counts += [f"{missing} missing"] if missing else []
+    wall = sum(row.wall for row in sweep.rows)
+    rows = [["rows", ", ".join([f"{len(sweep.rows)} of {sweep.points}", *counts])]]
     rows += [["runs took", f"{wall:.1f} s together"]]
-    return [f"Sweep: {found.title}", *table(rows)]
+    return [f"Sweep: {sweep.title}", *table(rows)]
 
 
-def _ranges(found: SweepTable) -> list[str]:
+def _ranges(sweep: SweepTable) -> list[str]:
     """Least and largest value of every number that is not printed alike in all rows."""
-    columns = found.columns()
-    varied = [one.column for one in found.varied]
+    columns = sweep.columns()
+    varied = [varied_path.column for varied_path in sweep.varied]
     rows = [["", "from", "to"]]
-    for name in (*varied, *found.observables):
+    for name in (*varied, *sweep.observables):
         values = [float(value) for value in columns[name] if isinstance(value, float | int)]
         ends = [number(end(values)) for end in (min, max)] if values else ["", ""]
         if values and (name in varied or ends[0] != ends[1]):
@@ -397,10 +402,10 @@ def _ranges(found: SweepTable) -> list[str]:
     return table(rows) if len(rows) > 1 else []
 
 
-def _why(found: SweepTable, kind: str) -> list[str]:
+def _why(sweep: SweepTable, kind: str) -> list[str]:
     """Why rows are as they are, the most frequent reasons first."""
-    reasons = Counter(row.reason for row in found.rows if row.status == kind)
-    first = {row.reason: row.number for row in reversed(found.rows) if row.status == kind}
+    reasons = Counter(row.reason for row in sweep.rows if row.status == kind)
+    first = {row.reason: row.number for row in reversed(sweep.rows) if row.status == kind}
     rows = [
         [str(count), f"run {first[reason]}", shortened(reason, LONGEST)]
         for reason, count in reasons.most_common(MOST_REASONS)
@@ -413,11 +418,11 @@ def _why(found: SweepTable, kind: str) -> list[str]:
 def verification_text(runs: Sequence[VerifiedRun]) -> str:
     """Return a table of each run, and a sentence on all of them."""
     blocks = []
-    for one in runs:
-        about = f"{one.benchmark}, {one.run}: {one.steps} steps, {one.seconds:.2g} s"
-        lines = [about] if one.engine == EXUDYN else [f"{about}, {one.engine}"]
-        lines += [f"  {one.stopped}"] if one.stopped else []
-        lines += table([HEAD, *(_row(number) for number in one.numbers)])
+    for run in runs:
+        about = f"{run.benchmark}, {run.run}: {run.steps} steps, {run.seconds:.2g} s"
+        lines = [about] if run.engine == EXUDYN else [f"{about}, {run.engine}"]
+        lines += [f"  {run.stopped}"] if run.stopped else []
+        lines += table([HEAD, *(_row(number) for number in run.numbers)])
         blocks.append("\n".join(lines))
     return "\n\n".join([*blocks, _summary(runs), *_reasons(runs)])
 
@@ -426,11 +431,11 @@ def verification_markdown(runs: Sequence[VerifiedRun]) -> str:
     """Return one table of all numbers, with the steps and the time of each run."""
     head = ("benchmark", "run", *HEAD[:-1], "steps", "time", HEAD[-1])
     rows = [head, ("---",) * len(head)]
-    for one in runs:
-        for own in one.numbers:
-            *cells, verdict = _row(own)
-            cost = (str(one.steps), f"{one.seconds:.1f} s")
-            rows.append((f"`{one.benchmark}`", one.run, *cells, *cost, verdict))
+    for run in runs:
+        for each in run.numbers:
+            *cells, verdict = _row(each)
+            cost = (str(run.steps), f"{run.seconds:.1f} s")
+            rows.append((f"`{run.benchmark}`", run.run, *cells, *cost, verdict))
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
@@ -438,14 +443,14 @@ def verification_data(runs: Sequence[VerifiedRun]) -> list[dict[str, Any]]:
     """Return plain data; null stands for a number that the run did not come to."""
     return [
         {
-            **asdict(one),
-            "fine": one.fine,
+            **asdict(run),
+            "fine": run.fine,
             "numbers": [
-                {**asdict(own), "difference": own.difference, "fine": own.fine}
-                for own in one.numbers
+                {**asdict(each), "difference": each.difference, "fine": each.fine}
+                for each in run.numbers
             ],
         }
-        for one in runs
+        for run in runs
     ]
 
 
@@ -459,7 +464,7 @@ def _row(number: Compared) -> tuple[str, ...]:
 
 
 def _summary(runs: Sequence[VerifiedRun]) -> str:
-    numbers = [number for one in runs for number in one.numbers]
+    numbers = [number for run in runs for number in run.numbers]
     off = sum(not number.fine for number in numbers)
     end = "all are as near as allowed" if not off else f"{off} {'is' if off == 1 else 'are'} off"
     many = f"{len(numbers)} numbers" if len(numbers) != 1 else "1 number"
@@ -468,35 +473,35 @@ def _summary(runs: Sequence[VerifiedRun]) -> str:
 
 def _reasons(runs: Sequence[VerifiedRun]) -> Iterator[str]:
     """Who published the numbers that are off, and what was allowed to them."""
-    for one in runs:
-        for own in one.numbers:
-            if not own.fine:
-                name = f"{one.benchmark}, {one.run}, {own.name}"
-                yield f"{name}\n  allowed because: {own.because}\n  source: {own.source}"
+    for run in runs:
+        for each in run.numbers:
+            if not each.fine:
+                name = f"{run.benchmark}, {run.run}, {each.name}"
+                yield f"{name}\n  allowed because: {each.because}\n  source: {each.source}"
 
 
 DIGITS = 10  # of a fitted value
 
 
-def against_text(found: Against) -> str:
+def against_text(beside: Against) -> str:
     """Return the table of a run beside a series."""
-    head = f"Comparison of {found.result.engine} and {found.series.source}"
-    return in_blocks([[f"{head}: {found.result.scene.title}"], _distances(found), _how(found)])
+    head = f"Comparison of {beside.result.engine} and {beside.series.source}"
+    return in_blocks([[f"{head}: {beside.result.scene.title}"], _distances(beside), _how(beside)])
 
 
-def fit_text(found: Fit) -> str:
+def fit_text(fitted: Fit) -> str:
     """Return the table of a fit: values with their errors, correlations, residuals."""
-    last = found.against
+    last = fitted.against
     rows = [
         [
             p.path,
-            f"{found.values[p.path]:.{DIGITS}g}",
-            f"{found.standard_errors[p.path]:.4g}",
-            f"{found.integrator[p.path]:.1g}",
+            f"{fitted.values[p.path]:.{DIGITS}g}",
+            f"{fitted.standard_errors[p.path]:.4g}",
+            f"{fitted.integrator[p.path]:.1g}",
             f"{p.start:.4g}",
             p.unit,
         ]
-        for p in found.parameters
+        for p in fitted.parameters
     ]
     note = "standard error: of the data's scatter; integrator: how far its error moves the value"
     head = ["", "value", "standard error", "integrator", "start", "unit"]
@@ -506,52 +511,52 @@ def fit_text(found: Fit) -> str:
         [
             [f"Fit of {last.result.engine} to {last.series.source}: {last.result.scene.title}"],
             lines_of(Table("Fitted values", rows, head, note=note)),
-            _correlations(found),
+            _correlations(fitted),
             _distances(last, "Residuals"),
-            [f"Found in {found.runs} runs, the last to {to}"],
+            [f"Found in {fitted.runs} runs, the last to {to}"],
         ]
     )
 
 
-def _correlations(found: Fit) -> list[str]:
+def _correlations(fitted: Fit) -> list[str]:
     pairs = [
-        [f"{p.path} and {q.path}", f"{found.correlations[i, j]:.6f}"]
-        for i, p in enumerate(found.parameters)
-        for j, q in enumerate(found.parameters)
-        if i < j and isfinite(found.correlations[i, j])
+        [f"{p.path} and {q.path}", f"{fitted.correlations[i, j]:.6f}"]
+        for i, p in enumerate(fitted.parameters)
+        for j, q in enumerate(fitted.parameters)
+        if i < j and isfinite(fitted.correlations[i, j])
     ]
     return lines_of(Table("Correlations", pairs))
 
 
-def _distances(found: Against, caption: str = "Distances, run less series") -> list[str]:
+def _distances(beside: Against, caption: str = "Distances, run less series") -> list[str]:
     rows = [
         [
-            own.signal,
-            f"{own.largest:.3g} {own.unit}",
-            f"{own.at:.5g} s",
-            f"{own.rms:.3g} {own.unit}",
-            f"{100 * own.rms / own.span:.2g} %" if own.span else "",
-            f"{np.sum(found.differences[own.signal] ** 2):.{DIGITS}g}",
+            distance.signal,
+            f"{distance.largest:.3g} {distance.unit}",
+            f"{distance.at:.5g} s",
+            f"{distance.rms:.3g} {distance.unit}",
+            f"{100 * distance.rms / distance.span:.2g} %" if distance.span else "",
+            f"{np.sum(beside.differences[distance.signal] ** 2):.{DIGITS}g}",
         ]
-        for own in found.distances
+        for distance in beside.distances
     ]
     head = ["", "largest", "at", "rms", "of the span", "sum of squares, SI"]
     return lines_of(Table(caption, rows, head)) or [f"{caption}: none, the horizon is at the start"]
 
 
-def _how(found: Against) -> list[str]:
+def _how(beside: Against) -> list[str]:
     """Tell instants, the shift, what was left out, and how far the run itself is off."""
-    begin, end = found.time[[0, -1]]
-    rows = [["instants", f"{len(found.time)}, from {begin:.5g} to {end:.5g} s of the run"]]
-    if found.shift:
-        rows.append(["shift", f"{found.shift:.6g} s are added to times of the series"])
-    if found.outside:
-        rows.append(["outside the run", f"{found.outside} of {len(found.series.time)} rows"])
-    if found.series.left_out:
-        rows.append(["columns left out", listed(found.series.left_out)])
-    error = found.result.error
-    told = f"{name_of(error.points)} within {error.largest:.2g} m" if not error.missing else ""
-    rows.append(["the run's own error", told or f"not known: {error.missing}"])
+    begin, end = beside.time[[0, -1]]
+    rows = [["instants", f"{len(beside.time)}, from {begin:.5g} to {end:.5g} s of the run"]]
+    if beside.shift:
+        rows.append(["shift", f"{beside.shift:.6g} s are added to times of the series"])
+    if beside.outside:
+        rows.append(["outside the run", f"{beside.outside} of {len(beside.series.time)} rows"])
+    if beside.series.left_out:
+        rows.append(["columns left out", listed(beside.series.left_out)])
+    error = beside.result.error
+    about = f"{name_of(error.points)} within {error.largest:.2g} m" if not error.missing else ""
+    rows.append(["the run's own error", about or f"not known: {error.missing}"])
     if isfinite(error.known_until) and error.known_until < end:
         rows.append(["horizon", f"{error.known_until:.5g} s: distances are of instants before it"])
     return table(rows)
@@ -581,12 +586,12 @@ def comparison_text(comparison: Comparison) -> str:
 def horizon_text(comparison: Comparison) -> str:
     """Say up to when the runs can be compared instant by instant."""
     end, parted = comparison.time[-1], comparison.horizon
-    told = [seen for seen in comparison.both if not seen.result.error.missing]
+    measured = [seen for seen in comparison.both if not seen.result.error.missing]
     if parted is None:
         to_end = f"Compared instant by instant to t = {end:.5g} s, the end"
-        off = [f"{seen.name} within {seen.result.error.largest:.2g} m" for seen in told]
+        off = [f"{seen.name} within {seen.result.error.largest:.2g} m" for seen in measured]
         return f"{to_end}: {', '.join(off)}" if off else f"{to_end}; no horizon was looked for"
-    first = min(told, key=lambda seen: seen.result.error.known_until)
+    first = min(measured, key=lambda seen: seen.result.error.known_until)
     if first.result.error.horizon != parted:
         why = f"where the second run {_of(first)} stopped"
     else:

@@ -97,19 +97,19 @@ def table(rows: Sequence[Sequence[str]]) -> list[str]:
     return [line for row in rows for line in (next(broken) if len(row) > 1 else [GAP + row[0]])]
 
 
-def lines_of(told: Table, *, units_above: bool = False) -> list[str]:
+def lines_of(shown: Table, *, units_above: bool = False) -> list[str]:
     """Return a table with its caption above and its note below; none without rows.
 
     Units stand in the cells, or above them with the names of the columns.
     """
-    if not told.rows:
+    if not shown.rows:
         return []
-    head, rows = [list(told.head)] if told.head else [], [list(row) for row in told.rows]
-    if told.units and units_above:
-        head = [_with_units(told.head, told.units, ", ")]
-    elif told.units:
-        rows = [_with_units(row, told.units, " ") for row in rows]
-    caption, note = ([told.caption] * bool(told.caption), [GAP + told.note] * bool(told.note))
+    head, rows = [list(shown.head)] if shown.head else [], [list(row) for row in shown.rows]
+    if shown.units and units_above:
+        head = [_with_units(shown.head, shown.units, ", ")]
+    elif shown.units:
+        rows = [_with_units(row, shown.units, " ") for row in rows]
+    caption, note = ([shown.caption] * bool(shown.caption), [GAP + shown.note] * bool(shown.note))
     return [*caption, *table([*head, *rows]), *note]
 
 
@@ -134,12 +134,12 @@ def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
         for column, width in zip(columns, _widths(columns), strict=True)
     ]
     widths = [max(len(line) for cell in column for line in cell) for column in cells]
-    found = []
+    lines_of_rows = []
     for row in zip(*cells, strict=True):
         lines = zip_longest(*row, fillvalue="")
         padded = [map(str.ljust, parts, widths) for parts in lines]
-        found.append([(GAP + GAP.join(parts)).rstrip() for parts in padded])
-    return found
+        lines_of_rows.append([(GAP + GAP.join(parts)).rstrip() for parts in padded])
+    return lines_of_rows
 
 
 def _widths(columns: list[list[str]]) -> list[int]:
@@ -163,7 +163,7 @@ def _wrapped(cell: str, width: int) -> list[str]:
     """Lines of a cell; at least one, which may be empty."""
     if len(cell) <= width:
         return [cell]
-    joined = QUANTITY.sub(lambda found: found[0].replace(" ", JOINED), cell)
+    joined = QUANTITY.sub(lambda gap: gap[0].replace(" ", JOINED), cell)
     indent = cell[: len(cell) - len(cell.lstrip())]
     lines = textwrap.wrap(
         joined, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False

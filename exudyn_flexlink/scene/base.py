@@ -54,7 +54,9 @@ class Part(BaseModel):
             if not field.is_required()
             for name in (key, field.alias)
         }
-        return {key: own for key, own in data.items() if own is not None or key not in optional}
+        return {
+            key: value for key, value in data.items() if value is not None or key not in optional
+        }
 
     @model_validator(mode="after")
     def _keys_that_exclude_each_other(self) -> Part:
@@ -67,7 +69,7 @@ class Part(BaseModel):
                 refuse("needs " + " or ".join(f"'{key}'" for key in row))
             for key in self.excluded_by(given[0]) if given else ():
                 if getattr(self, key) is not None:
-                    owner = next(own for own in row if key in self.belonging.get(own, ()))
+                    owner = next(each for each in row if key in self.belonging.get(each, ()))
                     refuse(f"'{key}' belongs to '{owner}', not to '{given[0]}'", at=key)
         return self
 

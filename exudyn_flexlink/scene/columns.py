@@ -114,10 +114,12 @@ def read_cells(path: Path) -> Cells:
     if wrong:
         i, row = wrong[0]
         raise BadFileError(f"line {i}: {len(row)} cells, where the first row has {count}")
-    own = [line for _, line in above if line[0] != "#"]
-    heads = [_cells(line.lstrip("# \t"), separator) for line in own or [line for _, line in above]]
+    header = [line for _, line in above if line[0] != "#"]
+    heads = [
+        _cells(line.lstrip("# \t"), separator) for line in header or [line for _, line in above]
+    ]
     fitting = [cells for cells in heads if len(cells) == count]
-    if own and not fitting:
+    if header and not fitting:
         line = f"line {above[-1][0]}"
         wanted = f"expected {count} names of columns, separated as numbers are"
         raise BadFileError(f"{line}: {wanted}; got {len(heads[-1])}")
@@ -146,8 +148,10 @@ def _split(
     except OSError as error:
         raise BadFileError(f"can't read the file: {error.strerror or error}") from None
     lines = [(i, line.strip()) for i, line in enumerate(text.split("\n"), 1) if line.strip()]
-    found = ((k, _separator(line, fits)) for k, (_, line) in enumerate(lines) if line[0] != "#")
-    begin, separator = next(((k, one) for k, one in found if one), (len(lines), ","))
+    separators = (
+        (k, _separator(line, fits)) for k, (_, line) in enumerate(lines) if line[0] != "#"
+    )
+    begin, separator = next(((k, one) for k, one in separators if one), (len(lines), ","))
     numbered = [(i, line) for i, line in lines[begin:] if line[0] != "#"]
     commas = [i for i, line in numbered if "," in line] if separator != "," else []
     if commas and any("." in line for _, line in numbered):
@@ -157,10 +161,13 @@ def _split(
 
 def _separator(line: str, fits: Callable[[list[bool]], bool]) -> str:
     """Return what separates numbers, or else cells of which one is a number; '': nothing."""
-    by = {one: [_is_number(cell, one) for cell in _cells(line, one)] for one in _SEPARATORS}
-    several = [one for one in by if len(by[one]) > 1]
-    some = [one for one in several if any(by[one]) and one != " "]
-    return next(iter([one for one in several if fits(by[one])] + some), "")
+    by = {
+        separator: [_is_number(cell, separator) for cell in _cells(line, separator)]
+        for separator in _SEPARATORS
+    }
+    several = [separator for separator in by if len(by[separator]) > 1]
+    some = [separator for separator in several if any(by[separator]) and separator != " "]
+    return next(iter([separator for separator in several if fits(by[separator])] + some), "")
 
 
 def _cells(line: str, separator: str) -> list[str]:
@@ -237,7 +244,7 @@ def unit_of(cell: str, measures: Sequence[Dimension]) -> float | None:
     bracketed = _BRACKETED.search(cell)
     if not measures or (bracketed and bracketed[1] == _OF_TIME):
         return None
-    begins = [0, *(found.end() for found in re.finditer(r"[_\s/]+", cell))]
+    begins = [0, *(gap.end() for gap in re.finditer(r"[_\s/]+", cell))]
     named = dict[str, Unit]()
     for text in [bracketed[1]] if bracketed else [cell[begin:] for begin in begins]:
         try:
@@ -250,7 +257,7 @@ def unit_of(cell: str, measures: Sequence[Dimension]) -> float | None:
         return fitting[0].factor
     if not named or len(cell) == 1:  # 't' is a time, no tonne
         return None
-    what = " or ".join(f"{one.words} ({one.si})" for one in measures)
+    what = " or ".join(f"{measure.words} ({measure.si})" for measure in measures)
     alone = "" if bracketed else "; a unit in brackets counts alone"
     raise BadFileError(f"'{cell[:40]}': '{next(iter(named))}' is no unit of {what}{alone}")
 

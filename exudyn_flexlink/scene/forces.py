@@ -158,9 +158,9 @@ class Measured(float):
 
     def __new__(cls, dimension: Dimension, value: float) -> Measured:
         """Keep the dimension with the value in SI."""
-        found = super().__new__(cls, value)
-        found.dimension = dimension
-        return found
+        number = super().__new__(cls, value)
+        number.dimension = dimension
+        return number
 
     def __getnewargs__(self) -> tuple[Dimension, float]:  # type: ignore[override]
         """Return what copies are made of."""
@@ -198,19 +198,23 @@ def _branch(value: Any) -> str:
 
 
 def _parsed(
-    text: str, dimensions: Sequence[Dimension], own: str = ""
+    text: str, dimensions: Sequence[Dimension], where: str = ""
 ) -> tuple[Expression, Dimension]:
     """Read an expression, and tell which of the dimensions it has: the first if it is a number."""
     try:
-        found = parse_expression(text, own)
+        formula = parse_expression(text, where)
     except ExpressionError as error:
         refuse(f"'{text}': {error.message}", error.hint or NEEDS_QUOTES * is_cut(text))
-    fits = [one for one in dimensions if found.powers in (None, one.powers._replace(rad=0))]
+    fits = [
+        dimension
+        for dimension in dimensions
+        if formula.powers in (None, dimension.powers._replace(rad=0))
+    ]
     if not fits:
-        assert found.powers is not None
+        assert formula.powers is not None
         wanted = dimensions[0]
-        refuse(f"expected {wanted.words}, got {in_words(found.powers)}: '{text}'", wanted.hint)
-    return found, fits[0]
+        refuse(f"expected {wanted.words}, got {in_words(formula.powers)}: '{text}'", wanted.hint)
+    return formula, fits[0]
 
 
 class Varying(_OrTable):
@@ -222,7 +226,8 @@ class Varying(_OrTable):
     def __init__(self, *dimensions: Dimension) -> None:
         """More than one where another part, such as a joint, tells which is meant."""
         ways = [
-            f"{own.words.split(' ', 1)[1]}; {own.si}, e.g. '{own.example}'" for own in dimensions
+            f"{dimension.words.split(' ', 1)[1]}; {dimension.si}, e.g. '{dimension.example}'"
+            for dimension in dimensions
         ]
         super().__init__(Table, f"{' or '.join(ways)}, or an expression or a table")
         self.dimensions = dimensions
@@ -243,20 +248,20 @@ class Varying(_OrTable):
         return number
 
     def _expression(self, text: str) -> float | Expression:
-        found, wanted = _parsed(text, self.dimensions)
-        if found.constant is None:
-            return found
-        number = float(si.Quantity(wanted).read(found.constant))
-        several = found.powers is not None and len(self.dimensions) > 1
+        formula, wanted = _parsed(text, self.dimensions)
+        if formula.constant is None:
+            return formula
+        number = float(si.Quantity(wanted).read(formula.constant))
+        several = formula.powers is not None and len(self.dimensions) > 1
         return Measured(wanted, number) if several else number
 
 
 class ByOwn(_OrTable):
     """Annotation of a table, or of a formula in which a spring's `own` length or angle stands."""
 
-    def __init__(self, own: str, table: type[_SpringTable], dimension: Dimension) -> None:
-        super().__init__(table, f"a table, or a formula of '{own}'")
-        self._own, self._dimension = own, dimension
+    def __init__(self, where: str, table: type[_SpringTable], dimension: Dimension) -> None:
+        super().__init__(table, f"a table, or a formula of '{where}'")
+        self._own, self._dimension = where, dimension
 
     def read(self, value: object) -> Expression:
         """Read a formula; raise pydantic's error if it is none."""
@@ -267,11 +272,13 @@ class ByOwn(_OrTable):
             value = repr(value)
         if not isinstance(value, str):
             refuse(f"expected a table or a formula of '{self._own}', got {si.in_words(value)}")
-        found, _ = _parsed(value, [self._dimension], self._own)
-        if any(one.of for one in found.sensed) or any(x.text == "t" for x in tokens_of(value)):
+        formula, _ = _parsed(value, [self._dimension], self._own)
+        if any(sense.of for sense in formula.sensed) or any(
+            x.text == "t" for x in tokens_of(value)
+        ):
             hint = "a drive of type force or torque may be of time and state"
             refuse(f"'{value}': may be of '{self._own}' alone", hint)
-        return found
+        return formula
 
 
 def _is_meant_as_one(text: str) -> bool:

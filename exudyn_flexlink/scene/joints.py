@@ -136,8 +136,8 @@ def meshes_of(joints: Joints, gear: Gear) -> tuple[str, tuple[Mesh, Mesh]]:
 
 def arms_of(joints: Joints, gear: Gear) -> list[str]:
     """Bodies that could carry both gears: those that both joints share; else see `concentric`."""
-    own = [ends_of(joints[name]) for name in gear.joints]
-    shared = [body for body in own[0] if body in own[1]]
+    ends = [ends_of(joints[name]) for name in gear.joints]
+    shared = [body for body in ends[0] if body in ends[1]]
     if shared:
         return shared
     near = [
@@ -154,8 +154,11 @@ def concentric(joints: Joints, name: str) -> list[str]:
         name,
         *(
             other
-            for other, own in joints.items()
-            if other != name and own is not None and at & _places(own) and own.clearance == 0
+            for other, joint_spec in joints.items()
+            if other != name
+            and joint_spec is not None
+            and at & _places(joint_spec)
+            and joint_spec.clearance == 0
         ),
     ]
 

@@ -89,9 +89,9 @@ class Scene(Part):
         """Stops of the joints' limits, by names such as 'hinge.to'."""
         return {
             name: stop
-            for joint, own in self.joints.items()
-            if isinstance(own, (RevoluteJoint, PrismaticJoint)) and own.limits
-            for name, stop in stops_of(joint, own.limits, own.points)
+            for joint, joint_spec in self.joints.items()
+            if isinstance(joint_spec, (RevoluteJoint, PrismaticJoint)) and joint_spec.limits
+            for name, stop in stops_of(joint, joint_spec.limits, joint_spec.points)
         }
 
     @property
@@ -103,7 +103,7 @@ class Scene(Part):
     @property
     def all_contacts(self) -> dict[str, Contact | Stop | Rope]:
         """Contacts of the scene, then stops of its joints, then ropes and buffers, by name."""
-        ropes = {name: Rope(own, moving(self._ends(own))) for name, own in self.ropes.items()}
+        ropes = {name: Rope(rope, moving(self._ends(rope))) for name, rope in self.ropes.items()}
         return {**self.contacts, **self.stops, **ropes}
 
     def _ends(self, spring: LinearSpring) -> tuple[str, str]:
@@ -117,8 +117,8 @@ class Scene(Part):
     def laws(self) -> dict[str, Law | StopLaw]:
         """Laws of walls and bearings, then contacts, then stops, by name; springs have none."""
         walls = {name: getattr(joint, "acting", None) for name, joint in self.joints.items()}
-        found = {name: law for name, law in walls.items() if law is not None}
-        return found | {n: own.law for n, own in {**self.contacts, **self.stops}.items()}
+        laws_by = {name: law for name, law in walls.items() if law is not None}
+        return laws_by | {n: contact.law for n, contact in {**self.contacts, **self.stops}.items()}
 
     def law_path(self, name: str) -> KeyPath:
         """Where the scene gives the law of one of these names."""
@@ -162,7 +162,7 @@ class Scene(Part):
         parts = Parts({key: getattr(self, key) for key in type(self).model_fields})
         mistakes = find_mistakes(parts)
         if mistakes:
-            refuse("\n".join(f"{dotted(found.path)}: {found.message}" for found in mistakes))
+            refuse("\n".join(f"{dotted(mistake.path)}: {mistake.message}" for mistake in mistakes))
         return self
 
     def __eq__(self, other: object) -> bool:
@@ -257,7 +257,7 @@ class CheckedDocument:
             SceneError: there are; it holds all of them.
 
         """
-        mistakes = [self.files.placed(one) for one in (*self.mistakes, *others)]
+        mistakes = [self.files.placed(mistake) for mistake in (*self.mistakes, *others)]
         if mistakes:
             raise SceneError(self.document, mistakes)
         return Scene.from_parts(self.sections, self.document)
@@ -302,13 +302,13 @@ def _unknown_sections(data: Mapping[str, Any]) -> list[Mistake]:
 
 
 def _missing_sections(data: Mapping[str, Any], misspelt: list[str]) -> list[Mistake]:
-    found = []
+    missing = []
     for key, field in Scene.model_fields.items():
         if field.is_required() and key not in (*data, *misspelt):
-            found.append(Mistake((), f"missing '{key}'"))
+            missing.append(Mistake((), f"missing '{key}'"))
         elif field.is_required() and key in data and data[key] is None:
-            found.append(Mistake((key,), "expected something, got nothing", on_key=True))
-    return found
+            missing.append(Mistake((key,), "expected something, got nothing", on_key=True))
+    return missing
 
 
 def _named_parts(section: str, data: Any, mistakes: list[Mistake]) -> dict[str, Any] | None:
@@ -337,11 +337,13 @@ def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake])
         return adapter.validate_python(data, by_name=False)
     except ValidationError as error:
         mistakes += mistakes_of(error, annotation, data, path, SECTION_OF)
-        wrong = {found["loc"][0] for found in error.errors() if found["loc"]}
+        wrong = {mistake["loc"][0] for mistake in error.errors() if mistake["loc"]}
     if path[0] not in _IN_PARTS or not isinstance(data, Mapping):
         return None
     try:
-        return adapter.validate_python({key: own for key, own in data.items() if key not in wrong})
+        return adapter.validate_python(
+            {key: value for key, value in data.items() if key not in wrong}
+        )
     except ValidationError:
         return None
 

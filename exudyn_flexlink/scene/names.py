@@ -81,8 +81,8 @@ class Parts:
 
     def lost_names(self) -> Iterator[Mistake]:
         """Refuse names that lead nowhere, or to another kind of part than is needed."""
-        for section, own in self.sections.items():
-            for name in references(own, (section,)):
+        for section, names_known in self.sections.items():
+            for name in references(names_known, (section,)):
                 yield from self._mistakes(name)
 
     def missing(
@@ -160,11 +160,11 @@ def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> 
     elif isinstance(value, Mapping):
         if refers is not None:
             yield from (Reference((*path, name), refers, name, on_key=True) for name in value)
-        for name, own in value.items():
-            yield from references(own, (*path, name))
+        for name, item in value.items():
+            yield from references(item, (*path, name))
     elif isinstance(value, tuple):
-        for i, own in enumerate(value):
-            yield from references(own, (*path, i), refers)
+        for i, item in enumerate(value):
+            yield from references(item, (*path, i), refers)
     elif isinstance(value, Expression):
         yield from (
             Reference(path, _wanted(sensed), sensed.of) for sensed in value.sensed if sensed.of
@@ -176,13 +176,13 @@ def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> 
 @cache
 def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
     """Fields of a part that may hold names, with their keys, and what these refer to."""
-    found = []
+    references_to = []
     for key, info in part.model_fields.items():
-        told = list(_told((info.annotation, *info.metadata)))
-        if told:
-            refers = next((one for one in told if isinstance(one, Refers)), None)
-            found.append((key, info.alias or key, refers))
-    return found
+        hints = list(_told((info.annotation, *info.metadata)))
+        if hints:
+            refers = next((hint for hint in hints if isinstance(hint, Refers)), None)
+            references_to.append((key, info.alias or key, refers))
+    return references_to
 
 
 def _told(hint: Any) -> Iterator[Any]:
@@ -190,8 +190,8 @@ def _told(hint: Any) -> Iterator[Any]:
     if isinstance(hint, Refers) or (isclass(hint) and issubclass(hint, (Part, Expression))):
         yield hint
     inner = hint if isinstance(hint, tuple) else get_args(hint)
-    for one in (*inner, *getattr(hint, "__metadata__", ())):
-        yield from _told(one)
+    for item in (*inner, *getattr(hint, "__metadata__", ())):
+        yield from _told(item)
 
 
 def _wanted(sensed: Sensed) -> Refers:
@@ -275,9 +275,9 @@ def _contradicting(
             turned = f"{behind / speed:.6g} by the gears above, {wanted / speed:.6g} by this one"
             yield Mistake(path, message, f"turns of the second for one: {turned}", on_key=True)
         return
-    for body, (start, own) in list(ties.items()):
+    for body, (start, parts_tied) in list(ties.items()):
         if start == second:
-            ties[body] = train, own * wanted / behind
+            ties[body] = train, parts_tied * wanted / behind
 
 
 def _side(joint: Any, body: str, arm: str) -> float:
@@ -299,8 +299,9 @@ def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
     turned = {getattr(part, "joint", None) for _, part in acting}
     turned.update(*(getattr(joint, "joints", ()) for _, joint in parts.valid("joints")))
     return not any(
-        name in joint.bodies and (own in turned or not isinstance(joint, RevoluteJoint | SlotJoint))
-        for own, joint in parts.valid("joints")
+        name in joint.bodies
+        and (turned_joint in turned or not isinstance(joint, RevoluteJoint | SlotJoint))
+        for turned_joint, joint in parts.valid("joints")
     )
 
 
@@ -313,11 +314,11 @@ def point_masses(parts: Parts) -> Iterator[Mistake]:
     for name, body in parts.valid("bodies"):
         if not isinstance(body, RigidBody) or body.inertia > 0:
             continue
-        found = next((what for what, bodies in rough if name in bodies), None)
-        if found is not None and stays_a_point(parts, name, body):
+        why = next((what for what, bodies in rough if name in bodies), None)
+        if why is not None and stays_a_point(parts, name, body):
             yield Mistake(
                 ("bodies", name, "inertia"),
-                f"friction in '{found}' turns '{name}', which has no inertia",
+                f"friction in '{why}' turns '{name}', which has no inertia",
                 "give its moment of inertia, m r^2/2 of a disc; or take the friction away",
             )
         if (what := _turned_alone(parts, name, body)) is not None:
@@ -337,17 +338,17 @@ def point_masses(parts: Parts) -> Iterator[Mistake]:
 
 def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
     """Name of what turns a body about its centre, where only one pin to the ground holds it."""
-    holding = [(own, joint) for own, joint in parts.valid("joints") if name in joint.bodies]
+    holding = [(other, joint) for other, joint in parts.valid("joints") if name in joint.bodies]
     if len(holding) != 1 or holding[0][1].bodies != (name,):
         return None
-    own, joint = holding[0]
+    turned, joint = holding[0]
     points = joint.points if isinstance(joint, RevoluteJoint) else ()
     pinned = [split_point(point)[1] for point in points if split_point(point)[0] == name]
     if not pinned or body.points.get(pinned[0], body.centre_of_mass) != body.centre_of_mass:
         return None
     acting = (*parts.valid("springs"), *parts.valid("drives"))
     turns = (TorsionalSpring, TorqueDrive)
-    return next((k for k, part in acting if isinstance(part, turns) and part.joint == own), None)
+    return next((k for k, part in acting if isinstance(part, turns) and part.joint == turned), None)
 
 
 def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
@@ -409,27 +410,27 @@ def _curves(parts: Parts) -> Iterator[Mistake]:
         if isinstance(parts.get("bodies", curve.on), FlexibleBody):
             yield Mistake((*path, "on"), f"'{curve.on}' is flexible: it can't carry a curve")
         for where, inner in _pieces(path, curve):
-            found = parts.get("curves", inner) if isinstance(inner, str) else inner
+            curve_spec = parts.get("curves", inner) if isinstance(inner, str) else inner
             outer = where[:-2] == path  # a piece of a piece is told by that, if it has a name
-            if outer and found is not None and found.on is not None:
+            if outer and curve_spec is not None and curve_spec.on is not None:
                 hint = "say 'on' of the whole curve"
                 yield Mistake(where, "a piece of a curve can't be carried by itself", hint)
-            if isinstance(inner, str) and isinstance(found, LapsSpec) and inner != name:
+            if isinstance(inner, str) and isinstance(curve_spec, LapsSpec) and inner != name:
                 yield Mistake(where, f"'{inner}' is of type laps, no part of a curve")
             if isinstance(inner, str) and name in _reachable(parts, inner):
                 yield Mistake(where, f"'{name}' would contain itself")
 
 
 def _reachable(parts: Parts, name: str) -> set[str]:
-    found: set[str] = set()
+    reached: set[str] = set()
     queue = [name]
     while queue:
         here = queue.pop()
-        if here not in found:
-            found.add(here)
+        if here not in reached:
+            reached.add(here)
             pieces = _pieces((), parts.get("curves", here))
             queue += [inner for _, inner in pieces if isinstance(inner, str)]
-    return found
+    return reached
 
 
 def _pieces(path: KeyPath, curve: CurveSpec | None) -> Iterator[tuple[KeyPath, CurveSpec | str]]:
@@ -548,8 +549,8 @@ def _powers(value: Value) -> Powers | None:
 
 
 def _axes(parts: Parts, path: KeyPath, drive: ForceDrive) -> Iterator[Mistake]:
-    own = drive.axes == split_point(drive.point)[0]
-    if isinstance(parts.get("bodies", drive.axes), FlexibleBody) and not own:
+    turns_along = drive.axes == split_point(drive.point)[0]
+    if isinstance(parts.get("bodies", drive.axes), FlexibleBody) and not turns_along:
         hint = "a force at the body's own point turns with it there"
         yield Mistake((*path, "axes"), f"'{drive.axes}' is flexible: its axes differ", hint)
 
@@ -573,17 +574,17 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
 
 def _materials_of_laws(parts: Parts) -> Iterator[Mistake]:
     """Refuse materials of Hertz's law without lateral contraction."""
-    found = [
-        ((section, name, *within, "law"), getattr(one, "law", None))
+    references_to = [
+        ((section, name, *within, "law"), getattr(owner, "law", None))
         for section in ("joints", "contacts")
         for name, part in parts.valid(section)
-        for within, one in (((), part), (("limits",), getattr(part, "limits", None)))
+        for within, owner in (((), part), (("limits",), getattr(part, "limits", None)))
     ]
-    for path, law in found:
-        for i, own in enumerate((isinstance(law, HertzLaw) and law.materials) or ()):
-            material = parts.get("materials", own)
+    for path, law in references_to:
+        for i, name_given in enumerate((isinstance(law, HertzLaw) and law.materials) or ()):
+            material = parts.get("materials", name_given)
             if material is not None and material.poissons_ratio is None:
-                message = f"material '{own}' has no poissons_ratio, which Hertz's law needs"
+                message = f"material '{name_given}' has no poissons_ratio, which Hertz's law needs"
                 yield Mistake((*path, "materials", i), message)
 
 

@@ -174,7 +174,7 @@ def mistakes_of(
 
     `elsewhere` are keys of other sections, and those sections: where an unknown key may belong.
     """
-    found: list[Mistake] = []
+    mistakes: list[Mistake] = []
     suggested: set[tuple[KeyPath, str]] = set()
     missing: list[Mistake] = []
     for item in error.errors(include_url=False):
@@ -185,15 +185,15 @@ def mistakes_of(
         if item["type"] == "extra_forbidden":
             keys = known_keys(annotation, data, inner[:-1])
             mistake = unknown_key(path, keys, elsewhere if path[:-1] == at else _NOWHERE)
-            found.append(mistake)
+            mistakes.append(mistake)
             suggested |= {(path[:-1], key) for key in keys if f"'{key}'?" in mistake.message}
         elif item["type"] == "missing":
             missing.append(Mistake(path[:-1], f"missing '{path[-1]}'", on_key=True))
         else:
-            found.append(_reworded(path, dict(item)))
+            mistakes.append(_reworded(path, dict(item)))
     # A misspelt key is one mistake, not also a missing one.
     misspelt = {(path, f"missing '{key}'") for path, key in suggested}
-    return found + [item for item in missing if (item.path, item.message) not in misspelt]
+    return mistakes + [item for item in missing if (item.path, item.message) not in misspelt]
 
 
 def unknown_key(path: KeyPath, keys: list[str], elsewhere: Mapping[str, str] = _NOWHERE) -> Mistake:
@@ -256,8 +256,8 @@ def _reworded(path: KeyPath, error: dict[str, Any]) -> Mistake:
         hint = f"those of a file: 'file: {error['input']}' in place of 'points'" if of_file else ""
         listed = ", ".join(_quoted(str(context.get("expected", ""))))
         entries = "entry" if context.get("min_length") == 1 else "entries"
-        told = _WORDS[kind].format(got=got, listed=listed, entries=entries, **context)
-        return Mistake(path, told, hint)
+        wording = _WORDS[kind].format(got=got, listed=listed, entries=entries, **context)
+        return Mistake(path, wording, hint)
     return Mistake(path, error["msg"])
 
 

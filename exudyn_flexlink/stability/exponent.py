@@ -78,7 +78,7 @@ def laps_of_cycle(scene: Scene) -> int:
     """Laps after which the mechanism is driven the same way again: those of curves with laps."""
     slots = (joint for joint in scene.joints.values() if isinstance(joint, SlotJoint))
     curves = [scene.curves[slot.curve] for slot in slots]
-    return lcm(*(len(own.curves) for own in curves if isinstance(own, LapsSpec)))
+    return lcm(*(len(curve.curves) for curve in curves if isinstance(curve, LapsSpec)))
 
 
 @dataclass(frozen=True)
@@ -148,18 +148,18 @@ def lap_distances(
     )
 
 
-def repeating(found: LapDistances, error: float, until: float = inf) -> Repeating | None:
+def repeating(laps: LapDistances, error: float, until: float = inf) -> Repeating | None:
     """Judge laps that end up to `until` (s) against the error (m) of the run; None if too few."""
-    known = found.end <= until * (1 + 1e-9)
+    known = laps.end <= until * (1 + 1e-9)
     rows = {
         int(shift): row[known & np.isfinite(row)]
-        for shift, row in zip(found.before, found.largest, strict=True)
+        for shift, row in zip(laps.before, laps.largest, strict=True)
     }
     rows = {shift: row for shift, row in rows.items() if len(row) >= shift}
     if not rows:
         return None
     last = {shift: float(row[-shift:].max()) for shift, row in rows.items()}
-    end = float(found.end[known][-1])
+    end = float(laps.end[known][-1])
     alike = [shift for shift, away in last.items() if away <= ALIKE * error]
     if alike:
         return Repeating(alike[0], None, last[alike[0]], alike[0], error, end)
@@ -263,18 +263,18 @@ def section_columns(section: Section) -> dict[str, FloatArray]:
 
 def section_row(section: Section) -> dict[str, float | int]:
     """Return a section as numbers by name, for one row of a table; units end the names."""
-    found: dict[str, float | int] = {"section.points": len(section.time)}
+    columns: dict[str, float | int] = {"section.points": len(section.time)}
     for name, column in section_columns(section).items():
         numbered = enumerate(column.tolist(), start=1)
-        found |= {f"section.{number}.{name}": value for number, value in numbered}
-    return found
+        columns |= {f"section.{number}.{name}": value for number, value in numbered}
+    return columns
 
 
 def section_of_row(row: Mapping[str, Any], point: str, phase: float, *, by_crank: bool) -> Section:
     """Return the section that a row of a table tells; see `section_row`."""
     numbers = range(1, int(row["section.points"]) + 1)
-    found = [[float(row[f"section.{number}.{name}"]) for name in COLUMNS] for number in numbers]
-    time, x, y, vx, vy = np.array(found, dtype=float).reshape(-1, len(COLUMNS)).T
+    rows = [[float(row[f"section.{number}.{name}"]) for name in COLUMNS] for number in numbers]
+    time, x, y, vx, vy = np.array(rows, dtype=float).reshape(-1, len(COLUMNS)).T
     place, speed = np.stack([x, y], axis=1), np.stack([vx, vy], axis=1)
     return Section(point, phase, by_crank, time, place, speed)
 
@@ -296,8 +296,8 @@ class Branches:
     @property
     def points(self) -> tuple[FloatArray, FloatArray]:
         """Value (P,) and place (P, 2) m of every point of the diagram."""
-        counts = [len(own.time) for own in self.sections]
-        places = [own.position for own in self.sections]
+        counts = [len(section.time) for section in self.sections]
+        places = [section.position for section in self.sections]
         return np.repeat(self.values, counts), np.concatenate([np.zeros((0, 2)), *places])
 
 
@@ -478,8 +478,8 @@ def half_width(means: FloatArray) -> float:
     whole = float(off @ off)
     if whole == 0:
         return 0.0
-    found = float(off[1:] @ off[:-1]) / whole
-    correlation = min(max(found + (1 + 4 * found) / count, 0.0), MOST_CORRELATED)
+    share = float(off[1:] @ off[:-1]) / whole
+    correlation = min(max(share + (1 + 4 * share) / count, 0.0), MOST_CORRELATED)
     independent = max(count * (1 - correlation) / (1 + correlation), 2.0)
     student = float(stdtrit(independent - 1, (1 + SURE) / 2))
     return student * sqrt(whole / (count - 1) / independent)

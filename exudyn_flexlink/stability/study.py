@@ -123,14 +123,14 @@ def restarts(result: Result, stretch: float, after: float = 0.0) -> FloatArray:
     times, room = result.time[free], room[free]
     if not len(times):
         raise TooShortError("the run is never free of contact, where another could go on")
-    found = []
+    instants = []
     for wanted in np.arange(after, float(result.time[-1]) + stretch / 2, stretch):
         away = np.abs(times - wanted)
         near = np.flatnonzero(away <= NEAR * stretch)
-        found += [times[k] for k in near[np.lexsort((away[near], -room[near]))][:1]]
-    if len(found) < 2:
+        instants += [times[k] for k in near[np.lexsort((away[near], -room[near]))][:1]]
+    if len(instants) < 2:
         raise TooShortError(f"from {after:.4g} s on something presses nearly all the time")
-    return np.array(found)
+    return np.array(instants)
 
 
 def _room(result: Result, enough: float) -> FloatArray:

@@ -71,12 +71,14 @@ def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
         OSError: the file can't be written.
 
     """
-    lists = [own.tolist() if isinstance(own, np.ndarray) else own for own in columns.values()]
+    lists = [
+        column.tolist() if isinstance(column, np.ndarray) else column for column in columns.values()
+    ]
     with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
         for row in zip(*lists, strict=True):
-            writer.writerow(f"{own:.12g}" if isinstance(own, float) else own for own in row)
+            writer.writerow(f"{cell:.12g}" if isinstance(cell, float) else cell for cell in row)
 
 
 def other_version(document: Mapping[str, Any]) -> str:
@@ -155,7 +157,7 @@ def rows_of(content: bytes, file: Path) -> dict[str, Row]:
         StorageError: a line is damaged.
 
     """
-    found = {}
+    rows = {}
     for number, line in enumerate(content.split(b"\n")[:-1], start=1):
         try:
             row = _ROW.validate_json(line)
@@ -164,19 +166,19 @@ def rows_of(content: bytes, file: Path) -> dict[str, Row]:
                 f"{file}:{number}: this line is damaged: {_damage(error)}; delete it, and "
                 "'--resume' makes its run again"
             ) from error
-        found[row.id] = row
-    return found
+        rows[row.id] = row
+    return rows
 
 
 def _damage(error: ValidationError) -> str:
     """Say in words what is wrong in a line, first of all."""
-    told = error.errors()[0]
-    if told["type"] == "json_invalid":
+    first = error.errors()[0]
+    if first["type"] == "json_invalid":
         return "it is no JSON"
-    if not told["loc"]:
+    if not first["loc"]:
         return "it is no row of a sweep"
-    where = ".".join(map(str, told["loc"][:2]))
-    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"
+    where = ".".join(map(str, first["loc"][:2]))
+    return f"'{where}' is missing" if first["type"] == "missing" else f"'{where}' can't be read"
 
 
 @contextmanager

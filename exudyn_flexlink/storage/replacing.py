@@ -141,8 +141,8 @@ def manifest_of(folder: Path) -> Manifest:
     document = next((name for name in KINDS if name in files), None)
     if document is None:
         return Manifest(FIGURES, "", False, files)
-    told = json.loads((folder / document).read_bytes())
-    return Manifest(KINDS[document], told["title"], told["completed"], files)
+    content = json.loads((folder / document).read_bytes())
+    return Manifest(KINDS[document], content["title"], content["completed"], files)
 
 
 def own_files(folder: Path) -> tuple[str, ...]:
@@ -410,15 +410,15 @@ def _check_files(
 
     With `force`, the user's files may be replaced, too; never a folder, link or device.
     """
-    own = there.files if there else {}
+    files = there.files if there else {}
     for name in (*names, MANIFEST):
         place = target / name
         check_regular(target, name)
         ours = name == MANIFEST and there is not None
-        if force or ours or not place.exists() or is_own(target, name, own.get(name, ())):
+        if force or ours or not place.exists() or is_own(target, name, files.get(name, ())):
             continue
         changed = "was changed since the run there wrote it"
-        why = changed if name in own else f"is the user's: no {MANIFEST} names it"
+        why = changed if name in files else f"is the user's: no {MANIFEST} names it"
         raise StorageError(
             f"{place} {why}; rename it, choose another folder, or force it", forcible=True
         )

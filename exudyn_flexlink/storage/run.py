@@ -95,11 +95,11 @@ def taken_apart(result: Result) -> tuple[dict[str, Array], dict[str, Any]]:
     """Return the arrays of a result by name, and its fields with None in place of every array."""
     arrays: dict[str, Array] = {}
 
-    def rest(value: Any, own: Variable | None, name: str) -> Any:
+    def rest(value: Any, variable: Variable | None, name: str) -> Any:
         if isinstance(value, Mapping):
-            return {key: rest(item, own, f"{name}.{key}") for key, item in value.items()}
-        if own is not None:
-            arrays.update(_arrays(result.scene, value, own, name))
+            return {key: rest(item, variable, f"{name}.{key}") for key, item in value.items()}
+        if variable is not None:
+            arrays.update(_arrays(result.scene, value, variable, name))
             return None
         return fields(value, type(value), name) if is_dataclass(value) else value
 
@@ -122,19 +122,19 @@ def put_together(read: Read, fields: Mapping[str, Any], **given: Any) -> Result:
 
     """
 
-    def whole(rest: Any, kind: Any, own: Variable | None, name: str) -> Any:
+    def whole(rest: Any, kind: Any, variable: Variable | None, name: str) -> Any:
         if get_origin(kind) is Mapping:
             inner = get_args(kind)[1]
-            return {key: whole(rest[key], inner, own, f"{name}.{key}") for key in rest}
-        if own is not None:
-            return _value(read, kind, own, name)
+            return {key: whole(rest[key], inner, variable, f"{name}.{key}") for key in rest}
+        if variable is not None:
+            return _value(read, kind, variable, name)
         return record(rest, kind, name) if is_dataclass(kind) else _adapter(kind)(rest)
 
     def record(rest: Any, kind: Any, path: str, **given: Any) -> Any:
-        own = (member for member in members(kind) if member.name not in given)
+        kept = (member for member in members(kind) if member.name not in given)
         return kind(
             **given,
-            **{m.name: whole(rest[m.name], m.type, m.variable, _name(m, path)) for m in own},
+            **{m.name: whole(rest[m.name], m.type, m.variable, _name(m, path)) for m in kept},
         )
 
     result: Result = record(fields, Result, "", **given)
@@ -153,30 +153,30 @@ def _name(member: Member, path: str) -> str:
     return f"{path}.{name}" if path else name
 
 
-def _dimensions(own: Variable, name: str) -> tuple[str, ...]:
+def _dimensions(variable: Variable, name: str) -> tuple[str, ...]:
     """Names of the dimensions of a variable, which may be those of the dataclass around it."""
     path = name.rpartition(".")[0]
-    every = own.dimensions.split()
-    return tuple(f"{path}{one}".rstrip(".") if one.startswith(".") else one for one in every)
+    every = variable.dimensions.split()
+    return tuple(f"{path}{axis}".rstrip(".") if axis.startswith(".") else axis for axis in every)
 
 
-def _arrays(scene: Scene, value: Any, own: Variable, name: str) -> Iterator[tuple[str, Array]]:
+def _arrays(scene: Scene, value: Any, variable: Variable, name: str) -> Iterator[tuple[str, Array]]:
     """The array of a variable, or one for each of its components."""
-    dimensions = _dimensions(own, name)
-    for i, (component, units) in enumerate(own.components.items()):
-        told = _told(units, f"{own.long_name}: {component}")
-        yield f"{name}.{component}", Array(dimensions, value[..., i], told)
-    if not own.components:
-        units = label_of(name.rpartition(".")[0])[1] if own.units is None else own.units
-        told = _told(_unit_of(scene, name, units), own.long_name)
-        yield name, Array(dimensions, np.asarray(value, own.kind), told)
+    dimensions = _dimensions(variable, name)
+    for i, (component, units) in enumerate(variable.components.items()):
+        about = _told(units, f"{variable.long_name}: {component}")
+        yield f"{name}.{component}", Array(dimensions, value[..., i], about)
+    if not variable.components:
+        units = label_of(name.rpartition(".")[0])[1] if variable.units is None else variable.units
+        about = _told(_unit_of(scene, name, units), variable.long_name)
+        yield name, Array(dimensions, np.asarray(value, variable.kind), about)
 
 
 def _unit_of(scene: Scene, name: str, unit: str) -> str:
     """Unit of an array, by that of its field: hinges stop by torques, slides rub by forces."""
     section, _, rest = name.partition(".")
     if section == "contacts":
-        contact = next((own for own in scene.stops if rest.startswith(f"{own}.")), "")
+        contact = next((stop for stop in scene.stops if rest.startswith(f"{stop}.")), "")
         return scene.unit_of(contact, unit)
     joint = scene.joints.get(rest.rpartition(".")[0]) if section == "frictions" else None
     return "N" if unit == "N m" and isinstance(joint, PrismaticJoint) else unit
@@ -186,24 +186,26 @@ def _told(units: str, long_name: str) -> dict[str, str]:
     return ({"units": units} if units else {}) | {"long_name": long_name}
 
 
-def _value(read: Read, kind: Any, own: Variable, name: str) -> Any:
+def _value(read: Read, kind: Any, variable: Variable, name: str) -> Any:
     """The value of a variable: an array, or a tuple, or a single number."""
-    if own.components:
-        return np.stack([_taken(read, own, f"{name}.{part}") for part in own.components], axis=-1)
-    values = _taken(read, own, name)
+    if variable.components:
+        return np.stack(
+            [_taken(read, variable, f"{name}.{part}") for part in variable.components], axis=-1
+        )
+    values = _taken(read, variable, name)
     if get_origin(kind) is tuple:
         return tuple(values.tolist())
-    return values if own.dimensions else values.item()
+    return values if variable.dimensions else values.item()
 
 
-def _taken(read: Read, own: Variable, name: str) -> NDArray[Any]:
+def _taken(read: Read, variable: Variable, name: str) -> NDArray[Any]:
     """An array of the file, which has none of those without any element, nor a length 0."""
     if name in read.arrays:
-        return read.arrays[name].astype(own.kind, copy=False)
-    shape = [read.lengths.get(one, 0) for one in _dimensions(own, name)]
+        return read.arrays[name].astype(variable.kind, copy=False)
+    shape = [read.lengths.get(axis, 0) for axis in _dimensions(variable, name)]
     if 0 not in shape:
         raise ValueError(f"no '{name}' in it")
-    return np.empty(shape, own.kind)
+    return np.empty(shape, variable.kind)
 
 
 LARGEST = 2**31 - 4  # bytes of one array in a file, as SciPy writes it
@@ -234,20 +236,20 @@ def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[st
             _write(written, name, array)
         written.flush()
         content = stream.getvalue()
-    begin, found = _checked(content)
-    file.write_bytes(content[:begin] + found + content[begin + len(found) :])
+    begin, digest = _checked(content)
+    file.write_bytes(content[:begin] + digest + content[begin + len(digest) :])
 
 
 def _checked(content: bytes) -> tuple[int, bytes]:
     """Return where the SHA-256 of a file stands in it, and what it should be."""
     name = CHECKED.encode().ljust(8, b"\0")  # then come its type and length, of 4 bytes each
     begin = content.find(name) + len(name) + 8
-    found = hashlib.sha256(content[:begin] + BLANK + content[begin + len(BLANK) :])
-    return begin, found.hexdigest().encode()
+    digest = hashlib.sha256(content[:begin] + BLANK + content[begin + len(BLANK) :])
+    return begin, digest.hexdigest().encode()
 
 
 def _write(written: Any, name: str, array: Array) -> None:
-    values, told = array.values, dict(array.attributes)
+    values, attributes = array.values, dict(array.attributes)
     sizes = dict(zip(map(_encoded, array.dimensions), values.shape, strict=True))
     kind = values.dtype.kind
     if kind == "U":
@@ -255,16 +257,16 @@ def _write(written: Any, name: str, array: Array) -> None:
         letters = values.itemsize
         sizes[f"letters_{letters}"] = letters
         values = np.ascontiguousarray(values).view("S1").reshape(*values.shape, letters)
-        kind, told = "S", told | {"_Encoding": "utf-8"}
+        kind, attributes = "S", attributes | {"_Encoding": "utf-8"}
     elif kind == "b":
-        values, told = values.astype(np.int8), told | {"dtype": "bool"}
+        values, attributes = values.astype(np.int8), attributes | {"dtype": "bool"}
     for dimension, size in sizes.items():
         if size and dimension not in written.dimensions:
             written.createDimension(dimension, size)
     if values.size:
         made = written.createVariable(_encoded(name), CODES[kind], tuple(sizes))
         made[...] = values
-        _put(made, told)
+        _put(made, attributes)
 
 
 def _put(owner: Any, attributes: Mapping[str, str]) -> None:
@@ -292,27 +294,29 @@ def read_netcdf(file: Path) -> Read:
 
     """
     content = file.read_bytes()
-    begin, found = _checked(content)
-    if content[begin : begin + len(found)] != found:
+    begin, digest = _checked(content)
+    if content[begin : begin + len(digest)] != digest:
         raise ValueError("it is not what was written")
     from scipy.io import netcdf_file  # noqa: PLC0415 - see write_netcdf
 
     with netcdf_file(BytesIO(content)) as read:
-        arrays = {_decoded(name): _values(own) for name, own in read.variables.items()}
+        arrays = {_decoded(name): _values(variable) for name, variable in read.variables.items()}
         lengths = {_decoded(name): size for name, size in read.dimensions.items()}
         attributes = {name: text.decode("utf-8") for name, text in read._attributes.items()}
         return Read(arrays, lengths, attributes)
 
 
-def _values(own: Any) -> NDArray[Any]:
-    values = np.asarray(own.data)
+def _values(variable: Any) -> NDArray[Any]:
+    values = np.asarray(variable.data)
     if values.dtype.kind != "S":
         return values.astype(values.dtype.newbyteorder("="))
     rows = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")[..., 0]
     return np.char.decode(rows, "utf-8")
 
 
-UNITS = {own.name: own.variable.units or "" for own in members(Intervals) if own.variable}
+UNITS = {
+    member.name: member.variable.units or "" for member in members(Intervals) if member.variable
+}
 """Of what is told of touches, and of the strikes that are made of them."""
 
 
@@ -354,9 +358,9 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     angle = crank_column(result.scene)
     if angle is not None:
         columns[f"{angle}_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
-    told = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration")
+    names = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration")
     columns["pair"] = np.asarray(touches.pair + 1, dtype=np.float64)
-    columns |= {column_of(name, UNITS[name]): getattr(touches, name) for name in told}
+    columns |= {column_of(name, UNITS[name]): getattr(touches, name) for name in names}
     return columns | {"ended": np.isfinite(touches.end).astype(np.float64)}
 
 
@@ -373,8 +377,8 @@ def force_columns(result: Result) -> dict[str, FloatArray]:
             quantity = f"{wall.replace(' ', '_')}_force"
         parts = {"": values} if values.ndim == 1 else {"_x": values[:, 0], "_y": values[:, 1]}
         if told not in left_out:
-            for axis, own in parts.items():
-                columns[column_of(f"{name}.{quantity}{axis}", force.unit)] = own
+            for axis, numbers in parts.items():
+                columns[column_of(f"{name}.{quantity}{axis}", force.unit)] = numbers
     return columns
 
 
@@ -384,15 +388,17 @@ def all_columns(result: Result) -> dict[str, FloatArray]:
     Bodies and points, answers of struck bodies (``lever.response.angle_rad``), forces (see
     `force_columns`) and energies (``energy.kinetic_J``).
     """
-    struck, energy, told = struck_bodies(result.scene), result.energy, _instants(result)
-    columns = dict(told)
+    struck, energy, instants = struck_bodies(result.scene), result.energy, _instants(result)
+    columns = dict(instants)
     for body in result.scene.bodies:
         seen = body_motion(result, body)
         columns |= {f"{body}.angle_rad": seen.angle, f"{body}.rate_rad_per_s": seen.rate}
     tables = {point: trajectory_columns(result, point) for point in point_names(result.scene)}
-    tables |= {f"{body}.response": lever_columns(result, own) for body, own in struck.items()}
+    tables |= {
+        f"{body}.response": lever_columns(result, contact) for body, contact in struck.items()
+    }
     for name, table in tables.items():
-        columns |= {f"{name}.{key}": own for key, own in table.items() if key not in told}
+        columns |= {f"{name}.{key}": column for key, column in table.items() if key not in instants}
     names = ("kinetic", "stored", "dissipated", "supplied", "residual")
     return (
         columns
@@ -489,14 +495,15 @@ def _summary(result: Result) -> dict[str, Any]:
         },
         "extremes": {
             # a contact that never was has none
-            name: _ends(own) if len(own.time) else None
-            for name, own in result.extremes.items()
+            name: _ends(extremes) if len(extremes.time) else None
+            for name, extremes in result.extremes.items()
         },
         "clearances": {
             name: _totals(contact_totals(result, name)) for name in joints_with_play(result)
         },
         "frictions": {
-            name: _friction(own, float(result.time[-1])) for name, own in result.frictions.items()
+            name: _friction(friction, float(result.time[-1]))
+            for name, friction in result.frictions.items()
         },
         **last,
         "events": result.events,
@@ -529,13 +536,13 @@ def _totals(totals: ContactTotals) -> dict[str, float]:
     }
 
 
-def _friction(own: FrictionHistory, end: float) -> dict[str, Any]:
+def _friction(history: FrictionHistory, end: float) -> dict[str, Any]:
     """What friction in a joint did up to the end (s) of a run, by name and unit."""
     return {
-        "energy_lost_J": float(own.lost[-1]),
-        "time_at_rest_s": own.rest_until(end),
-        "rests_begin_s": own.begin.tolist(),
-        "rests_end_s": np.minimum(own.end, end).tolist(),
+        "energy_lost_J": float(history.lost[-1]),
+        "time_at_rest_s": history.rest_until(end),
+        "rests_begin_s": history.begin.tolist(),
+        "rests_end_s": np.minimum(history.end, end).tolist(),
     }
 
 
@@ -546,10 +553,10 @@ def _peaks(seen: LeverResponse) -> dict[str, float]:
 
 def _ends(seen: Extremes | LeverResponse, name: str = "", word: str = "") -> dict[str, float]:
     """The least and the greatest of what has both, and when (s)."""
-    found: dict[str, float] = {}
+    extremes: dict[str, float] = {}
     for end, (value, at) in (("least", seen.least), ("greatest", seen.greatest)):
-        found |= {f"{end}{name}": value, f"{end}{word}_at_s": at}
-    return found
+        extremes |= {f"{end}{name}": value, f"{end}{word}_at_s": at}
+    return extremes
 
 
 def load(place: Path) -> Result:

@@ -113,7 +113,9 @@ def _comparison(comparison: Comparison) -> dict[str, Any]:
             "up_to_the_horizon": _deviation(comparison.judged),
             "whole_run": _deviation(comparison.deviation),
         },
-        "forces_up_to_the_horizon": {name: _force(own) for name, own in comparison.forces.items()},
+        "forces_up_to_the_horizon": {
+            name: _force(force) for name, force in comparison.forces.items()
+        },
         "levers": {
             f"{body}_largest_difference_{comparison.measures[body].unit}": np.abs(apart).max()
             for body, apart in comparison.answer_differences.items()
@@ -129,12 +131,12 @@ def _deviation(part: Deviation | None) -> dict[str, float] | None:
     return {"largest_m": part.largest, "largest_at_s": at, "rms_m": part.rms}
 
 
-def _force(own: ForceDeviation) -> dict[str, Any]:
+def _force(deviation: ForceDeviation) -> dict[str, Any]:
     """How far a force is apart, in its unit; None where the runs have no such instant."""
-    parts = {"free": own.free, "in_contact": own.touching}
+    parts = {"free": deviation.free, "in_contact": deviation.touching}
     return {
-        "unit": own.unit,
-        "instants_of_touches_s": own.instants,
+        "unit": deviation.unit,
+        "instants_of_touches_s": deviation.instants,
         **{
             when: None if part is None else {**vars(part), "relative": part.relative}
             for when, part in parts.items()
@@ -153,7 +155,7 @@ def _beyond(comparison: Comparison) -> dict[str, Any] | None:
 
 def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, Any]:
     keys = ("mean", "rms", "least", "greatest")
-    levers = {f"{body}_{measures[body].name}": list(own) for body, own in part.levers.items()}
+    levers = {f"{body}_{measures[body].name}": list(ends) for body, ends in part.levers.items()}
     return {f"{key}_m": getattr(part, key).tolist() for key in keys} | levers
 
 
@@ -221,8 +223,8 @@ def _errors(errors: Errors) -> dict[str, float | str]:
     }
 
 
-def _source(source: Source, told: Mapping[str, Measure]) -> dict[str, Any]:
-    peaks = {f"{body}_{told[body].name}": x for body, x in source.errors.levers.items()}
+def _source(source: Source, measures_by: Mapping[str, Measure]) -> dict[str, Any]:
+    peaks = {f"{body}_{measures_by[body].name}": x for body, x in source.errors.levers.items()}
     return {
         "kind": source.kind,
         **_errors(source.errors),
@@ -241,129 +243,129 @@ def _advice(advice: Advice) -> dict[str, Any]:
     }
 
 
-def save_stability(found: Stability, sentence: str, folder: Path) -> None:
+def save_stability(study: Stability, sentence: str, folder: Path) -> None:
     """Write ``stability.json`` and tables of growth, laps, section and spectrum into a folder.
 
     `sentence` says in words what the motion does.
     """
     tables = {
-        "growth.csv": _growth(found.exponent),
-        "laps.csv": _laps(found),
-        "section.csv": section_columns(found.section),
+        "growth.csv": _growth(study.exponent),
+        "laps.csv": _laps(study),
+        "section.csv": section_columns(study.section),
     }
-    for axis, own in (("x", found.vibration.x), ("y", found.vibration.y)):
-        columns = {"frequency_Hz": own.frequency, "power_m2_per_Hz": own.power}
+    for axis, spectrum in (("x", study.vibration.x), ("y", study.vibration.y)):
+        columns = {"frequency_Hz": spectrum.frequency, "power_m2_per_Hz": spectrum.power}
         tables[f"spectrum_{axis}.csv"] = columns
-    write_document(folder, STABILITY, _stability(found) | {"told": sentence}, tables)
+    write_document(folder, STABILITY, _stability(study) | {"told": sentence}, tables)
 
 
-def _stability(found: Stability) -> dict[str, Any]:
-    laps = found.repeating
+def _stability(study: Stability) -> dict[str, Any]:
+    laps = study.repeating
     return {
-        "title": found.run.scene.title,
+        "title": study.run.scene.title,
         "completed": True,
-        "engine": found.run.engine,
-        "point": found.point,
-        "lap_s": found.rhythm.lap,
-        "laps_of_a_cycle": found.rhythm.laps,
-        "after_s": found.after,
-        "end_s": float(found.run.time[-1]),
-        "tolerance_m": found.tolerance,
-        "exponent": _exponent(found.exponent),
-        "exponent_at_a_tenth_of_the_tolerance": found.tighter and _exponent(found.tighter),
-        "horizon_s": found.horizon,
+        "engine": study.run.engine,
+        "point": study.point,
+        "lap_s": study.rhythm.lap,
+        "laps_of_a_cycle": study.rhythm.laps,
+        "after_s": study.after,
+        "end_s": float(study.run.time[-1]),
+        "tolerance_m": study.tolerance,
+        "exponent": _exponent(study.exponent),
+        "exponent_at_a_tenth_of_the_tolerance": study.tighter and _exponent(study.tighter),
+        "horizon_s": study.horizon,
         "repeats_after_laps": laps and laps.laps,
         "settles_by_factor": laps and laps.settles,
         "laps_apart_m": laps and laps.least,
         "laps_before": laps and laps.nearest,
         "laps_known_until_s": laps and laps.until,
-        "places_of_section": found.section.distinct(found.limit),
-        "places_apart_by_m": found.limit,
-        "lines_Hz": {"x": found.vibration.x.lines, "y": found.vibration.y.lines},
-        "lines_off_ideal_place": found.vibration.off_ideal,
-        "scene": found.run.scene.to_data(),
+        "places_of_section": study.section.distinct(study.limit),
+        "places_apart_by_m": study.limit,
+        "lines_Hz": {"x": study.vibration.x.lines, "y": study.vibration.y.lines},
+        "lines_off_ideal_place": study.vibration.off_ideal,
+        "scene": study.run.scene.to_data(),
     }
 
 
-def _exponent(own: Exponent) -> dict[str, Any]:
+def _exponent(exponent: Exponent) -> dict[str, Any]:
     return {
-        "value_per_s": own.value,
-        "uncertainty_per_s": own.uncertainty,
-        "solver_per_s": own.noise,
-        "sign": own.sign,
-        "neighbours_apart_m": own.distance,
-        "batch_means_per_s": own.means.tolist(),
+        "value_per_s": exponent.value,
+        "uncertainty_per_s": exponent.uncertainty,
+        "solver_per_s": exponent.noise,
+        "sign": exponent.sign,
+        "neighbours_apart_m": exponent.distance,
+        "batch_means_per_s": exponent.means.tolist(),
     }
 
 
-def _growth(own: Exponent) -> dict[str, Any]:
+def _growth(exponent: Exponent) -> dict[str, Any]:
     """Growth of neighbours' distance in each stretch; `counts` is 0 while they settle."""
-    counts = np.arange(len(own.rates)) >= own.settled
+    counts = np.arange(len(exponent.rates)) >= exponent.settled
     return {
-        "begin_s": own.times[:-1],
-        "end_s": own.times[1:],
-        "growth_per_s": own.rates,
+        "begin_s": exponent.times[:-1],
+        "end_s": exponent.times[1:],
+        "growth_per_s": exponent.rates,
         "counts": counts.astype(float),
     }
 
 
-def _laps(found: Stability) -> dict[str, Any]:
-    laps = found.laps
+def _laps(study: Stability) -> dict[str, Any]:
+    laps = study.laps
     rows = zip(laps.before.tolist(), laps.largest, strict=True)
     return {"lap": laps.laps.astype(float), "end_s": laps.end} | {
         f"from_{before}_before_m": row for before, row in rows
     }
 
 
-def save_against(found: Against, folder: Path) -> None:
+def save_against(beside: Against, folder: Path) -> None:
     """Write ``comparison.json`` and ``comparison.csv`` into an existing folder."""
-    data = _held(found) | {"completed": found.result.outcome.completed}
-    write_document(folder, COMPARISON, data, {"comparison.csv": _beside(found)})
+    data = _held(beside) | {"completed": beside.result.outcome.completed}
+    write_document(folder, COMPARISON, data, {"comparison.csv": _beside(beside)})
 
 
-def save_fit(found: Fit, folder: Path) -> None:
+def save_fit(fitted: Fit, folder: Path) -> None:
     """Write ``fit.json`` and ``residuals.csv`` into an existing folder."""
-    write_document(folder, FIT, _fit(found), {"residuals.csv": _beside(found.against)})
+    write_document(folder, FIT, _fit(fitted), {"residuals.csv": _beside(fitted.against)})
 
 
-def _beside(found: Against) -> dict[str, FloatArray]:
+def _beside(beside: Against) -> dict[str, FloatArray]:
     """Instants of the run, and of each quantity what was measured, computed, and the difference."""
-    columns = {"t_s": found.time}
-    for name, apart in found.differences.items():
-        column = column_of(name, found.series.signals[name].unit)
-        columns[f"{column}_measured"] = found.measured[name]
-        columns |= {f"{column}_computed": found.computed[name], f"{column}_difference": apart}
+    columns = {"t_s": beside.time}
+    for name, apart in beside.differences.items():
+        column = column_of(name, beside.series.signals[name].unit)
+        columns[f"{column}_measured"] = beside.measured[name]
+        columns |= {f"{column}_computed": beside.computed[name], f"{column}_difference": apart}
     return columns
 
 
-def _fit(found: Fit) -> dict[str, Any]:
-    accuracy = found.against.result.scene.accuracy
-    return _held(found.against) | {
+def _fit(fitted: Fit) -> dict[str, Any]:
+    accuracy = fitted.against.result.scene.accuracy
+    return _held(fitted.against) | {
         "completed": True,
-        "parameters": [vars(own) for own in found.parameters],
-        "values": found.values,
-        "standard_errors": found.standard_errors,
-        "correlations": found.correlations,
-        "moved_by_integrator": found.integrator,
+        "parameters": [vars(parameter) for parameter in fitted.parameters],
+        "values": fitted.values,
+        "standard_errors": fitted.standard_errors,
+        "correlations": fitted.correlations,
+        "moved_by_integrator": fitted.integrator,
         "tolerance_m": accuracy.tolerance,
         "step_s": accuracy.step,
-        "runs": found.runs,
-        "warnings": found.warnings,
-        "scene": found.scene.to_data(),
+        "runs": fitted.runs,
+        "warnings": fitted.warnings,
+        "scene": fitted.scene.to_data(),
     }
 
 
-def _held(found: Against) -> dict[str, Any]:
+def _held(beside: Against) -> dict[str, Any]:
     return {
-        "title": found.result.scene.title,
-        "engine": found.result.engine,
-        "series": found.series.source,
-        "shift_s": found.shift,
-        "rows": len(found.time),
-        "rows_outside_the_run": found.outside,
-        "distances": [vars(own) for own in found.distances],
-        "own_error_m": found.result.error.largest,
-        "horizon_s": found.result.error.known_until,
+        "title": beside.result.scene.title,
+        "engine": beside.result.engine,
+        "series": beside.series.source,
+        "shift_s": beside.shift,
+        "rows": len(beside.time),
+        "rows_outside_the_run": beside.outside,
+        "distances": [vars(distance) for distance in beside.distances],
+        "own_error_m": beside.result.error.largest,
+        "horizon_s": beside.result.error.known_until,
     }
 
 
@@ -566,7 +568,7 @@ def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
         "observed": "with other observables",
         "versions": "by other versions of the packages",
     }
-    return next((told for key, told in words.items() if plan.get(key) != now[key]), "")
+    return next((words_for for key, words_for in words.items() if plan.get(key) != now[key]), "")
 
 
 def _has_series(folder: Path, row: Row) -> bool:

@@ -115,7 +115,7 @@ def values_of(given: Any) -> tuple[Value, ...]:
         given = (given,)
     if not isinstance(given, Sequence) or isinstance(given, bytes | bytearray | memoryview):
         raise ValuesError(f"expected values, got {in_words(given)}")
-    return _listed([value_of(one, i) for i, one in enumerate(given)])
+    return _listed([value_of(item, i) for i, item in enumerate(given)])
 
 
 def range_of(given: Any) -> Range:
@@ -131,10 +131,10 @@ def range_of(given: Any) -> Range:
         ends = given if isinstance(given, Sequence) else ()
     if len(ends) != 2:
         raise ValuesError(f"expected two ends, got {in_words(given)}", RANGE_HINT)
-    found = _range(str(ends[0]), str(ends[1]), RANGE_HINT)
-    if found.low > found.high:
+    ends_told = _range(str(ends[0]), str(ends[1]), RANGE_HINT)
+    if ends_told.low > ends_told.high:
         raise ValuesError(f"the range {in_words(given)} runs backwards", "give the lower end first")
-    return found
+    return ends_told
 
 
 def _listed(values: Sequence[Value]) -> tuple[Value, ...]:
@@ -163,15 +163,15 @@ def _of_text(text: str) -> tuple[Value, ...]:
     read = read_yaml(f"[{text}]")
     if read.problems or not isinstance(read.data, list):
         raise ValuesError(f"expected values, got '{text}'")
-    return _listed(_with_last_unit([value_of(one, i) for i, one in enumerate(read.data)]))
+    return _listed(_with_last_unit([value_of(item, i) for i, item in enumerate(read.data)]))
 
 
 def _with_last_unit(values: list[Value]) -> Sequence[Value]:
     """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
     last = parts_of(values[-1]) if values else None
-    if last is None or not all(isinstance(one, float) for one in values[:-1]):
+    if last is None or not all(isinstance(value, float) for value in values[:-1]):
         return values
-    return [*(f"{number_text(float(one))} {last[1]}" for one in values[:-1]), values[-1]]
+    return [*(f"{number_text(float(value))} {last[1]}" for value in values[:-1]), values[-1]]
 
 
 def _range(low: str, high: str, hint: str, unit: str = "") -> Range:
@@ -181,8 +181,8 @@ def _range(low: str, high: str, hint: str, unit: str = "") -> Range:
         raise ValuesError(f"expected a number, or one with a unit, got '{wrong.strip()}'", hint)
     units = {unit.strip(), *((end[2] or "").strip() for end in ends if end)} - {""}
     if len(units) > 1:
-        told = " and ".join(f"'{one}'" for one in sorted(units))
-        raise ValuesError(f"the range has the units {told}", "give one, which holds for all")
+        units_given = " and ".join(f"'{unit}'" for unit in sorted(units))
+        raise ValuesError(f"the range has the units {units_given}", "give one, which holds for all")
     numbers = [float(end[1].replace(MINUS, "-")) for end in ends if end]
     if not all(map(isfinite, numbers)):
         raise ValuesError(f"'{low}:{high}' is no finite range", hint)
@@ -228,10 +228,10 @@ def unit_of(values: Sequence[Value]) -> str:
 
 def parts_of(value: Value) -> tuple[float, str] | None:
     """Number and unit of a text that has both, the unit as it is written; None of all else."""
-    found = _NUMBER.fullmatch(value) if isinstance(value, str) else None
-    if found is None or found[2] is None:
+    match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    if match is None or match[2] is None:
         return None
-    return float(found[1].replace(MINUS, "-")), found[2].strip()
+    return float(match[1].replace(MINUS, "-")), match[2].strip()
 
 
 _SYMBOLS = {"metres": "m", "radians": "rad", "seconds": "s"}
@@ -253,8 +253,8 @@ def symbol_of(dimension: Measure) -> str:
 
 def column_of(path: str, unit: str) -> str:
     """Return the name of a path's column, which ends in the unit: 'run.sample_s'."""
-    told = unit.replace("/", "_per_").replace(" ", "_").replace("^", "")
-    return f"{path}_{told}" if told else path
+    text = unit.replace("/", "_per_").replace(" ", "_").replace("^", "")
+    return f"{path}_{text}" if text else path
 
 
 def in_si(value: Value, unit: str) -> Value:
@@ -289,8 +289,8 @@ def quantity_at(scene: Scene, path: str) -> Quantity | None:
             return None
     if isinstance(value, Measured):
         return Quantity(value.dimension)
-    found = next((one for hint in hints for one in _quantities(hint)), None)
-    return found.beside(owner.exponent) if isinstance(found, StiffnessOfPower) else found
+    quantity = next((quantity_read for hint in hints for quantity_read in _quantities(hint)), None)
+    return quantity.beside(owner.exponent) if isinstance(quantity, StiffnessOfPower) else quantity
 
 
 def _quantities(hint: Any) -> Iterator[Quantity]:
@@ -348,7 +348,7 @@ def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Des
 
 def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
     """Return points as they are listed, each a mapping of paths to values."""
-    found: dict[tuple[Value, ...], int] = {}  # each point and its number
+    numbers: dict[tuple[Value, ...], int] = {}  # each point and its number
     paths: tuple[str, ...] = ()
     before = len(mistakes)
     for i, point in enumerate(points):
@@ -365,18 +365,18 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
             mistakes.append(Mistake((*at, i), message, "all points give the same paths"))
             continue
         values = tuple(_read(value_of, point[path], (*at, i, path), mistakes) for path in paths)
-        if values in found:
-            mistakes.append(Mistake((*at, i), f"is the point {found[values] + 1} again"))
-        found.setdefault(values, i)
+        if values in numbers:
+            mistakes.append(Mistake((*at, i), f"is the point {numbers[values] + 1} again"))
+        numbers.setdefault(values, i)
     if not points:
         mistakes.append(Mistake(at, "needs at least one point"))
-    if len(mistakes) > before or not _few(len(found), at, mistakes):
+    if len(mistakes) > before or not _few(len(numbers), at, mistakes):
         return None
     places = tuple(
-        {point[i]: (*at, k, path) for point, k in reversed(found.items())}
+        {point[i]: (*at, k, path) for point, k in reversed(numbers.items())}
         for i, path in enumerate(paths)
     )
-    return Design(paths, tuple(found), places)
+    return Design(paths, tuple(numbers), places)
 
 
 def drawn(  # noqa: PLR0913  (all of these make other points)
@@ -404,10 +404,10 @@ def drawn(  # noqa: PLR0913  (all of these make other points)
     else:
         parts = LatinHypercube(size, rng=generator).random(count)
     columns = {
-        path: [own.at(part) for part in column]
-        for (path, own), column in zip(read.items(), parts.T.tolist(), strict=True)
+        path: [distribution.at(part) for part in column]
+        for (path, distribution), column in zip(read.items(), parts.T.tolist(), strict=True)
     }
-    places = tuple(dict.fromkeys(own, (*at, path)) for path, own in columns.items())
+    places = tuple(dict.fromkeys(column, (*at, path)) for path, column in columns.items())
     return Design(tuple(columns), tuple(zip(*columns.values(), strict=True)), places)
 
 
@@ -418,8 +418,8 @@ def _read_all(
     if not varied:
         mistakes.append(Mistake(at, "nothing is varied", "a path of the model, and its values"))
     _refuse_twice(varied, at, mistakes)
-    found = {path: _read(read, given, (*at, path), mistakes) for path, given in varied.items()}
-    return {path: one for path, one in found.items() if one is not None}
+    values = {path: _read(read, given, (*at, path), mistakes) for path, given in varied.items()}
+    return {path: value for path, value in values.items() if value is not None}
 
 
 def _refuse_twice(paths: Iterable[str], at: KeyPath, mistakes: list[Mistake]) -> None:
@@ -530,28 +530,28 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
             that only can't be together with others make a row that says so, as a run that fails.
 
     """
-    found = list(mistakes)
+    mistakes_of = list(mistakes)
     if design is None:
-        raise SceneError(document, found)
+        raise SceneError(document, mistakes_of)
     settings = [
         tuple(setting_of(path, value) for path, value in zip(design.paths, point, strict=True))
         for point in design.points
     ]
-    found += _mistakes(scene, design, settings, allow_outside)
-    if found:
-        raise SceneError(document, found)
+    mistakes_of += _mistakes(scene, design, settings, allow_outside)
+    if mistakes_of:
+        raise SceneError(document, mistakes_of)
     how = json.dumps([scene.to_data(), engine, measure], sort_keys=True)
     base = hashlib.sha256(how.encode()).hexdigest()
     units = [si_unit(scene, path) for path in design.paths]
     points = tuple(
-        Point(number, _id(base, own), own, tuple(map(in_si, values, units)))
-        for number, (own, values) in enumerate(zip(settings, design.points, strict=True), 1)
+        Point(number, _id(base, setting), setting, tuple(map(in_si, values, units)))
+        for number, (setting, values) in enumerate(zip(settings, design.points, strict=True), 1)
     )
     given = zip(*design.points, strict=True)
     values = zip(*(point.values for point in points), strict=True)
     varied = tuple(
-        _varied(path, unit, column, unit_of(own))
-        for path, unit, column, own in zip(design.paths, units, values, given, strict=True)
+        _varied(path, unit, column, unit_of(value_of))
+        for path, unit, column, value_of in zip(design.paths, units, values, given, strict=True)
     )
     return Sweep(scene, engine, varied, points, measure, observed, allow_outside)
 
@@ -578,14 +578,14 @@ def _mistakes(
     """Mistakes of values by themselves, at the places where the values are given."""
     document = document_of(scene)
     nowhere: set[str] = set()  # paths that lead nowhere, whatever the value
-    for path, own, places in zip(design.paths, settings[0], design.places, strict=True):
+    for path, point_setting, places in zip(design.paths, settings[0], design.places, strict=True):
         try:
-            apply_settings(document, [own])
+            apply_settings(document, [point_setting])
         except SceneError as error:
             nowhere.add(path)
             place = next(iter(places.values()))
             at = place[:-1] if isinstance(place[-1], int) else place
-            yield from (Mistake(at, one.message, one.hint) for one in error.mistakes)
+            yield from (Mistake(at, mistake.message, mistake.hint) for mistake in error.mistakes)
     for i, (path, places) in enumerate(zip(design.paths, design.places, strict=True)):
         if path in nowhere:
             continue
@@ -609,9 +609,9 @@ def _mistakes(
 
 def _is_of(mistake: Mistake, path: KeyPath) -> bool:
     """Tell whether a mistake stands at a path, below it, or where the path leads nowhere."""
-    texts, own = [str(step) for step in mistake.path], [str(step) for step in path]
-    shorter = min(len(texts), len(own))
-    return texts[:shorter] == own[:shorter]
+    texts, words = [str(step) for step in mistake.path], [str(step) for step in path]
+    shorter = min(len(texts), len(words))
+    return texts[:shorter] == words[:shorter]
 
 
 def _moved(mistake: Mistake, place: KeyPath, length: int) -> Mistake:

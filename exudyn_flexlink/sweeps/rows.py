@@ -112,23 +112,23 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     second run tells (None where none was made), and the horizon, the instant from which on both
     part (None if they never do).
     """
-    found: dict[str, Scalar] = {}
+    columns: dict[str, Scalar] = {}
     for contact in result.scene.all_contacts:
-        found |= _of_contact(result, contact)
+        columns |= _of_contact(result, contact)
     for body, contact in struck_bodies(result.scene).items():
         seen = lever_response(result, contact)
         measure, (least, _), (greatest, _) = seen.measure, seen.least, seen.greatest
-        found |= {
+        columns |= {
             f"{body}.{measure.span}_{measure.unit}": greatest - least,
             f"{body}.least_{measure.name}": least,
             f"{body}.greatest_{measure.name}": greatest,
         }
     for joint in joints_with_play(result):
-        found |= _of_joint(result, joint)
-    for joint, own in result.frictions.items():
-        found[f"{joint}.friction_loss_J"] = float(own.lost[-1])
-    found |= _of_watched(result)
-    return found | {
+        columns |= _of_joint(result, joint)
+    for joint, friction in result.frictions.items():
+        columns[f"{joint}.friction_loss_J"] = float(friction.lost[-1])
+    columns |= _of_watched(result)
+    return columns | {
         "energy_dissipated_J": float(result.energy.dissipated[-1]),
         "energy_residual_J": result.checks.energy_residual,
         "end_s": result.outcome.time,
@@ -138,12 +138,12 @@ def standard_row(result: Result) -> dict[str, Scalar]:
 
 
 def _of_contact(result: Result, contact: str) -> dict[str, Scalar]:
-    found = strikes(result, contact)
+    every_strike = strikes(result, contact)
     touches = result.contacts[contact].touches
-    last: list[Strike] = found[-2:]
+    last: list[Strike] = every_strike[-2:]
     speed = column_of("greatest_approach_speed", result.scene.unit_of(contact, "m/s"))
     return {
-        f"{contact}.strikes": len(found),
+        f"{contact}.strikes": len(every_strike),
         f"{contact}.last_period_s": last[1].begin - last[0].begin if len(last) > 1 else None,
         **_greatest_force(result, contact),
         f"{contact}.energy_lost_J": float(touches.energy_lost.sum()),
@@ -171,15 +171,15 @@ def _greatest_force(result: Result, name: str) -> dict[str, Scalar]:
 
 def _of_watched(result: Result) -> dict[str, Scalar]:
     """Extremes of the watched point, and speeds of struck bodies."""
-    found: dict[str, Scalar] = {}
+    columns: dict[str, Scalar] = {}
     for name, extremes in result.extremes.items():
         owner, _, quantity = name.rpartition(".")
         if quantity in OTHERWISE_TOLD or not len(extremes.time):
             continue
         if quantity in ("x_m", "y_m"):
-            found[f"{owner}.least_{quantity}"] = extremes.least[0]
-        found[f"{owner}.greatest_{quantity}"] = extremes.greatest[0]
-    return found
+            columns[f"{owner}.least_{quantity}"] = extremes.least[0]
+        columns[f"{owner}.greatest_{quantity}"] = extremes.greatest[0]
+    return columns
 
 
 LONGEST_REASON = 500  # characters: a row is read by people
@@ -234,9 +234,9 @@ class Work:
         else:
             why = ""
         status = FAILED if why else DOUBTFUL if warned else DONE
-        told = shortened(why or "; ".join(dict.fromkeys(warned)), LONGEST_REASON)
+        text = shortened(why or "; ".join(dict.fromkeys(warned)), LONGEST_REASON)
         wall = perf_counter() - began
-        return Row(point.number, point.id, status, told, len(warned), wall, numbers)
+        return Row(point.number, point.id, status, text, len(warned), wall, numbers)
 
 
 def work_of(sweep: Sweep, simulate: Simulate, observe: Observe, keep: Keep | None = None) -> Work:

@@ -342,15 +342,16 @@ class SweepTable:
 
         None stands for a number that there is not.
         """
-        told: dict[str, list[Scalar]] = {
+        columns_told: dict[str, list[Scalar]] = {
             column: [getattr(row, name) for row in self.rows] for column, name in COLUMNS.items()
         }
-        first = {column: told.pop(column) for column in ("run", "id")}
+        first = {column: columns_told.pop(column) for column in ("run", "id")}
         varied: dict[str, list[Scalar]] = {
-            one.column: [values[i] for values in self.values] for i, one in enumerate(self.varied)
+            varied.column: [values[i] for values in self.values]
+            for i, varied in enumerate(self.varied)
         }
         seen = {name: [row.numbers.get(name) for row in self.rows] for name in self.observables}
-        return first | varied | told | seen
+        return first | varied | columns_told | seen
 
 
 def table_of(
@@ -361,8 +362,8 @@ def table_of(
     rows: Mapping[str, Row],
 ) -> SweepTable:
     """Return the table of points, each an id and values; `rows` are by ids, and may not be all."""
-    every = [(one, tuple(values)) for one, values in points]
-    there = [(rows[one], values) for one, values in every if one in rows]
+    every = [(identity, tuple(values)) for identity, values in points]
+    there = [(rows[identity], values) for identity, values in every if identity in rows]
     return SweepTable(
         title,
         engine,
@@ -456,41 +457,48 @@ def read_study(file: Path, settings: Iterable[str] = (), allow_outside: bool = F
     if "bodies" in document.data:
         raise SceneError(document, [Mistake(("bodies",), no_study, hint, True)])
     try:
-        found = TypeAdapter(StudyFile).validate_python(document.data)
+        study_file = TypeAdapter(StudyFile).validate_python(document.data)
     except ValidationError as error:
         mistakes = mistakes_of(error, StudyFile, document.data, ())
         raise SceneError(document, mistakes) from None
-    scene = _scene(document, found, settings, allow_outside)
+    scene = _scene(document, study_file, settings, allow_outside)
     mistakes = []
-    design = _design(found, mistakes)
-    return Study(document, scene, found.engine, design, tuple(mistakes))
+    design = _design(study_file, mistakes)
+    return Study(document, scene, study_file.engine, design, tuple(mistakes))
 
 
-def _design(found: StudyFile, mistakes: list[Mistake]) -> Design | None:
-    if found.grid is not None:
-        return grid(found.grid, ("grid",), mistakes)
-    if found.list is not None:
-        return listed(found.list, ("list",), mistakes)
-    kind = "random" if found.latin_hypercube is None else "latin_hypercube"
-    own: Drawn = getattr(found, kind)
-    return drawn(kind, own.ranges, own.count, (kind, "ranges"), mistakes, seed=own.seed)
+def _design(file: StudyFile, mistakes: list[Mistake]) -> Design | None:
+    if file.grid is not None:
+        return grid(file.grid, ("grid",), mistakes)
+    if file.list is not None:
+        return listed(file.list, ("list",), mistakes)
+    kind = "random" if file.latin_hypercube is None else "latin_hypercube"
+    distribution: Drawn = getattr(file, kind)
+    return drawn(
+        kind,
+        distribution.ranges,
+        distribution.count,
+        (kind, "ranges"),
+        mistakes,
+        seed=distribution.seed,
+    )
 
 
 def _scene(
-    document: Document, found: StudyFile, settings: Iterable[str], allow_outside: bool
+    document: Document, file: StudyFile, settings: Iterable[str], allow_outside: bool
 ) -> Scene:
     """Load the model; a mistake of the study's settings is told at its place."""
-    model = _model(document, found.model, allow_outside)
+    model = _model(document, file.model, allow_outside)
     try:
-        return load_scene(model, [*found.settings, *settings], allow_outside)
+        return load_scene(model, [*file.settings, *settings], allow_outside)
     except SceneError as error:
-        own = [
-            Mistake(("set", found.settings.index(text)), mistake.message, mistake.hint)
+        sections = [
+            Mistake(("set", file.settings.index(text)), mistake.message, mistake.hint)
             for mistake in error.mistakes
-            if (text := error.document.setting_of(mistake.path)) in found.settings
+            if (text := error.document.setting_of(mistake.path)) in file.settings
         ]
-        if len(own) == len(error.mistakes):
-            raise SceneError(document, own) from None
+        if len(sections) == len(error.mistakes):
+            raise SceneError(document, sections) from None
         raise
 
 

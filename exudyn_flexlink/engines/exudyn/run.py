@@ -60,8 +60,8 @@ def formulations(scene: Scene) -> tuple[str, ...]:
     if beyond_redundant(scene):
         return ("minimal",)
     first = fittest(scene)
-    found = (first, "redundant" if first == "minimal" else "minimal")
+    names = (first, "redundant" if first == "minimal" else "minimal")
     with suppress(NotRepresentableError):
         if beams_of(scene, mechanism):
-            return (*found, "beam")
-    return found
+            return (*names, "beam")
+    return names

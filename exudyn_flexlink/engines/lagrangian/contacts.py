@@ -44,12 +44,12 @@ class Pushed(NamedTuple):
     @property
     def force(self) -> FloatArray:
         """Generalised forces (m, N)."""
-        found = self.press[:, None, :] @ self.rows + self.rub[:, None, :] @ self.slides
-        return np.asarray(found[:, 0])
+        total = self.press[:, None, :] @ self.rows + self.rub[:, None, :] @ self.slides
+        return np.asarray(total[:, 0])
 
     def pick(self, which: int | slice | None) -> Pushed:
         """Return some of the instants."""
-        return Pushed(self.which, *(own[which] for own in self[1:]))
+        return Pushed(self.which, *(column[which] for column in self[1:]))
 
 
 class Contacts:
@@ -58,31 +58,33 @@ class Contacts:
     def __init__(self, model: Model) -> None:
         layout, self.all = model.layout, model.contacts
         self.faces = len(layout.faces)
-        self.held = np.array([own.side == 0 for own in self.all], dtype=bool)
-        self.length = np.array([own.length for own in self.all])
-        self._side = np.array([own.side for own in self.all])
-        self._laws, self._rubbing = Laws([own.law for own in self.all]), rubbing(self.all)
-        pivots = {own.part: own for own in (layout.guide, *layout.levers)}
-        of_link = [own for own in self.all if own.point.part in layout.rods]
-        corners = [own for own in self.all if own.point.part not in layout.rods]
+        self.held = np.array([contact.side == 0 for contact in self.all], dtype=bool)
+        self.length = np.array([contact.length for contact in self.all])
+        self._side = np.array([contact.side for contact in self.all])
+        self._laws, self._rubbing = Laws([contact.law for contact in self.all]), rubbing(self.all)
+        pivots = {pivot.part: pivot for pivot in (layout.guide, *layout.levers)}
+        of_link = [contact for contact in self.all if contact.point.part in layout.rods]
+        corners = [contact for contact in self.all if contact.point.part not in layout.rods]
         assert self.all == (*of_link, *corners)
         self._first_corner = len(of_link)
-        turned = [pivots[own.start.part] for own in of_link]
+        turned = [pivots[contact.start.part] for contact in of_link]
         starts = [
-            *(_from(own.start, pivot) for own, pivot in zip(of_link, turned, strict=True)),
-            *(complex(own.start.x, own.start.y) for own in corners),
+            *(_from(contact.start, pivot) for contact, pivot in zip(of_link, turned, strict=True)),
+            *(complex(corner.start.x, corner.start.y) for corner in corners),
         ]
-        along = np.array([_direction(own) for own in self.all], dtype=np.complex128)
+        along = np.array([_direction(contact) for contact in self.all], dtype=np.complex128)
         self._back, self._start = along.conj(), along.conj() * np.array(starts)
-        self._angle = np.array([layout.coordinate(own.start.part) for own in self.all], dtype=int)
-        self._origin = np.array([complex(*own.at) for own in turned])
+        self._angle = np.array(
+            [layout.coordinate(contact.start.part) for contact in self.all], dtype=int
+        )
+        self._origin = np.array([complex(*pivot.at) for pivot in turned])
         # Of those of the link: which point; of corners: from which end of a rod they are seen.
-        points = [model.struck[own.point] for own in of_link]
+        points = [model.struck[contact.point] for contact in of_link]
         self._point = np.array(
-            [*points, *(layout.rods.index(own.start.part) for own in corners)], dtype=int
+            [*points, *(layout.rods.index(corner.start.part) for corner in corners)], dtype=int
         )
         self._centre = complex(*layout.guide.at)
-        self._corner = np.array([_from(own.point, layout.guide) for own in corners])
+        self._corner = np.array([_from(corner.point, layout.guide) for corner in corners])
 
     # --- where they are -----------------------------------------------------------------------
 
@@ -93,10 +95,10 @@ class Contacts:
         back, arm, z = self._places(at, slice(None))
         going = at.going[:, self._point]
         if self._first_corner < len(self.all):
-            own = slice(self._first_corner, None)
+            corners = slice(self._first_corner, None)
             # A corner is where the guide turns it, seen from the end of a rod.
             turning = 1j * at.v[:, :1] * at.axes[:, :1] * self._corner
-            going[:, own] = turning - going[:, own]
+            going[:, corners] = turning - going[:, corners]
         rate = back * going - 1j * at.v[:, self._angle] * arm
         side = self._sides(z, slice(None))
         return Seen(side * z.imag, z.real, side * rate.imag, rate.real)
@@ -141,8 +143,8 @@ class Contacts:
     def bend(self, at: Frame, which: IndexArray) -> FloatArray:
         """Second derivatives (m, k) of gaps of levers' contacts where no coordinate accelerates."""
         back, arm, z = self._places(at, which)
-        turning, own = at.v[:, self._angle[which]], self._point[which]
-        bent = back * at.bends[:, own] - 2j * turning * back * at.going[:, own]
+        turning, points = at.v[:, self._angle[which]], self._point[which]
+        bent = back * at.bends[:, points] - 2j * turning * back * at.going[:, points]
         return np.asarray(self._sides(z, which) * (bent - turning**2 * arm).imag)
 
     # --- how they push ------------------------------------------------------------------------
@@ -153,27 +155,27 @@ class Contacts:
         The touches of all contacts began with the speeds `approach` (c,), m/s. See `pressing`.
         """
         gap, rows, slides = self._rows(at, which)
-        rate, slip = ((own @ at.v[:, :, None])[..., 0] for own in (rows, slides))
+        rate, slip = ((row @ at.v[:, :, None])[..., 0] for row in (rows, slides))
         friction, creep = self._rubbing[:, which]
         press, by_gap, by_rate = self._laws.pressing(which, gap, rate, approach)
         rub = -friction * press * np.tanh(slip / creep)
         power = -press * rate - rub * slip
         return Pushed(which, press, rub, power, gap, rate, slip, rows, slides, by_gap, by_rate)
 
-    def slopes_of(self, own: Pushed) -> tuple[FloatArray, FloatArray]:
+    def slopes_of(self, pushed: Pushed) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping (N, N) of walls that press, and of friction, at the first instant.
 
         What a face does along its gap is left out: its force leaps, see `integrate.contact_share`.
         """
-        friction, creep = self._rubbing[:, own.which]
-        rubbing = np.tanh(own.slip[0] / creep)
+        friction, creep = self._rubbing[:, pushed.which]
+        rubbing = np.tanh(pushed.slip[0] / creep)
         # Pressing walls push along their gaps, and drag along their faces, as faces do, too.
-        wall = np.where(own.which < self.faces, 0.0, 1.0)
-        pressed, slid = own.rows[0].T, own.slides[0].T
+        wall = np.where(pushed.which < self.faces, 0.0, 1.0)
+        pressed, slid = pushed.rows[0].T, pushed.slides[0].T
         across = wall * pressed - friction * rubbing * slid
-        drag = friction * np.maximum(own.press[0], 0.0) * (1 - rubbing**2) / creep
-        stiffness = (across * own.by_gap[0]) @ pressed.T
-        return stiffness, (across * own.by_rate[0]) @ pressed.T + (slid * drag) @ slid.T
+        drag = friction * np.maximum(pushed.press[0], 0.0) * (1 - rubbing**2) / creep
+        stiffness = (across * pushed.by_gap[0]) @ pressed.T
+        return stiffness, (across * pushed.by_rate[0]) @ pressed.T + (slid * drag) @ slid.T
 
 
 def _from(point: Anchor, pivot: Pivot) -> complex:
@@ -182,5 +184,5 @@ def _from(point: Anchor, pivot: Pivot) -> complex:
 
 
 def _direction(contact: FaceContact) -> complex:
-    begin, end = (complex(own.x, own.y) for own in (contact.start, contact.end))
+    begin, end = (complex(anchor.x, anchor.y) for anchor in (contact.start, contact.end))
     return (end - begin) / abs(end - begin)

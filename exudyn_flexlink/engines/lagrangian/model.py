@@ -154,7 +154,9 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
     motor = _motor(scene, mechanism, guide)
     ramp = None if motor is None else _ramp(motor.name, motor.speed)
-    torques = tuple((own, _ramp(own.name, own.size.value)) for own in mechanism.torque_motors)
+    torques = tuple(
+        (torque, _ramp(torque.name, torque.size.value)) for torque in mechanism.torque_motors
+    )
     faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
     return Layout(guide, rods, levers, motor, ramp, torques, mechanism.has_play, faces)
 
@@ -221,11 +223,11 @@ def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot
     parts = mechanism.bodies[body]
     if len(parts) > 1:
         raise NotRepresentableError(("bodies", body), "a guide must be rigid: rod or rigid")
-    found = [pivot for pivot in pivots.values() if pivot.part == parts[0]]
-    if not found:
+    guides = [pivot for pivot in pivots.values() if pivot.part == parts[0]]
+    if not guides:
         message = "a guide must turn about a point on the ground"
         raise NotRepresentableError(("bodies", body), message)
-    guide = found[0]
+    guide = guides[0]
     if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].first.y) > ON_AXIS:
         message = f"must lie on the axis of the sleeve '{sleeve}'"
         raise NotRepresentableError(("joints", guide.joint), message)
@@ -271,16 +273,16 @@ def _motor(scene: Scene, mechanism: Mechanism, guide: Pivot) -> Motor | None:
 
 def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) -> FaceContact:
     """Read a contact as a point of the link and a face of a lever."""
-    own = ("contacts", contact.name)
+    path = ("contacts", contact.name)
     if not isinstance(contact, FaceContact):
-        raise NotRepresentableError(own, "the Lagrangian engine has points on lines alone")
+        raise NotRepresentableError(path, "the Lagrangian engine has points on lines alone")
     if contact.point.part not in rods or contact.point.y != 0.0:
-        raise NotRepresentableError((*own, "point"), "must be a point of the link")
+        raise NotRepresentableError((*path, "point"), "must be a point of the link")
     if contact.start.part not in [lever.part for lever in levers]:
-        raise NotRepresentableError((*own, "line"), "must be on a body pinned to the ground")
+        raise NotRepresentableError((*path, "line"), "must be on a body pinned to the ground")
     if isinstance(contact.law, Impulse) and contact.friction is not None:
         message = "the Lagrangian engine has no friction in impacts"
-        raise NotRepresentableError((*own, "law", "friction"), message)
+        raise NotRepresentableError((*path, "law", "friction"), message)
     return contact
 
 
@@ -333,19 +335,19 @@ class Frame(NamedTuple):
 
     def pick(self, which: int | slice | None) -> Frame:
         """Return one of several instants, some, or (None) the only one as one of one."""
-        return Frame._make(own[which] for own in self)
+        return Frame._make(column[which] for column in self)
 
 
 def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> Frame:
     """Return the frame at all coordinates and speeds (m, N), where P's place is `track`."""
-    own, p, (place, first, second) = numbers.rods, numbers.track, track
+    rod_rows, p, (place, first, second) = numbers.rods, numbers.track, track
     axes = np.exp(1j * q)
-    rods, to_points = axes[:, own], numbers.arms.T
+    rods, to_points = axes[:, rod_rows], numbers.arms.T
     by = np.zeros((len(q), *numbers.arms.shape[:1], q.shape[1]), dtype=np.complex128)
-    by[:, :, own] = numbers.arms * (1j * rods)[:, None, :]
+    by[:, :, rod_rows] = numbers.arms * (1j * rods)[:, None, :]
     by[:, :, p] += first[:, None]
     points = place[:, None] + rods @ to_points
-    bends = (second * v[:, p] ** 2)[:, None] - (rods * v[:, own] ** 2) @ to_points
+    bends = (second * v[:, p] ** 2)[:, None] - (rods * v[:, rod_rows] ** 2) @ to_points
     going = np.asarray((by @ v[:, :, None])[:, :, 0], dtype=np.complex128)
     return Frame(q, v, axes, points, going, by, bends)
 
@@ -363,8 +365,8 @@ def mass_and_force(numbers: Numbers, at: Frame) -> tuple[FloatArray, FloatArray]
 
 def momentum_rate(numbers: Numbers, at: Frame, a: FloatArray) -> ComplexArray:
     """Rate (m,) of the link's momentum at accelerations (m, N), N."""
-    own = numbers.centres
-    moving = (at.by[:, own] @ a[:, :, None])[:, :, 0] + at.bends[:, own]
+    middles = numbers.centres
+    moving = (at.by[:, middles] @ a[:, :, None])[:, :, 0] + at.bends[:, middles]
     return np.asarray(moving @ numbers.masses)
 
 
@@ -445,7 +447,10 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
     mechanism = assembly.mechanism
     layout = layout_of(scene, mechanism)
     parts, rods = mechanism.parts, layout.rods
-    contacts = (*layout.faces, *(pair for own in mechanism.channels for pair in own.contacts))
+    contacts = (
+        *layout.faces,
+        *(pair for channel in mechanism.channels for pair in channel.contacts),
+    )
     arms, struck = _arms(mechanism, rods, contacts)
     inertias, reaches = np.zeros(layout.count), np.zeros(layout.count)
     moments = np.zeros(layout.count, dtype=np.complex128)

@@ -125,9 +125,9 @@ class Recorder(BlockRecorder):
         """Work off the steps that wait: the same contacts press in all of them."""
         if not self._waiting:
             return
-        t, h, motions = (list(own) for own in zip(*self._waiting, strict=True))
+        t, h, motions = (list(column) for column in zip(*self._waiting, strict=True))
         self._waiting.clear()
-        counts = np.array([len(own.t) for own in motions])
+        counts = np.array([len(motion.t) for motion in motions])
         nodes = (np.cumsum(counts) - counts)[:, None] + ROWS
         samples = np.delete(np.arange(counts.sum()), nodes.ravel())
         of = np.repeat(np.arange(len(counts)), counts - len(ROWS))
@@ -147,14 +147,14 @@ class Recorder(BlockRecorder):
         motor = self.system.motor_torque(at, a, held)
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
         places = (at.place + self.system.track.shift)[:, None]
-        own = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
-        return Kept(at.t, places, press, pressed, np.zeros((count, 2)), own)
+        kept = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
+        return Kept(at.t, places, press, pressed, np.zeros((count, 2)), kept)
 
     def _rates(self, at: Motion, known: Kept) -> Totals:
         """Rates (m, ...) of the totals at instants."""
         rates, v = self._totals(len(at.t)), at.frame.v
         rates.damped[:] = ((v @ self.system.model.numbers.damping) * v).sum(axis=1)
-        rates.supplied[:] = known.own.motor * v[:, 0] + (at.motors * v).sum(axis=1)
+        rates.supplied[:] = known.of_engine.motor * v[:, 0] + (at.motors * v).sum(axis=1)
         rates.impulses[:] = known.press
         if at.pushed is not None:
             rates.losses[:, at.pushed.which] = at.pushed.power
@@ -162,7 +162,7 @@ class Recorder(BlockRecorder):
 
     def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (m, parts, 3) at instants that are kept."""
-        return at.own.poses, at.own.rates
+        return at.of_engine.poses, at.of_engine.rates
 
 
 @dataclass(frozen=True)
@@ -174,8 +174,8 @@ class Forces:
 
     @property
     def _own(self) -> LinkKept:
-        own: LinkKept = self.kept.own
-        return own
+        kept: LinkKept = self.kept.of_engine
+        return kept
 
     def drive_torques(self) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
@@ -190,15 +190,15 @@ class Forces:
     def _pushes(self) -> FloatArray:
         """Forces (contacts, samples, 2) on the link."""
         contacts, rods = self.model.contacts, self.model.layout.rods
-        found = np.zeros((len(contacts), len(self.kept.t), 2))
+        pushes = np.zeros((len(contacts), len(self.kept.t), 2))
         for k, contact in enumerate(contacts):
             rows = self.kept.press[:, k] != 0
             if not rows.any():
                 continue
             at = self._own.poses[rows], self._own.rates[rows]
             push = push_of(contact, *at, self.kept.press[rows, k])
-            found[k, rows] = push if contact.point.part in rods else -push
-        return found
+            pushes[k, rows] = push if contact.point.part in rods else -push
+        return pushes
 
     @cached_property
     def _of_walls(self) -> FloatArray:
@@ -239,7 +239,7 @@ class Forces:
         """Force of a pivot whose part gives the force `given_on` on to others."""
         k, numbers = self.model.layout.coordinate(pivot.part), self.model.numbers
         a, mass = self._own.accelerations[:, k], self.model.mechanism.parts[pivot.part].mass
-        angle, speed = (own[:, pivot.part, 2] for own in (self._own.poses, self._own.rates))
+        angle, speed = (column[:, pivot.part, 2] for column in (self._own.poses, self._own.rates))
         swing = (1j * a - speed**2) * numbers.moments[k] * np.exp(1j * angle)
         force = _plane(swing - mass * numbers.gravity) + given_on
         return np.asarray(force if pivot.second else -force)
@@ -283,14 +283,14 @@ class Impacts:
         self.problem = problem
         self.together: list[tuple[float, tuple[str, str]]] = []  # s, contacts with one impact
         self.bounces = {
-            k: Bounces(own.name, own.law.restitution)
-            for k, own in enumerate(problem.system.contacts.all)
-            if isinstance(own.law, Impulse)
+            k: Bounces(contact.name, contact.law.restitution)
+            for k, contact in enumerate(problem.system.contacts.all)
+            if isinstance(contact.law, Impulse)
         }
 
     def lifted(self, step: Path, nodes: Motion) -> list[tuple[float, int]]:
         """When (s) contacts that are held closed would have to pull, within a step, and which."""
-        system, found = self.problem.system, []
+        system, lifts = self.problem.system, []
         for i, k in enumerate(system.held.tolist()):
             low = np.flatnonzero(system.accelerations(nodes)[1][:, i] < 0)
             if not len(low):
@@ -301,8 +301,8 @@ class Impacts:
                 return float(system.accelerations(system.motion(at, *step.at(at)))[1][0, i])
 
             end = float(nodes.t[low[0]])
-            found.append((step.t if low[0] == 0 else fall(force, step.t, end), k))
-        return found
+            lifts.append((step.t if low[0] == 0 else fall(force, step.t, end), k))
+        return lifts
 
     def meet(self, time: float, k: int) -> None:
         """The point of contact k meets its face: it bounces, or begins to press."""
@@ -343,8 +343,8 @@ class Impacts:
         problem.v = problem.v + hit.jump
         if first:
             # The drive keeps the guide's speed: its impulse closes the guide's own row of eq. 2.
-            own = float(mass[0, 1:] @ hit.jump - row[0] * hit.impulse)
-            hit = hit._replace(work=own * float(at.frame.v[0, 0]))
+            torque = float(mass[0, 1:] @ hit.jump - row[0] * hit.impulse)
+            hit = hit._replace(work=torque * float(at.frame.v[0, 0]))
         problem.recorder.leap(k, hit.impulse, hit.energy_lost, hit.work)
         problem.look_now()
         return hit
@@ -530,14 +530,14 @@ class Problem(HybridProblem):
     def first_event(self, step: Path) -> Event | None:
         """What happens first within a step."""
         motion, path = self._nodes(step)
-        found = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
+        happening = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
         if self.goal is not None and self._to_turn(motion.frame.q[LAST]) < 0:
 
             def left(t: float) -> float:
                 return self._to_turn(self._at(step, t)[0].q[0])
 
-            found.append(Event(fall(left, step.t, step.t + step.h), TurnsGuard(self)))
-        return min(found, key=lambda event: event.time, default=None)
+            happening.append(Event(fall(left, step.t, step.t + step.h), TurnsGuard(self)))
+        return min(happening, key=lambda event: event.time, default=None)
 
     def _at(self, step: Path, t: float) -> tuple[Frame, FloatArray]:
         at = np.array([t])
@@ -564,7 +564,7 @@ class Problem(HybridProblem):
         if not contacts.all:
             return []
         path, pressing = self.system.from_sides(path), self.touches.pressed
-        found = []
+        happening = []
         restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
@@ -575,19 +575,19 @@ class Problem(HybridProblem):
             if first is not None:
                 part, k = first
                 guard = (FaceGuard if k < contacts.faces else WallGuard)(self, k)
-                found.append(Event(step.t + part * step.h, guard))
+                happening.append(Event(step.t + part * step.h, guard))
         if self.touches.rigid.any():
             lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
-            found += [Event(time, FaceGuard(self, k)) for time, k in lifted]
-        return found
+            happening += [Event(time, FaceGuard(self, k)) for time, k in lifted]
+        return happening
 
     def _changed(self, time: float, there: int | None = None) -> BoolArray:
         """Walls' pairs that now (s) begin or cease to press, or did so unseen, (c,)."""
         contacts = self.system.contacts
         seen = self.system.from_sides(self.seen)
-        found = changed(seen, contacts.length, self.touches.pressed, time, there)
-        found[: contacts.faces] = False
-        return found
+        begun = changed(seen, contacts.length, self.touches.pressed, time, there)
+        begun[: contacts.faces] = False
+        return begun
 
     def late_gap(self, k: int, step: Path) -> float:
         """How long (s) before a step's end the gap of a contact was closed; negative: after."""
@@ -628,9 +628,9 @@ class Problem(HybridProblem):
         motion, path = self._nodes(step)
         seen, self._first = path.pick(-1), inf
         self.time = step.t + step.h
-        own, at = self.system.model.first, motion.frame
+        first, at = self.system.model.first, motion.frame
         self.all_q, self.seen = at.q[LAST], seen
-        self.q, self.v = at.q[LAST, own:], at.v[LAST, own:]
+        self.q, self.v = at.q[LAST, first:], at.v[LAST, first:]
         self.recorder.take(step, motion)
         self.system.track.u = float(motion.place[LAST])
         contacts = self.system.contacts

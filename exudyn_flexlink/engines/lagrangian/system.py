@@ -76,10 +76,10 @@ class TrackPoint(TrackFollower):
         rays = axes * np.where((axes / home * np.exp(-1j * turned)).real > 0, 1.0, -1.0)
         while done < 1.0:
             now, ahead = (rays * np.exp(1j * (to - 1.0) * turned) for to in (done, done + part))
-            found = self._near(centre, (now, ahead), part * turned, (u, places))
-            if found is not None:
+            near = self._near(centre, (now, ahead), part * turned, (u, places))
+            if near is not None:
                 done += part
-                (u, places), part = found, min(2 * part, 1.0 - done)
+                (u, places), part = near, min(2 * part, 1.0 - done)
                 continue
             part /= 2
             if part < LEAST_PART:
@@ -125,7 +125,7 @@ class TrackPoint(TrackFollower):
 
     def touched_by_axis(self, centre: complex) -> str:
         """Say so if P is so near to a dead centre that its place is as good as undecided."""
-        place, first, _ = (own[0] for own in self.at(np.array([self.u])))
+        place, first, _ = (column[0] for column in self.at(np.array([self.u])))
         ray = (place - centre).conjugate()
         return TOUCHES if abs((ray * first).imag) < NEARLY * abs(ray * first) else ""
 
@@ -181,7 +181,7 @@ class Motion(NamedTuple):
         """Return one of several instants, some, or (None) the only one as one of one."""
         pushed = self.pushed and self.pushed.pick(which)
         alone = (self.t, self.place, self.alpha, self.motors, self.mass, self.force)
-        t, *rest = (own[which] for own in alone)
+        t, *rest = (column[which] for column in alone)
         return Motion._make((t, self.frame.pick(which), *rest, pushed))
 
 
@@ -191,7 +191,7 @@ def joined(parts: Sequence[Motion]) -> Motion:
     frame = Frame._make(map(np.concatenate, zip(*frames, strict=True)))
     pushed: Pushed | None = pushes[0]
     if pushed is not None:
-        columns = zip(*(own[1:] for own in pushes), strict=True)
+        columns = zip(*(push[1:] for push in pushes), strict=True)
         pushed = Pushed(pushed.which, *map(np.concatenate, columns))
     return Motion._make((np.concatenate(t), frame, *map(np.concatenate, rest), pushed))
 
@@ -244,18 +244,18 @@ class System:
         layout, count = self.model.layout, self.model.layout.count
         ramp, way, none = layout.ramp, layout.way, np.zeros(len(t))
         motors = np.zeros((len(t), count))
-        for own, row in self._motors:
-            motors += np.outer(own.values(t), row)
+        for motor, row in self._motors:
+            motors += np.outer(motor.values(t), row)
         if ramp is None:
             self._timed = Timed(t, none, none, none, motors)
             return self._timed
         angle = self._angle + way * ramp.integrals(t)
-        found = Timed(t, angle, way * ramp.values(t), way * ramp.rates(t), motors)
+        timed = Timed(t, angle, way * ramp.values(t), way * ramp.rates(t), motors)
         if not layout.play:
             u, places = self.track.crossed(self._centre, np.exp(1j * angle))
-            found = found._replace(place=u, track=places)
-        self._timed = found
-        return found
+            timed = timed._replace(place=u, track=places)
+        self._timed = timed
+        return timed
 
     def frame(self, t: FloatArray, q: FloatArray, v: FloatArray) -> tuple[Frame, FloatArray]:
         """Where all is at instants (m,) s and free coordinates and speeds; P's places (m,).
@@ -294,14 +294,14 @@ class System:
         leaves of the gap dying out.
         """
         first, held = self.model.first, self.held
-        found = np.zeros(at.force.shape)
+        a = np.zeros(at.force.shape)
         if first:
-            found[:, 0] = at.alpha
+            a[:, 0] = at.alpha
         right = at.force[:, first:] - at.mass[:, first:, 0] * at.alpha[:, None] * bool(first)
         mass, count = at.mass[:, first:, first:], at.force.shape[1] - first
         if not len(held):
-            found[:, first:] = np.linalg.solve(mass, right[:, :, None])[:, :, 0]
-            return found, np.zeros((len(at.t), 0))
+            a[:, first:] = np.linalg.solve(mass, right[:, :, None])[:, :, 0]
+            return a, np.zeros((len(at.t), 0))
         closed = self.contacts.push(at.frame, held, self.touches.approach)
         rows = closed.rows[:, :, first:]
         whole = np.zeros((len(at.t), count + len(held), count + len(held)))
@@ -312,8 +312,8 @@ class System:
         if first:
             bend += closed.rows[:, :, 0] * at.alpha[:, None]
         solved = np.linalg.solve(whole, np.concatenate([right, -bend], axis=1)[:, :, None])
-        found[:, first:] = solved[:, :count, 0]
-        return found, solved[:, count:, 0]
+        a[:, first:] = solved[:, :count, 0]
+        return a, solved[:, count:, 0]
 
     def motor_torque(self, at: Motion, a: FloatArray, held: FloatArray) -> FloatArray:
         """Torque (m,) of the speed drive on the guide, from its own row of the equations, N m."""
@@ -374,8 +374,10 @@ class System:
             force = force - at.mass[:, first:, 0] * at.alpha[:, None]
         touching = np.zeros((len(t), 0, 2))
         if at.pushed is not None:
-            own = at.pushed.which < faces
-            touching = np.stack([at.pushed.gap[:, own], at.pushed.gap_rate[:, own]], axis=2)
+            of_faces = at.pushed.which < faces
+            touching = np.stack(
+                [at.pushed.gap[:, of_faces], at.pushed.gap_rate[:, of_faces]], axis=2
+            )
         return Evaluation(mass, force, at, touching)
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
@@ -394,10 +396,10 @@ class System:
         pushed, first = at.kept.pushed, self.model.first
         if pushed is None or not (pushed.which < self.contacts.faces).any():
             return None
-        own = pushed.which < self.contacts.faces
-        which = pushed.which[own]
+        of_faces = pushed.which < self.contacts.faces
+        which = pushed.which[of_faces]
         laws = [self.contacts.all[k].law for k in which.tolist()]
-        return pushed.rows[own][:, first:], press_by(laws, self.touches.approach[which])
+        return pushed.rows[of_faces][:, first:], press_by(laws, self.touches.approach[which])
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., n) of the coordinates move anything, at most."""

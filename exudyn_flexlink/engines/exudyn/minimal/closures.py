@@ -183,10 +183,10 @@ class Closures:
         gaps = at.axes.conj() * at.between
         if at.track is not None:
             gaps[:, self._tracked] -= at.track.point
-        found = self._rows(gaps, at.x @ self._turning.T) - self._rest
+        open_by = self._rows(gaps, at.x @ self._turning.T) - self._rest
         for row, motor in self.motors:
-            found[:, row] -= motor.speed.integrals(t)
-        return found
+            open_by[:, row] -= motor.speed.integrals(t)
+        return open_by
 
     def jacobian(self, at: Where) -> FloatArray:
         """Derivatives of the residuals by the coordinates (n, rows, coordinates)."""
@@ -195,23 +195,23 @@ class Closures:
         moved -= at.between[:, :, None] * self._spun_by
         moved *= at.axes.conj()[:, :, None]
         real, lengths = len(self._real), len(self._real) + len(self.joints)
-        found = np.zeros((len(at.x), self.count, self._links + len(self._tracked)))
-        by_tree = found[:, :, : self._links]
+        slopes = np.zeros((len(at.x), self.count, self._links + len(self._tracked)))
+        by_tree = slopes[:, :, : self._links]
         by_tree[:, :real] = moved.real.take(self._real, axis=1)
         by_tree[:, real:lengths] = moved.imag[:, : len(self.joints)]
         by_tree[:, lengths:] = self._turning
         if at.track is not None:
             along, across = self._slot_rows
-            found[:, along, self._by_places] = -at.track.tangent.real
-            found[:, across, self._by_places] = -at.track.tangent.imag
-        return found
+            slopes[:, along, self._by_places] = -at.track.tangent.real
+            slopes[:, across, self._by_places] = -at.track.tangent.imag
+        return slopes
 
     def rates(self, t: FloatArray) -> FloatArray:
         """Derivatives of the residuals by time alone (n, rows)."""
-        found = np.zeros((len(t), self.count))
+        columns = np.zeros((len(t), self.count))
         for row, motor in self.motors:
-            found[:, row] = -motor.speed.values(t)
-        return found
+            columns[:, row] = -motor.speed.values(t)
+        return columns
 
     def bends(self, t: FloatArray, at: Where, v: FloatArray, a: FloatArray) -> FloatArray:
         """Second derivatives of the residuals (n, rows), at speeds and accelerations."""
@@ -220,7 +220,7 @@ class Closures:
         bends = self._kinematics.bends(places, rates, at.x, v[:, tree], a[:, tree])
         moving = self._between(self._points.rates(places, rates))
         gaps = self._between(self._points.bends(places, rates, bends))
-        omega, alpha = (own.angle.take(self._bases, axis=1) for own in (rates, bends))
+        omega, alpha = (motion.angle.take(self._bases, axis=1) for motion in (rates, bends))
         gaps -= (1j * alpha + omega * omega) * at.between + 2j * omega * moving
         gaps *= at.axes.conj()
         if at.track is not None:
@@ -228,10 +228,10 @@ class Closures:
             gaps[:, self._tracked] -= (
                 at.track.bend * place_rate**2 + at.track.tangent * place_acceleration
             )
-        found = self._rows(gaps, a[:, tree] @ self._turning.T)
+        accelerated = self._rows(gaps, a[:, tree] @ self._turning.T)
         for row, motor in self.motors:
-            found[:, row] -= motor.speed.rates(t)
-        return found
+            accelerated[:, row] -= motor.speed.rates(t)
+        return accelerated
 
     def forces(self, at: Where, multipliers: FloatArray) -> ComplexArray:
         """Forces (n, joints) of joints on their second points, N, by multipliers (n, rows)."""
@@ -249,9 +249,9 @@ def _geared_row(layout: TreeLayout, gear: Gear) -> FloatArray:
         if tie.slide is None:
             row += weight * layout.turning_row(*tie.parts)
         else:
-            own = layout.sliding_row(tie.slide)
-            assert own is not None  # gears are of the tree's own joints
-            row += weight * own
+            sliding = layout.sliding_row(tie.slide)
+            assert sliding is not None  # gears are of the tree's own joints
+            row += weight * sliding
     return row
 
 
@@ -511,10 +511,10 @@ class ClosedCoordinates:
         except DeadCentreError:
             self._last = None  # a shorter step, guessed from this one, would fail likewise
             raise
-        own = slice(STAGES)  # the stages, without what lies beside one
-        self._last = StepStages(t[own], z[own], placed.y[own], placed.reach[own])
+        inner = slice(STAGES)  # the stages, without what lies beside one
+        self._last = StepStages(t[inner], z[inner], placed.y[inner], placed.reach[inner])
         lengths = self._scale_here[self._split.dependent]
-        self._gains = np.abs(placed.inverse[own] * lengths[:, None]).max((1, 2), initial=0.0)
+        self._gains = np.abs(placed.inverse[inner] * lengths[:, None]).max((1, 2), initial=0.0)
         return self._moving(t, v, placed)
 
     def _placed(self, t: FloatArray, near: FloatArray) -> Placed:
@@ -621,8 +621,10 @@ class ClosedCoordinates:
         # F = J^T of the closures times multipliers, on the dependent coordinates.
         multipliers[:, :, split.rows] = whole[:, :, split.dependent] @ np.linalg.inv(square)
         left = forces - multipliers @ jacobian[:, :, : self._links]
-        own = [self.closures.forces(where, multipliers[:, k]) for k in range(forces.shape[1])]
-        return left, np.stack([np.real(own), np.imag(own)], axis=-1).swapaxes(0, 1)
+        forces_held = [
+            self.closures.forces(where, multipliers[:, k]) for k in range(forces.shape[1])
+        ]
+        return left, np.stack([np.real(forces_held), np.imag(forces_held)], axis=-1).swapaxes(0, 1)
 
     def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""

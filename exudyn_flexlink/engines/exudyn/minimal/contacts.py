@@ -141,8 +141,8 @@ class TableFollower:
 
     def law(self, depth: float) -> SpringDamper:
         """Law of the piece that is followed; while nothing presses, of that of a depth (m)."""
-        own = self._table.number(depth) if self.number is None else self.number
-        return self._table.piece(own)
+        number = self._table.number(depth) if self.number is None else self.number
+        return self._table.piece(number)
 
     def left(self, depth: float) -> tuple[float, float]:
         """How far (m) a depth is from the end and the start of the piece."""
@@ -172,7 +172,9 @@ class SomeContacts:
         """Closed curves have no ends: `places` along them are looked for only where asked."""
         self.contacts = [tree.all[k] for k in which]
         curves = {i: tree.curves[k] for i, k in enumerate(which) if k in tree.curves}
-        feet = {i: own.foot if places else own.foot_alone for i, own in curves.items()}
+        feet = {
+            i: follower.foot if places else follower.foot_alone for i, follower in curves.items()
+        }
         self.shapes = ContactShapes(self.contacts, tree.layout.frame, feet)
         self._kinematics = tree.kinematics
         first, second = tree.kinematics.moved_by[self.shapes.links].astype(float)
@@ -180,7 +182,9 @@ class SomeContacts:
         self._turns = self._moved * tree.kinematics.hinge
         self._moments = self.shapes.moment[:, None] * self._turns
         self._friction, self._slip_speed = rubbing(self.contacts)
-        self._rubs = np.array([own.friction is not None for own in self.contacts], dtype=bool)
+        self._rubs = np.array(
+            [contact.friction is not None for contact in self.contacts], dtype=bool
+        )
         self._any_rubs = bool(self._rubs.any())
 
     def seen(self, at: Poses) -> Seen:
@@ -254,11 +258,11 @@ class ActingContacts(SomeContacts):
 
     def pressing(self, gap: FloatArray, rate: FloatArray, approach: FloatArray) -> Pressing:
         """Forces and their slopes by gaps and rates (..., a), by how fast touches began (a,)."""
-        found = self._by_laws.pressing(self._every, gap, rate, approach)
+        pushes = self._by_laws.pressing(self._every, gap, rate, approach)
         if not self._any_ends:
-            return found
+            return pushes
         acts = (gap < 0) | self._always
-        return found._replace(force=found.force * acts, stiffness=found.stiffness * acts)
+        return pushes._replace(force=pushes.force * acts, stiffness=pushes.stiffness * acts)
 
     def push(self, moving: Moving, approach: FloatArray) -> ContactPush:
         """What they do at instants."""
@@ -325,11 +329,14 @@ class TreeContacts:
                 self.curves[k] = CurveFollower(contact)
             if isinstance(contact.law, SpringTable):
                 self.tables[k] = TableFollower(contact.name, contact.law)
-        self.rigid = frozenset(k for k, own in enumerate(self.all) if isinstance(own.law, Impulse))
-        self.lets_go = np.array(
-            [not isinstance(own.law, Impulse) and own.law.lets_go for own in self.all], dtype=bool
+        self.rigid = frozenset(
+            k for k, contact in enumerate(self.all) if isinstance(contact.law, Impulse)
         )
-        self.length = np.array([own.length for own in self.all])
+        self.lets_go = np.array(
+            [not isinstance(contact.law, Impulse) and contact.law.lets_go for contact in self.all],
+            dtype=bool,
+        )
+        self.length = np.array([contact.length for contact in self.all])
         self._channels = [channel for channel in mechanism.channels for _ in channel.contacts]
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self.every = SomeContacts(self, range(len(self.all)), places=True)
@@ -388,12 +395,12 @@ class TreeContacts:
 
     def followed(self, k: int) -> list[tuple[CurveFollower | TableFollower, Callable[..., Any]]]:
         """What is followed along pieces while contact k presses, and where it is."""
-        found: list[tuple[CurveFollower | TableFollower, Callable[..., Any]]] = []
+        followers: list[tuple[CurveFollower | TableFollower, Callable[..., Any]]] = []
         if k in self.curves and not self.curves[k].is_endless:
-            found.append((self.curves[k], partial(self._view, k)))
+            followers.append((self.curves[k], partial(self._view, k)))
         if k in self.tables:
-            found.append((self.tables[k], partial(self._depth, k)))
-        return found
+            followers.append((self.tables[k], partial(self._depth, k)))
+        return followers
 
     # --- how they press -----------------------------------------------------------------------
 
@@ -419,7 +426,7 @@ class TreeContacts:
         if not pressing:
             return None
         which = tuple(k for k in pressing if k not in self.rigid)
-        pieces = tuple(own.number for k, own in self.tables.items() if k in which)
+        pieces = tuple(table.number for k, table in self.tables.items() if k in which)
         return self._acting(which, pieces) if which else None
 
     def _acting_by(self, which: tuple[int, ...], _: tuple[int | None, ...]) -> ActingContacts:

@@ -106,7 +106,7 @@ class TreeState(NamedTuple):
 
     def pick(self, which: Which) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return TreeState._make(own[which] for own in self)
+        return TreeState._make(column[which] for column in self)
 
 
 class Coordinates(Protocol):
@@ -271,8 +271,8 @@ class OpenCoordinates(Coordinates):
         for k, guide in enumerate(self._guides):
             turning, sliding = guide.guided.turning, guide.guided.sliding
             angles = x[:, turning].tolist()
-            found = np.array([(*guide.slide(angle), guide.u) for angle in angles])
-            place, rate, bend, places[:, k] = found.T
+            slides = np.array([(*guide.slide(angle), guide.u) for angle in angles])
+            place, rate, bend, places[:, k] = slides.T
             omega = speed[:, turning]
             x[:, sliding], speed[:, sliding] = place, rate * omega
             b[:, sliding] = bend * omega * omega + rate * b[:, turning]

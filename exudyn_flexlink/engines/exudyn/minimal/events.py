@@ -105,23 +105,23 @@ class FrictionWatch:
     """Looks at the steps of a model, and tells its friction what happens."""
 
     def __init__(self, model: MinimalModel, changes: Changes) -> None:
-        self._model, self._own, self._changes = model, model.frictions, changes
+        self._model, self._frictions, self._changes = model, model.frictions, changes
 
     def settle(self, time: float, q: FloatArray, v: FloatArray) -> None:
         """Let joints slide or rest as the present state tells: speeds or forces may have jumped."""
-        if self._own.all:
+        if self._frictions.all:
             states = self._model.states(np.array([time]), q[None], v[None])
             inside = self._model.window.all_inside(np.array([time]))
-            self._own.settle(self._model.without_reactions(inside, states))
+            self._frictions.settle(self._model.without_reactions(inside, states))
 
     def events(self, step: Step) -> list[Event]:
         """What happens first to each joint within a step."""
-        if not self._own.all:
+        if not self._frictions.all:
             return []
         known = [step.begin.kept.pick(None), step.stages.kept]
-        found = []
+        happening = []
         for guard in self._guards(step):
-            at_nodes = np.concatenate([guard.value(own) for own in known])
+            at_nodes = np.concatenate([guard.value(state) for state in known])
             if (TO_LOOKS @ at_nodes)[1:].min() > 0:
                 continue
             slope = Polynomial(POWERS @ at_nodes).deriv()
@@ -131,23 +131,23 @@ class FrictionWatch:
                 (step.t, step.end),
             )
             if time is not None:
-                found.append(Event(time, guard))
-        return found
+                happening.append(Event(time, guard))
+        return happening
 
     def _guards(self, step: Step) -> Iterator[FrictionGuard]:
         """What may happen to each joint, as it slides or rests now."""
-        own, rows, guard = self._own, self._own.rows, partial(FrictionGuard, self)
-        driven = own.driven(step.begin.kept.state)
-        for k, way in enumerate(own.way.tolist()):
+        joints, rows, guard = self._frictions, self._frictions.rows, partial(FrictionGuard, self)
+        driven = joints.driven(step.begin.kept.state)
+        for k, way in enumerate(joints.way.tolist()):
             if way:
-                yield guard(k, Happens.RESTS, _speed(rows[k], way, own.since[k]))
+                yield guard(k, Happens.RESTS, _speed(rows[k], way, joints.since[k]))
             elif driven[k]:
                 yield guard(k, Happens.SWEPT_ALONG, _stillness(rows[k]))
             else:
                 yield guard(k, Happens.SLIDES, _left_of_bound(k))
-        for k in own.has_sides.tolist():
-            if own.way[k]:
-                yield guard(k, Happens.CHANGES_SIDES, _press(k, own.side[k]))
+        for k in joints.has_sides.tolist():
+            if joints.way[k]:
+                yield guard(k, Happens.CHANGES_SIDES, _press(k, joints.side[k]))
 
     def _at(self, step: Step, value: Value, t: float) -> float:
         q, v = step.at(np.array([t]))
@@ -155,10 +155,10 @@ class FrictionWatch:
 
     def late(self, k: int, step: Step) -> float:
         """How long (s) before a step's end joint k came to rest; negative: after."""
-        row = self._own.rows[k]
+        row = self._frictions.rows[k]
         q, v = step.finish.q, step.finish.v
         state = self._model.state(step.end, q, v)
-        speed = row @ state.v - self._own.since[k]
+        speed = row @ state.v - self._frictions.since[k]
         slope = row @ (state.b + state.transform.expanded(step.finish.a))
         near = abs(speed) <= abs(slope) * instant(step.end, EVENT_TIME)
         return 0.0 if near or slope == 0 else float(speed / slope)
@@ -168,11 +168,11 @@ class FrictionWatch:
         self._changes.keep(leaps=leaps)
         if what is Happens.SLIDES:
             at = self._model.evaluate(time, *self._model.coordinates.independent())
-            self._own.slide(k, at.kept.friction, at.kept.state.v)
+            self._frictions.slide(k, at.kept.friction, at.kept.state.v)
         elif what is Happens.RESTS:
-            self._own.stopped = k
+            self._frictions.stopped = k
         elif what is Happens.CHANGES_SIDES:
-            self._own.side[k] *= -1
+            self._frictions.side[k] *= -1
 
 
 def _speed(row: FloatArray, way: float, since: float) -> Value:
@@ -255,7 +255,7 @@ class KinkWatch:
         """Passage of a kink that comes first within a step; None if there is none."""
         if not self._model.loads.bent:
             return None
-        now, found = _along(self._model, step), []
+        now, passages = _along(self._model, step), []
         for load in self._model.loads.bent:
             values = load.switches(now)
             largest = np.maximum(self._largest.get(load, 0.0), np.abs(values).max(axis=1))
@@ -269,8 +269,8 @@ class KinkWatch:
                 part = first_fall(value, partial(chebyshev_sum, slopes), (0.0, 1.0))
                 if part is not None:
                     rate = chebyshev_sum(slopes, part) / (ways[k] * step.h)
-                    found.append(Event(step.t + part * step.h, KinkGuard(self, load, k, rate)))
-        return min(found, key=lambda event: event.time, default=None)
+                    passages.append(Event(step.t + part * step.h, KinkGuard(self, load, k, rate)))
+        return min(passages, key=lambda event: event.time, default=None)
 
     def at_end(self, load: LoadSize, step: Step) -> FloatArray:
         """Switches (kinks,) of a load at the end of a step."""
@@ -353,8 +353,8 @@ class Overlooked:
         """`end` (s) is that of the run."""
         self._model, self._end = model, end
         self._cells = {
-            one: _Cells(one.expression) if one.expression.of_a_place else None
-            for one in model.loads.of_state
+            size: _Cells(size.expression) if size.expression.of_a_place else None
+            for size in model.loads.of_state
         }
 
     def part(self, step: Step, allowed: float) -> float:
@@ -384,7 +384,9 @@ class Overlooked:
             rates = scale[:, None] * (COEFFICIENTS @ np.array(along[number].sensed).T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
             bounds = _AlongStep(clock + step.t, rates).bounds
-            for addend in (one for one in given.formula.expression.addends if not one.of_time):
+            for addend in (
+                addend for addend in given.formula.expression.addends if not addend.of_time
+            ):
                 edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, bounds)
                 short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
                 inner = np.union1d(edges[short], edges[short + 1]) - ends[0]
@@ -440,7 +442,7 @@ class EventFinder:
         self._lengths = self._contacts.length
         self._endless = np.isinf(self._lengths)
         self._held = np.array(
-            [getattr(own, "side", 1.0) == 0 for own in self._contacts.all], dtype=bool
+            [getattr(contact, "side", 1.0) == 0 for contact in self._contacts.all], dtype=bool
         )
         self._pairs = slice(self._count, None)  # of link and guide: they follow the scene's
         self._poses = model.contacts.poses
@@ -474,21 +476,21 @@ class EventFinder:
     def first(self, step: Step, end: TreeState) -> Event | None:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
-        found = self._ends_of_pieces(step, end)
+        happening = self._ends_of_pieces(step, end)
         if len(self._contacts.all):
             nodes = self._at_nodes(step.stages.kept.state.pick(slice(-1)), end)
             path, watched = self._path(nodes, end)
-            found += self._changes_of_contacts(step, nodes, end, (path, watched))
+            happening += self._changes_of_contacts(step, nodes, end, (path, watched))
             pairs = path.of(np.flatnonzero(watched >= self._count))
             if (touched := self._touch_of_pairs(step, pairs)) is not None:
-                found.append(touched)
+                happening.append(touched)
         if (kink := self.kinks.first(step)) is not None:
-            found.append(kink)
-        found += self.frictions.events(step)
+            happening.append(kink)
+        happening += self.frictions.events(step)
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
-            found.append(Event(time, self._changes.turns_guard()))
-        return min(found, key=lambda event: event.time, default=None)
+            happening.append(Event(time, self._changes.turns_guard()))
+        return min(happening, key=lambda event: event.time, default=None)
 
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
@@ -536,10 +538,10 @@ class EventFinder:
         at_once = self.changed_pairs(step.t)
         if at_once:
             return Event(step.t, self._changes.contact_guard(at_once[0]))
-        found = first_of(restless, path, lengths, pressing, step.h)
-        if found is None:
+        touch = first_of(restless, path, lengths, pressing, step.h)
+        if touch is None:
             return None
-        part, pair = found
+        part, pair = touch
         return Event(step.t + part * step.h, self._changes.contact_guard(self._count + pair))
 
     # --- ends of pieces -----------------------------------------------------------------------
@@ -575,8 +577,8 @@ class EventFinder:
         if not followed:
             return []
         nodes = np.vstack([stages.x[:-1], end.x]), passed
-        found = [self._end_of_piece(step, *one, nodes) for one in followed]
-        return [event for event in found if event is not None]
+        passages = [self._end_of_piece(step, *point_followed, nodes) for point_followed in followed]
+        return [event for event in passages if event is not None]
 
     def _end_of_piece(
         self, step: Step, point: Followed, place: PlaceOf, nodes: tuple[FloatArray, FloatArray]

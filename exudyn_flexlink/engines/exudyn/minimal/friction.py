@@ -191,9 +191,11 @@ class RigidContacts:
     def __init__(self, contacts: TreeContacts, touches: Touches) -> None:
         self._touches, self._contacts = touches, contacts
         self.all = {
-            k: RigidContact(own.name, own.law.restitution, own.law.tangential, own.friction)
-            for k, own in enumerate(contacts.all)
-            if isinstance(own.law, Impulse)
+            k: RigidContact(
+                contact.name, contact.law.restitution, contact.law.tangential, contact.friction
+            )
+            for k, contact in enumerate(contacts.all)
+            if isinstance(contact.law, Impulse)
         }
 
     def closed(self) -> list[int]:
@@ -211,12 +213,12 @@ class RigidContacts:
 
     def rubbed(self, which: Sequence[int], slip: FloatArray) -> FloatArray:
         """Friction (..., c) of some contacts that press by 1 N, by their slip (..., c), m/s."""
-        found = np.zeros(slip.shape)
+        rubbed_by = np.zeros(slip.shape)
         for c, k in enumerate(which):
             rub = self.all[k].friction
             if rub is not None:
-                found[..., c] = rub.force(1.0, slip[..., c])
-        return found
+                rubbed_by[..., c] = rub.force(1.0, slip[..., c])
+        return rubbed_by
 
     def pushing(
         self, which: Sequence[int], gaps: Gaps, state: TreeState
@@ -275,7 +277,11 @@ class RigidContacts:
         state: TreeState = at.kept.state
         gaps = self.gaps(which, state.pick(None)).pick(0)
         slid = state.transform.reduced_rows(gaps.slides)
-        rubs = [(own.coefficient, own.slip_speed) for k in which if (own := self.all[k].friction)]
+        rubs = [
+            (friction.coefficient, friction.slip_speed)
+            for k in which
+            if (friction := self.all[k].friction)
+        ]
         coefficient, slip_speed = np.array(rubs).T
         steep = coefficient**2 - self.rubbed(which, gaps.slip) ** 2
         steep *= at.kept.pushes[which, 0] / (coefficient * slip_speed)
@@ -314,15 +320,15 @@ def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> 
     root, ways = np.sqrt(values[moves]), ways[:, moves]
     most = np.maximum(bound, LEAST_BOUND) / scale
     wanted = -(free * scale) @ ways / root
-    found = lsq_linear((ways * root).T, wanted, (-most, most), "bvls", tol=SOLVED)
-    at_bounds = found.active_mask != 0
-    return np.asarray(np.where(at_bounds, found.active_mask * bound, found.x * scale))
+    solved = lsq_linear((ways * root).T, wanted, (-most, most), "bvls", tol=SOLVED)
+    at_bounds = solved.active_mask != 0
+    return np.asarray(np.where(at_bounds, solved.active_mask * bound, solved.x * scale))
 
 
 def scaled_inverse(mobility: FloatArray) -> FloatArray:
     """Inverse of mobilities (..., c, c), least where joints depend; zero where none can move."""
-    own = np.diagonal(mobility, axis1=-2, axis2=-1)
-    scale = np.divide(1.0, np.sqrt(own), where=own > 0, out=np.zeros(own.shape))
+    diagonals = np.diagonal(mobility, axis1=-2, axis2=-1)
+    scale = np.divide(1.0, np.sqrt(diagonals), where=diagonals > 0, out=np.zeros(diagonals.shape))
     both = scale[..., :, None] * scale[..., None, :]
     return np.asarray(least_inverse(mobility * both) * both)
 
@@ -337,8 +343,8 @@ def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
     count, group_of = connected_components(np.abs(coupled) > COUPLED)
     for group in range(count):
         block = np.flatnonzero(group_of == group)
-        own = coupled[np.ix_(block, block)]
-        if np.linalg.matrix_rank(own, COUPLED, hermitian=True) < len(block):
+        coupling = coupled[np.ix_(block, block)]
+        if np.linalg.matrix_rank(coupling, COUPLED, hermitian=True) < len(block):
             yield held[block]
 
 
@@ -356,7 +362,7 @@ def least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArr
         done = (by_motion * torque / bound).sum(axis=1) / np.abs(by_motion).sum(axis=1)
         return np.asarray(np.sign(by_motion) * done[:, None] * bound)
     columns = zip(torque / bound, ways, sizes, strict=True)
-    return np.array([_least_largest(*own) for own in columns]) * bound
+    return np.array([_least_largest(*column) for column in columns]) * bound
 
 
 def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> FloatArray:
@@ -366,8 +372,8 @@ def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> Flo
     within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
     held = np.hstack([arms, np.zeros((len(arms), 1))])
     cost = np.append(np.zeros(count), 1.0)
-    found = linprog(cost, within, np.zeros(2 * count), held, whole, (None, None))
-    least = part if found.x is None else found.x[:count]
+    solved = linprog(cost, within, np.zeros(2 * count), held, whole, (None, None))
+    least = part if solved.x is None else solved.x[:count]
     return np.asarray(least + arms.T @ (whole - arms @ least))
 
 
@@ -416,11 +422,15 @@ class JointFrictions:
     ) -> None:
         self.all, self._coordinates = frictions, coordinates
         count, links = len(frictions), len(layout.links)
-        self.rows = np.array([_row(layout, own) for own in frictions]).reshape(count, links)
-        self._constant = np.array([own.constant for own in frictions])
-        self._share = np.array([own.share for own in frictions])
-        self._slides = np.array([not isinstance(own.joint, Pin) for own in frictions], dtype=bool)
-        sharing = {own.name: k for k, own in enumerate(frictions) if own.share > 0}
+        self.rows = np.array([_row(layout, friction) for friction in frictions]).reshape(
+            count, links
+        )
+        self._constant = np.array([friction.constant for friction in frictions])
+        self._share = np.array([friction.share for friction in frictions])
+        self._slides = np.array(
+            [not isinstance(friction.joint, Pin) for friction in frictions], dtype=bool
+        )
+        sharing = {friction.name: k for k, friction in enumerate(frictions) if friction.share > 0}
         self._felt = {k: layout.felt[name] for name, k in sharing.items() if name in layout.felt}
         closing = [joint.name for joint in layout.closures]
         self._closing = {k: closing.index(name) for name, k in sharing.items() if name in closing}
@@ -478,14 +488,14 @@ class JointFrictions:
 
         Of a pin both components, in axes of its own; of a slide that across its line alone.
         """
-        found = np.zeros((*excess.shape[:2], len(self.all), 2))
+        total = np.zeros((*excess.shape[:2], len(self.all), 2))
         if isinstance(self._coordinates, ClosedCoordinates):
-            excess, own = self._coordinates.held_by_loops(state, excess)
+            excess, held = self._coordinates.held_by_loops(state, excess)
             for k, joint in self._closing.items():
-                found[:, :, k] = own[:, :, joint]
+                total[:, :, k] = held[:, :, joint]
         for k, links in self._felt.items():
-            found[:, :, k, : len(links)] = excess[:, :, links]
-        return found
+            total[:, :, k, : len(links)] = excess[:, :, links]
+        return total
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -513,8 +523,8 @@ class JointFrictions:
         bound = self._bound(known, torque)
         for block in dependent(known.mobility[0], held):
             for _ in range(FEW_ROUNDS if self._share.any() else 1):
-                own = torque[:, block], bound[:, block], known.free[:, block]
-                torque[:, block] = least_part(*own)
+                columns = torque[:, block], bound[:, block], known.free[:, block]
+                torque[:, block] = least_part(*columns)
                 bound = self._bound(known, torque)
         felt = _felt(known, torque)
         rests = np.broadcast_to(self.way == 0, torque.shape)
@@ -589,12 +599,12 @@ class JointFrictions:
         resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(every)))
         for _ in range(MOST_ROUNDS):
             bound = self._bound(known, torque)
-            found = -way * bound
-            found[0, resting] = 0.0
-            left = known.away[0] + known.mobility[0] @ found[0]
+            limits = -way * bound
+            limits[0, resting] = 0.0
+            left = known.away[0] + known.mobility[0] @ limits[0]
             within = known.mobility[0][np.ix_(resting, resting)], left[resting]
-            found[0, resting] = within_bounds(*within, bound[0, resting])
-            change, torque = np.abs(found - torque).max(), found
+            limits[0, resting] = within_bounds(*within, bound[0, resting])
+            change, torque = np.abs(limits - torque).max(), limits
             if change <= ROUNDING * np.abs(torque).max():
                 break
         parts = known.mobility[0] * torque[0]

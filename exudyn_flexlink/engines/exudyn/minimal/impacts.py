@@ -132,8 +132,8 @@ def rubbing(moved: FloatArray, laws: Sequence[RigidContact]) -> list[int]:
 
     """
     rough = [c for c, law in enumerate(laws) if law.friction is not None]
-    own = np.sqrt(np.einsum("icic->ic", moved))
-    felt = (np.abs(moved) > NOTHING_PASSED_ON * own[..., None, None] * own).any((0, 2))
+    sizes = np.sqrt(np.einsum("icic->ic", moved))
+    felt = (np.abs(moved) > NOTHING_PASSED_ON * sizes[..., None, None] * sizes).any((0, 2))
     for c in rough:
         if np.count_nonzero(felt[c]) > 1:
             names = ", ".join(f"'{laws[k].name}'" for k in np.flatnonzero(felt[c]).tolist())
@@ -143,9 +143,9 @@ def rubbing(moved: FloatArray, laws: Sequence[RigidContact]) -> list[int]:
 
 def _meeting(moved: FloatArray, gaps: Gaps, c: int, name: str) -> Meeting:
     """What an impact of contact c moves, by `inverse_masses`."""
-    found = moved[1, c, 1, c], moved[0, c, 0, c], moved[0, c, 1, c]
-    along, own, both = map(float, found)
-    return Meeting(along, own, both, float(gaps.slip[c]), float(gaps.touching[c, 1]), name)
+    mobilities = moved[1, c, 1, c], moved[0, c, 0, c], moved[0, c, 1, c]
+    along, of_normal, both = map(float, mobilities)
+    return Meeting(along, of_normal, both, float(gaps.slip[c]), float(gaps.touching[c, 1]), name)
 
 
 def _rubbed(meeting: Meeting, law: RigidContact, restitution: float) -> tuple[float, float]:
@@ -244,8 +244,8 @@ class Impacts:
         coordinates.settle(time, end, np.zeros(len(z)))
         self.finder.look_again(end)
         for c, k in enumerate(which):
-            own = (jump.impulse[c], jump.lost[c], jump.motor_work[c])
-            self.recorder.leap(k, *map(float, own))
+            totals = (jump.impulse[c], jump.lost[c], jump.motor_work[c])
+            self.recorder.leap(k, *map(float, totals))
             if not over[c] and jump.impulse[c] > 0:
                 hit = _interval(time, float(before.place[k]), jump, c)
                 self.model.touches.bounce(k, hit)

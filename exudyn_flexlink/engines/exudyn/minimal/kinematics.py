@@ -76,16 +76,16 @@ class Transform:
         """T times independent values (..., independent): those of all coordinates."""
         if self.chosen is None:
             return np.asarray((self.matrix @ free[..., None])[..., 0])
-        found = np.zeros((*free.shape[:-1], len(self.matrix)))
-        found[..., self.chosen] = free
-        return found
+        whole = np.zeros((*free.shape[:-1], len(self.matrix)))
+        whole[..., self.chosen] = free
+        return whole
 
 
-def picked(own: Any, which: Which) -> Any:
+def picked(value: Any, which: Which) -> Any:
     """Arrays, or tuples of them, at one of several instants, the first axis, or at some of them."""
-    if isinstance(own, tuple):
-        return type(own)._make([picked(part, which) for part in own])  # type: ignore[attr-defined]
-    return None if own is None else own[which]
+    if isinstance(value, tuple):
+        return type(value)._make([picked(part, which) for part in value])  # type: ignore[attr-defined]
+    return None if value is None else value[which]
 
 
 def joined(parts: Sequence[Any]) -> Any:
@@ -96,7 +96,7 @@ def joined(parts: Sequence[Any]) -> Any:
         return type(first)._make(map(joined, columns))  # type: ignore[attr-defined]
     if isinstance(first, Transform):
         chosen = first.chosen is not None
-        return first if chosen else Transform(np.concatenate([own.matrix for own in parts]))
+        return first if chosen else Transform(np.concatenate([part.matrix for part in parts]))
     return None if first is None else np.concatenate(parts)
 
 
@@ -189,8 +189,8 @@ class LinkKinematics:
 
     def moves(self, at: Places, points: Points) -> ComplexArray:
         """Derivatives (..., points, links) of points by the coordinates."""
-        found = self.carries(at, points.places(at))
-        return np.asarray(np.where(self.moved_by[points.links], found, 0.0))
+        carried = self.carries(at, points.places(at))
+        return np.asarray(np.where(self.moved_by[points.links], carried, 0.0))
 
     def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) of points as if every link carried them."""
@@ -237,9 +237,9 @@ def motions(
     at = kinematics.places(x)
     rates = kinematics.rates(at, x, v)
     bends = kinematics.bends(at, rates, x, v, a)
-    own = np.array([frame.angle for frame in frames])
+    angles = np.array([frame.angle for frame in frames])
     return Motions(
-        _poses(origins.places(at), at.angle[..., origins.links] + own),
+        _poses(origins.places(at), at.angle[..., origins.links] + angles),
         _poses(origins.rates(at, rates), rates.angle[..., origins.links]),
         _poses(origins.bends(at, rates, bends), bends.angle[..., origins.links]),
     )
@@ -263,10 +263,10 @@ def falls(
     count, moved = len(x), np.diag(BESIDE / lengths)
     ways, still = np.concatenate([moved, -moved]), np.zeros((2 * count, count))
     try:
-        found = push(x + np.concatenate([ways, still]), v + np.concatenate([still, ways]))
+        pushes = push(x + np.concatenate([ways, still]), v + np.concatenate([still, ways]))
     except ArithmeticError:
         return np.zeros((count, count)), np.zeros((count, count))
-    ahead, behind, faster, slower = found.reshape(4, count, count)
+    ahead, behind, faster, slower = pushes.reshape(4, count, count)
     half = 0.5 * lengths / BESIDE
     return (behind - ahead).T * half, (slower - faster).T * half
 
@@ -288,8 +288,8 @@ def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArra
         pose[i], rate[i] = _link_state(layout, link.parts[0], q, v)
         if above != ROOT and not (layout.links[above].parts or layout.links[above].held):
             # A free group: its two slides are its place, from which its own frame is turned only.
-            for found, at in ((x, pose[i]), (speed, rate[i])):
-                found[i - 2 : i + 1] = at[0].real, at[0].imag, at[1].real
+            for column, at in ((x, pose[i]), (speed, rate[i])):
+                column[i - 2 : i + 1] = at[0].real, at[0].imag, at[1].real
             continue
         angle, turning = pose[above, 1].real + link.turn, rate[above, 1].real
         if link.kind == HINGE:
@@ -431,13 +431,13 @@ class SlotGuide(TrackPoint):
         while part > LEAST_PART:
             ahead = min(1.0, done + part)
             at, before = self._turned + ahead * way, self._turned + done * way
-            found = self._newton((cos(at), sin(at)), u, (cos(before), sin(before)))
-            if found is None:
+            foot = self._newton((cos(at), sin(at)), u, (cos(before), sin(before)))
+            if foot is None:
                 part /= 2
             elif ahead == 1.0:
-                return found
+                return foot
             else:
-                u, done, part = found, ahead, 2 * part
+                u, done, part = foot, ahead, 2 * part
         if self.grazes(self._turned + done * way, u):
             raise DeadCentreError(AT_DEAD_CENTRE)
         raise DeadCentreError("the guide's axis misses the track")

@@ -143,12 +143,12 @@ class Springs:
             rest = (spring.rest_angle or 0.0) - layout.turn(first, second)
             self._add(layout.turning_row(first, second), spring, rest)
         between = []
-        for own in mechanism.linear_springs:
-            row = None if own.slide is None else layout.sliding_row(own.slide)
+        for linear in mechanism.linear_springs:
+            row = None if linear.slide is None else layout.sliding_row(linear.slide)
             if row is None:
-                between.append(own)
+                between.append(linear)
             else:
-                self._add(row, own, own.length or 0.0)
+                self._add(row, linear, linear.length or 0.0)
         self._between = LinearSprings(layout, kinematics, between)
         self.straight = not between
         self.pulls = self.pulls or not self.straight
@@ -238,8 +238,8 @@ class _Length:
 
     def rows(self, now: Now) -> FloatArray:
         """Derivatives (n, links) by the coordinates; where both points meet there are none."""
-        found = self._ends.look(now.places)
-        return np.asarray((found.along.conj() * found.moved[:, 0]).real)
+        look = self._ends.look(now.places)
+        return np.asarray((look.along.conj() * look.moved[:, 0]).real)
 
 
 class _Place:
@@ -292,8 +292,8 @@ class LoadSize:
 
     def sensed(self, now: Now) -> list[FloatArray]:
         """What it senses (n,), in order, and the sides (n,) of its kinks."""
-        found = [sense.value(now) for sense in self.senses]
-        return found + [np.full(now.t.shape, side) for side in self.sides]
+        values = [sense.value(now) for sense in self.senses]
+        return values + [np.full(now.t.shape, side) for side in self.sides]
 
     @property
     def kinks(self) -> int:
@@ -366,7 +366,9 @@ class Loads:
         self.drives_by_formula = any(size.formula for load in self._drives for size in load.sizes)
         self.of_state = [size.formula for size in sizes if size.formula and size.senses]
         self.bent = [size for size in sizes if size.kinks]
-        self.stiff = bool(mechanism.forces or self._springs) or any(one.senses for one in sizes)
+        self.stiff = bool(mechanism.forces or self._springs) or any(
+            load_size.senses for load_size in sizes
+        )
 
     def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (n, links) at instants (n,), coordinates and speeds (n, links).
@@ -384,7 +386,7 @@ class Loads:
         now = self.now(t, x, v)
         of_drives, of_springs = np.zeros((2, *x.shape))
         for onto, loads in ((of_drives, self._drives), (of_springs, self._springs)):
-            for size, unit in (one for load in loads for one in load.units(now)):
+            for size, unit in (load_unit for load in loads for load_unit in load.units(now)):
                 onto[:] += size.value(now)[:, None] * unit
         return of_drives + of_springs, (of_drives * v).sum(axis=1)
 

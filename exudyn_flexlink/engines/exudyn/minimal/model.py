@@ -72,7 +72,7 @@ class TreeForces(NamedTuple):
 
     def pick(self, which: Which) -> TreeForces:
         """Return one of several instants, or some of them: see `coordinates.TreeState`."""
-        return TreeForces._make(picked(own, which) for own in self)
+        return TreeForces._make(picked(column, which) for column in self)
 
 
 class MinimalModel:
@@ -86,9 +86,9 @@ class MinimalModel:
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
         # Parts may turn about any point that is referred to: no single one tells of an angle.
-        own = [((0.0, 0.0), *part.points) for part in mechanism.parts]
+        outlines = [((0.0, 0.0), *part.points) for part in mechanism.parts]
         self._points = Points(
-            layout, [Anchor(i, *at) for i, all_of in enumerate(own) for at in all_of]
+            layout, [Anchor(i, *at) for i, all_of in enumerate(outlines) for at in all_of]
         )
         # How far (m) a unit of each coordinate moves a point.
         lengths = np.abs(self._moves_of_points(self.start[0])).max(0, initial=0.0)
@@ -250,14 +250,14 @@ class MinimalModel:
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
         x, v = whole.state.x, whole.state.v
-        found, acting = [], self.contacts.acting(self.touches.pressing)
+        slopes_of, acting = [], self.contacts.acting(self.touches.pressing)
         if acting is not None and whole.push is not None:
             moving, approach = self.kinematics.moving(x, v), self.touches.approach[acting.which]
-            found.append(acting.slopes(whole.push, moving, approach))
+            slopes_of.append(acting.slopes(whole.push, moving, approach))
         if self.loads.stiff:
             push = partial(self.loads.push, np.full(4 * len(x), float(whole.t)))
-            found.append(falls(push, x, v, self._lengths))
-        return [slopes for slopes in found if slopes is not None]
+            slopes_of.append(falls(push, x, v, self._lengths))
+        return [slopes for slopes in slopes_of if slopes is not None]
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
@@ -301,8 +301,8 @@ class MinimalModel:
 
     def places(self, at: Evaluation) -> Sequence[float]:
         """Places of the slots' points on their present pieces."""
-        found: list[float] = at.kept.state.places.tolist()
-        return found
+        places_now: list[float] = at.kept.state.places.tolist()
+        return places_now
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""

@@ -166,12 +166,12 @@ class MinimalProblem:
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
-        end, found = self._look(step)[1:]
+        end, states = self._look(step)[1:]
         self._first = inf
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self.finder.accept(end)
-        self.recorder.take(step, found)
+        self.recorder.take(step, states)
         gaps, pressed = self.finder.seen.gap, self.model.touches.pressed
         if (broken := self.model.contacts.broken(gaps, pressed)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
@@ -185,8 +185,8 @@ class MinimalProblem:
             times = self.recorder.instants(step)
             q, v = step.at(times)
             q[-1], v[-1] = step.finish.q, step.finish.v
-            found = self.model.states(times, q, v)
-            self._looked = _Looked(step, found.pick(-1), found)
+            states = self.model.states(times, q, v)
+            self._looked = _Looked(step, states.pick(-1), states)
         return self._looked
 
     def longest(self, at: Evaluation) -> float:

@@ -44,7 +44,7 @@ class TreeKept(NamedTuple):
 class _Waiting(NamedTuple):
     """A step, and instants in it, s: `samples` of them, then the stages of its parts.
 
-    `edges` (s) are where its parts end and begin; `found` are all coordinates at the instants, and
+    `edges` (s) are where its parts end and begin; `states` are all coordinates at the instants, and
     then at its end.
     """
 
@@ -52,7 +52,7 @@ class _Waiting(NamedTuple):
     t: FloatArray
     samples: int
     edges: FloatArray
-    found: TreeState
+    states: TreeState
 
 
 class Recorder(BlockRecorder):
@@ -106,12 +106,12 @@ class Recorder(BlockRecorder):
         inner = samples[first:last]
         return np.concatenate([ends[:1], inner[:: 1 + len(inner) // MOST_PARTS], ends[1:]])
 
-    def take(self, step: Step, found: TreeState) -> None:
-        """Take a step with what was `found` at its `instants`."""
+    def take(self, step: Step, states: TreeState) -> None:
+        """Take a step with all coordinates at its `instants`."""
         samples, t = self._due(step.end), self.instants(step)
-        self._waiting.append(_Waiting(step, t, len(samples), self._edges(step, samples), found))
+        self._waiting.append(_Waiting(step, t, len(samples), self._edges(step, samples), states))
         self._pass(step.end)
-        instants = sum(len(one.t) for one in self._waiting)
+        instants = sum(len(wait.t) for wait in self._waiting)
         # A drive by a formula without a value ends the run where it has none.
         long = len(self._waiting) >= AT_ONCE or instants > MOST_INSTANTS
         if self.model.loads.drives_by_formula or long:
@@ -122,33 +122,37 @@ class Recorder(BlockRecorder):
         waiting, self._waiting = self._waiting, []
         if not waiting:
             return
-        found, free = [], []
-        for step in (one.step for one in waiting):
+        evaluations, free = [], []
+        for step in (wait.step for wait in waiting):
             begin = step.begin.pick(None)
-            found += [begin, step.stages]
+            evaluations += [begin, step.stages]
             # At the stages those of the polynomial: so energies are balanced as the motion is.
             free += [begin.accelerations, step.accelerations]
-        state = joined([one.found for one in waiting])
-        t = np.concatenate([one.t for one in waiting])
-        last = np.cumsum([len(one.t) for one in waiting]) - 1
+        state = joined([wait.states for wait in waiting])
+        t = np.concatenate([wait.t for wait in waiting])
+        last = np.cumsum([len(wait.t) for wait in waiting]) - 1
         inner = np.delete(np.arange(len(t)), last)
         if len(inner):
-            found.append(self.model.forces_at(t[inner], state.pick(inner)))
-            free.append(found[-1].accelerations)
-        whole: Evaluation = joined(found)
+            evaluations.append(self.model.forces_at(t[inner], state.pick(inner)))
+            free.append(evaluations[-1].accelerations)
+        whole: Evaluation = joined(evaluations)
         known = self._known(whole, np.concatenate(free))
         rates, steps, ends = self._rates(whole, known), _steps(waiting), state.pick(last)
         # What is kept of the ends of steps are accelerations and forces of the equations, too.
         rows = steps.nodes[:, -1]
         solved = whole.pick(rows)
         for column, found_there in zip(
-            known.own, self._known(solved, solved.accelerations).own, strict=True
+            known.of_engine, self._known(solved, solved.accelerations).of_engine, strict=True
         ):
             column[rows] = found_there
         # The last round of a step's iteration moved its end away from the last stage.
         at = known.pick(rows)
-        which = np.cumsum([len(one.edges) - 1 for one in waiting]) - 1
-        at.own.x[which], at.own.v[which], at.places[which] = ends.x, ends.v, self._places(ends)
+        which = np.cumsum([len(wait.edges) - 1 for wait in waiting]) - 1
+        at.of_engine.x[which], at.of_engine.v[which], at.places[which] = (
+            ends.x,
+            ends.v,
+            self._places(ends),
+        )
         self._book(steps, known, rates, at)
 
     # --- what is known ------------------------------------------------------------------------
@@ -161,9 +165,9 @@ class Recorder(BlockRecorder):
         forces = (whole.mass @ a[:, :, None])[:, :, 0] - whole.force
         press = whole.pushes[..., 0]
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
-        own = TreeKept(state.x, state.v, a, forces, *whole.friction[..., [0, 3]].T.swapaxes(1, 2))
+        kept = TreeKept(state.x, state.v, a, forces, *whole.friction[..., [0, 3]].T.swapaxes(1, 2))
         totals = np.zeros((count, 2 + self.frictions))
-        return Kept(whole.t, self._places(state), press, pressed, totals, own)
+        return Kept(whole.t, self._places(state), press, pressed, totals, kept)
 
     def _places(self, state: TreeState) -> FloatArray:
         """Places (m, slots) on the whole curves, in the order of the mechanism's slots."""
@@ -175,19 +179,19 @@ class Recorder(BlockRecorder):
     def _rates(self, at: Evaluation, known: Kept) -> Totals:
         """Rates (m, ...) of the totals at instants."""
         whole: TreeForces = at.kept
-        own, rates = known.own, self._totals(len(known.t))
+        kept, rates = known.of_engine, self._totals(len(known.t))
         if self.frictions:
-            rates.rubbed[:] = -own.friction * (own.v @ self.model.frictions.rows.T)
-        rates.damped[:] = self.model.all_springs.lost(own.x, own.v)
-        rates.supplied[:] = (own.forces * own.v).sum(axis=1) + whole.supply
+            rates.rubbed[:] = -kept.friction * (kept.v @ self.model.frictions.rows.T)
+        rates.damped[:] = self.model.all_springs.lost(kept.x, kept.v)
+        rates.supplied[:] = (kept.forces * kept.v).sum(axis=1) + whole.supply
         rates.impulses[:], rates.losses[:] = known.press, whole.pushes[..., 1]
         return rates
 
     def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (m, parts, 3) at instants that are kept."""
-        x, v = at.own.x, at.own.v
-        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
-        return found.poses, found.rates
+        x, v = at.of_engine.x, at.of_engine.v
+        moved = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
+        return moved.poses, moved.rates
 
 
 def _steps(waiting: list[_Waiting]) -> Steps:
@@ -197,19 +201,19 @@ def _steps(waiting: list[_Waiting]) -> Steps:
     """
     begins, lengths, nodes, samples, of = [], [], [], [], []
     count, row = 0, len(waiting) * len(ROWS)
-    for k, one in enumerate(waiting):
-        own, parts = len(ROWS) * k + ROWS[None], len(one.edges) - 1
-        inner = row + np.arange(one.samples)
+    for k, wait in enumerate(waiting):
+        nodes_of, parts = len(ROWS) * k + ROWS[None], len(wait.edges) - 1
+        inner = row + np.arange(wait.samples)
         if parts > 1:
-            stages = row + one.samples + np.arange(parts * STAGES).reshape(parts, STAGES)
-            own = np.column_stack([[own[0, 0], *stages[:-1, -1]], stages])
-        begins.append(one.edges[:-1])
-        lengths.append(np.diff(one.edges) if parts > 1 else np.array([one.step.h]))
-        nodes.append(own)
+            stages = row + wait.samples + np.arange(parts * STAGES).reshape(parts, STAGES)
+            nodes_of = np.column_stack([[nodes_of[0, 0], *stages[:-1, -1]], stages])
+        begins.append(wait.edges[:-1])
+        lengths.append(np.diff(wait.edges) if parts > 1 else np.array([wait.step.h]))
+        nodes.append(nodes_of)
         samples.append(inner)
         # A sample where one part ends is in that one.
-        part = np.searchsorted(one.edges[1:-1], one.t[: one.samples])
+        part = np.searchsorted(wait.edges[1:-1], wait.t[: wait.samples])
         of.append(count + part)
-        count, row = count + parts, row + len(one.t) - 1
+        count, row = count + parts, row + len(wait.t) - 1
     columns = begins, lengths, nodes, samples, of
-    return Steps._make(np.concatenate(own) for own in columns)
+    return Steps._make(np.concatenate(column) for column in columns)

@@ -79,23 +79,23 @@ def reactions_of(
     """
     if isinstance(model.coordinates, ClosedCoordinates):
         return _of_closures(model, x, places, forces, poses)
-    found = Reactions()
+    reactions = Reactions()
     number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
     for guided in model.layout.slots:
         force = _guided(guided, x, places[:, number[guided.slot.name]], forces)
-        found.forces[guided.slot.name] = force
-        found.on_parts.append((guided.slot.anchor.part, force))
+        reactions.forces[guided.slot.name] = force
+        reactions.on_parts.append((guided.slot.anchor.part, force))
     for ride in model.layout.rides:
         force = forces[:, ride.along]
-        found.forces[ride.slot.name] = force
-        found.on_parts.append((ride.slot.anchor.part, force))
+        reactions.forces[ride.slot.name] = force
+        reactions.on_parts.append((ride.slot.anchor.part, force))
     for link, (motor, sign) in model.layout.motors.items():
         torque = forces[:, link].copy()
         for guided in model.layout.slots:
             if guided.turning == link:
-                torque -= _moment(model, guided, x, found.forces[guided.slot.name])
-        found.torques[motor.name] = sign * torque
-    return found
+                torque -= _moment(model, guided, x, reactions.forces[guided.slot.name])
+        reactions.torques[motor.name] = sign * torque
+    return reactions
 
 
 def _guided(
@@ -125,33 +125,33 @@ def _of_closures(
     closures, motors = coordinates.closures, model.layout.motors
     at = closures.where_on(x, _track(coordinates, places))
     multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
-    found = Reactions()
-    found.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
-    teeth = tooth_pushes((gear for _, gear in closures.gears), found.gears, poses)
-    found.on_parts += [(push.part, push.force) for push in teeth]
+    reactions = Reactions()
+    reactions.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
+    teeth = tooth_pushes((gear for _, gear in closures.gears), reactions.gears, poses)
+    reactions.on_parts += [(push.part, push.force) for push in teeth]
     in_joints = closures.forces(at, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.
     rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
-    for joint, (first, second), own in rows:
-        force = np.stack([own.real, own.imag], axis=-1)
-        force = found.forces[joint.name] = without_teeth(joint.name, force, teeth)
-        found.on_parts += [(second, force), (first, -force)]
+    for joint, (first, second), reaction in rows:
+        force = np.stack([reaction.real, reaction.imag], axis=-1)
+        force = reactions.forces[joint.name] = without_teeth(joint.name, force, teeth)
+        reactions.on_parts += [(second, force), (first, -force)]
     for row, motor in closures.motors:
-        found.torques[motor.name] = multipliers[:, row]
+        reactions.torques[motor.name] = multipliers[:, row]
     for link, (motor, sign) in motors.items():
-        found.torques[motor.name] = sign * rest[:, link]
-    return found
+        reactions.torques[motor.name] = sign * rest[:, link]
+    return reactions
 
 
 def _track(coordinates: ClosedCoordinates, places: FloatArray) -> Track | None:
     """Slots' curves at places (n, slots) on the whole of them."""
     if not coordinates.points:
         return None
-    found = np.zeros((3, *places.shape), dtype=complex)
+    columns = np.zeros((3, *places.shape), dtype=complex)
     for k, point in enumerate(coordinates.points):
         vectors = np.array(point.slot.curve.derivatives(places[:, k]))
-        found[:, :, k] = vectors[..., 0] + 1j * vectors[..., 1]
-    return Track(*found)
+        columns[:, :, k] = vectors[..., 0] + 1j * vectors[..., 1]
+    return Track(*columns)
 
 
 def _multipliers(
@@ -192,9 +192,9 @@ class RunReader:
         self.run = run
         self.model, self.mechanism = run.model, run.model.assembly.mechanism
         self.kept = run.recorder.all_kept()
-        own: TreeKept = self.kept.own
+        kept: TreeKept = self.kept.of_engine
         self.time, model = self.kept.t, self.model
-        self.moved: Motions = motions(model.layout, model.kinematics, own.x, own.v, own.a)
+        self.moved: Motions = motions(model.layout, model.kinematics, kept.x, kept.v, kept.a)
         self.pulls = {
             spring: spring_force(spring, self.moved.poses, self.moved.rates)
             for spring in self.mechanism.linear_springs
@@ -207,7 +207,9 @@ class RunReader:
         self.force_parts = {
             force.name: (force.point.part, GROUND) for force in self.mechanism.forces
         }
-        self.reactions = reactions_of(model, own.x, self.kept.places, own.forces, self.moved.poses)
+        self.reactions = reactions_of(
+            model, kept.x, self.kept.places, kept.forces, self.moved.poses
+        )
         for motor in self.mechanism.speed_motors:
             if motor.slide:
                 line = line_of(motor.slide, self.moved.poses)
@@ -216,19 +218,19 @@ class RunReader:
 
     def _pressing(self) -> list[tuple[Contact, FloatArray]]:
         """Forces (samples, 2) of contacts on the first parts, N."""
-        found, pressed = [], self.kept.pressed
+        points, pressed = [], self.kept.pressed
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = self.run.recorder.contacts[k], pressed[:, k]
             at = self.moved.poses[rows], self.moved.rates[rows]
             push = np.zeros((len(rows), 2))
             push[rows] = push_of(contact, *at, self.kept.press[rows, k])
-            found.append((contact, push))
-        return found
+            points.append((contact, push))
+        return points
 
     def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
         """Return the Result; its versions and timings are still to come."""
         run, poses, rates = self.run, self.moved.poses, self.moved.rates
-        own: TreeKept = self.kept.own
+        kept: TreeKept = self.kept.of_engine
         histories = Histories(
             run.scene, run.stepper, run.recorder, self.kept, poses, rates, run.problem.places
         )
@@ -236,7 +238,7 @@ class RunReader:
             run.events,
             self._joint_forces(),
             gears=self.reactions.gears,
-            frictions=(own.rests, own.friction),
+            frictions=(kept.rests, kept.friction),
             engine="exudyn",
             settings=self._settings(),
             drive_torques=self._torques(),
@@ -292,14 +294,14 @@ class RunReader:
         """Forces of slots, closed loops, springs, drives and contacts on each part, N."""
         given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
         between = [
-            *((spring.second.part, spring.first.part, own) for spring, own in self.pulls.items()),
-            *((*self.force_parts[name], own) for name, own in self.forces.items()),
-            *((*contact.parts, own) for contact, own in self.on_points),
+            *((spring.second.part, spring.first.part, pull) for spring, pull in self.pulls.items()),
+            *((*self.force_parts[name], force) for name, force in self.forces.items()),
+            *((*contact.parts, force) for contact, force in self.on_points),
         ]
         pushed = [
             *self.reactions.on_parts,
-            *((first, own) for first, _, own in between),
-            *((second, -own) for _, second, own in between),
+            *((first, force) for first, _, force in between),
+            *((second, -force) for _, second, force in between),
         ]
         for part, force in pushed:
             if part != GROUND:
@@ -337,8 +339,10 @@ def prepare(
     try:
         problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
     except LockedError as error:
-        own = Mistake(("joints", error.joint, "friction"), f"{error}, as it starts", error.advice)
-        raise SceneError(scene.document, [own]) from error
+        mistake = Mistake(
+            ("joints", error.joint, "friction"), f"{error}, as it starts", error.advice
+        )
+        raise SceneError(scene.document, [mistake]) from error
     control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits, late=LATE * seed)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap = mechanism.knots(end), model.window.go_on
@@ -390,31 +394,31 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     halves = [run.problem.half_periods[k] for k in run.model.touches.ever]
     short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
     doubtful = *_slipped(run), *_on_dead_centres(run)
-    told = (*short, *doubtful, *at_once, *run.solution.creeps)
-    return RunReader(run).result(told, _outcome(run, *complaint))
+    warnings = (*short, *doubtful, *at_once, *run.solution.creeps)
+    return RunReader(run).result(warnings, _outcome(run, *complaint))
 
 
 def _slipped(run: MinimalRun) -> list[str]:
     """Say where the user's own step was too long for what follows other coordinates, or a motor."""
-    found = run.stepper.slips
-    if not found:
+    slips = run.stepper.slips
+    if not slips:
         return []
-    time, step, slip = max(found, key=lambda one: one[2])
+    time, step, slip = max(slips, key=lambda slip_of: slip_of[2])
     return [
         f"a step of {step:.3g} s is too long from {time:.4g} s on: what a loop, a slot or a drive "
-        f"moves ended it {slip:.2g} m from where its speed takes it; so did {len(found)} of "
+        f"moves ended it {slip:.2g} m from where its speed takes it; so did {len(slips)} of "
         f"{run.stepper.steps} steps; shorten the step, or ask for a tolerance"
     ]
 
 
 def _on_dead_centres(run: MinimalRun) -> list[str]:
     """Say where a loop passed a dead centre so closely that rounding decided on errors."""
-    found, given = run.stepper.rounded, run.scene.accuracy.step
-    if not found:
+    rounded, given = run.stepper.rounded, run.scene.accuracy.step
+    if not rounded:
         return []
     limit = "the tolerance" if given is None else "the step"
     return [
-        f"a loop of joints passed a dead centre at {found[0]:.4g} s: near it rounding decides on "
+        f"a loop of joints passed a dead centre at {rounded[0]:.4g} s: near it rounding decides on "
         f"errors, not {limit}; compare with a run at another one"
     ]
 

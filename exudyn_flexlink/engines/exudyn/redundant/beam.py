@@ -297,17 +297,17 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
 
 
 def _lacking_of_body(name: str, body: FlexibleBody) -> Iterator[Refusal]:
-    own, stiffness = ("bodies", name), body.hinges.stiffness
+    path, stiffness = ("bodies", name), body.hinges.stiffness
     if stiffness != "beam":
         why = f"'{stiffness}' is no beam's: with formulation beam it must be 'beam'"
-        yield (*own, "hinges", "stiffness"), why
+        yield (*path, "hinges", "stiffness"), why
     if not body.slender:
         why = "the elements have no inertia of the section; with formulation beam it must be true"
-        yield (*own, "slender"), why
+        yield (*path, "slender"), why
     if body.stretch:
-        yield (*own, "stretch"), "a beam stretches anyhow: leave it out"
+        yield (*path, "stretch"), "a beam stretches anyhow: leave it out"
     if body.rods < 2:
-        yield (*own, "rods"), "a beam is shown by its chords: at least two"
+        yield (*path, "rods"), "a beam is shown by its chords: at least two"
 
 
 def _lacking_joints(
@@ -332,12 +332,15 @@ def _lacking_contacts(
     mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
 ) -> Iterator[Refusal]:
     for contact in mechanism.contacts:
-        own = "contacts", contact.name
+        path = "contacts", contact.name
         point = contact.point if isinstance(contact, FaceContact) else None
         if point and point.part in rods and point not in ends:
-            yield (*own, "point"), "a beam strikes with its ends alone"
+            yield (*path, "point"), "a beam strikes with its ends alone"
         if set(contact.parts[1:] if point else contact.parts) & set(rods):
-            yield (*own, "line") if point else own, "a beam strikes with its end; nothing meets it"
+            yield (
+                (*path, "line") if point else path,
+                "a beam strikes with its end; nothing meets it",
+            )
 
 
 def _lacking_points(

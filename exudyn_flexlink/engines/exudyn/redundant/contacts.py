@@ -270,14 +270,14 @@ class Contacts:
 
     def __init__(self, contacts: Sequence[ContactItem]) -> None:
         self.all = contacts
-        self._always = [own for own in contacts if own.channel is None]
-        self.touches = Touches([own.contact for own in contacts], len(self._always))
-        for own in contacts:
-            self.touches.sides[own.index] = own.side
-        self._pairs = [own for own in contacts if own.channel is not None]
-        self._shapes = ContactShapes([own.contact for own in contacts])
-        self._broad_phase = BroadPhase([own.contact for own in self._pairs])
-        self._margin = MARGIN * max((own.contact_step for own in self._pairs), default=0.0)
+        self._always = [contact for contact in contacts if contact.channel is None]
+        self.touches = Touches([contact.contact for contact in contacts], len(self._always))
+        for item in contacts:
+            self.touches.sides[item.index] = item.side
+        self._pairs = [contact for contact in contacts if contact.channel is not None]
+        self._shapes = ContactShapes([contact.contact for contact in contacts])
+        self._broad_phase = BroadPhase([pair.contact for pair in self._pairs])
+        self._margin = MARGIN * max((pair.contact_step for pair in self._pairs), default=0.0)
         self._near: list[int] = []  # numbers of the pairs that are looked at
         self._looked_at = self._always
 
@@ -285,12 +285,12 @@ class Contacts:
         """Look at what began or ended with the last step; return the next step (s)."""
         if not self.all:
             return step
-        at = poses_of(*(np.reshape(own, (-1, 3)) for own in (now.q_list, now.v_list)))
+        at = poses_of(*(np.reshape(column, (-1, 3)) for column in (now.q_list, now.v_list)))
         seen = self._shapes.seen(at)
         if self._pairs:
             self._choose(seen.of(slice(len(self._always), None)), now, step)
         columns = zip(*(column.tolist() for column in (*seen, *self._shapes.path(at))), strict=True)
-        touches = [Touch(*own) for own in columns]
+        touches = [Touch(*touch) for touch in columns]
         for contact in self._looked_at:
             step = contact.after_step(touches[contact.index], now, step)
         return step
@@ -303,12 +303,12 @@ class Contacts:
     @property
     def changes(self) -> list[Changed]:
         """What happened as the last step ended."""
-        return [own.changed for own in self._looked_at if own.changed is not None]
+        return [contact.changed for contact in self._looked_at if contact.changed is not None]
 
     @property
     def broken(self) -> Channel | None:
         """Channel whose wall the link has broken through."""
-        return next((own.channel for own in self._looked_at if own.broken), None)
+        return next((contact.channel for contact in self._looked_at if contact.broken), None)
 
     @property
     def restart_step(self) -> float:
@@ -449,7 +449,9 @@ class PressingFace(Pressing):
 
     def __init__(self, system: System, contact: FaceContact) -> None:
         self.length = contact.length
-        self._point, self._start = ((own.x, own.y) for own in (contact.point, contact.start))
+        self._point, self._start = (
+            (anchor.x, anchor.y) for anchor in (contact.point, contact.start)
+        )
         dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
         ex, ey = self._along = dx / self.length, dy / self.length
         self._free, side = contact.side, contact.side or 1.0
@@ -534,13 +536,16 @@ class PressingCircles(Pressing):
         ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]
         gap = touch.gap_after(step)
-        own, way = self._contact, self._way
-        pressed = own.distance + way * min(gap, 0.0)
-        of_gap = np.array([-way * own.radii[0], own.distance, pressed])
+        contact, way = self._contact, self._way
+        pressed = contact.distance + way * min(gap, 0.0)
+        of_gap = np.array([-way * contact.radii[0], contact.distance, pressed])
         part, arm = map(float, grips(*of_gap))
         arm /= part
-        edge = own.distance + way * gap + arm
-        (ax, ay), (bx, by) = (own.first.x, own.first.y), (own.second.x, own.second.y)
+        edge = contact.distance + way * gap + arm
+        (ax, ay), (bx, by) = (
+            (contact.first.x, contact.first.y),
+            (contact.second.x, contact.second.y),
+        )
         c, s = cos(ahead), sin(ahead)
         return Aim(
             (bx + edge * c, by + edge * s),

@@ -217,8 +217,8 @@ class BeamCoordinates(Coordinates):
         poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
         moving, _ = self._moving(self._q, self.assembly.state.places)
         first, second = (
-            max(_mobility(moving, anchor_jacobian(anchor, poses) @ spread) for anchor in own)
-            for own in contact.anchors
+            max(_mobility(moving, anchor_jacobian(anchor, poses) @ spread) for anchor in each)
+            for each in contact.anchors
         )
         return contact.law.half_period(1.0 / max(first + second, TINY))
 
@@ -295,14 +295,14 @@ class BeamCoordinates(Coordinates):
 
     def of_beams(self, q: FloatArray, v: FloatArray) -> OfBeams:
         """What beams have beside what rigid parts and springs do."""
-        found = super().of_beams(q, v)
+        beams = super().of_beams(q, v)
         for beam in self._beams:
             shape, controls, moved = beam.link.shape, beam.controls(q), beam.controls(v)
             weight = shape.elastic.mass * shape.weight_rows() @ controls @ self._gravity
-            found.kinetic[:] += shape.kinetic(moved)
-            found.stored[:] += shape.stored(controls) - weight
-            found.lost[:] += shape.damping_power(controls, moved)
-        return found
+            beams.kinetic[:] += shape.kinetic(moved)
+            beams.stored[:] += shape.stored(controls) - weight
+            beams.lost[:] += shape.damping_power(controls, moved)
+        return beams
 
 
 def _mobility(moving: FloatArray, rows: FloatArray) -> float:

@@ -59,10 +59,10 @@ class ExudynSystem:
         ]
         kinds = [each.name for each in fields(self) if each.type == "Numbers"]
         named = {kind: getattr(self, kind) for kind in kinds}
-        for kind, found in named.items():
-            own = {name: each for name, each in found.items() if " " not in name}  # no hinges
-            told = [f"{name} {', '.join(map(str, each))}" for name, each in own.items()]
-            lines += [f"  {kind:9} {'; '.join(told)}"] if told else []
+        for kind, numbers in named.items():
+            markers = {name: each for name, each in numbers.items() if " " not in name}  # no hinges
+            parts = [f"{name} {', '.join(map(str, each))}" for name, each in markers.items()]
+            lines += [f"  {kind:9} {'; '.join(parts)}"] if parts else []
         if self.not_followed:
             lines.append("  does not happen by itself when Exudyn solves alone:")
             lines += [f"    - {each}" for each in self.not_followed]
@@ -127,57 +127,57 @@ def _points(system: System) -> dict[str, tuple[int, ...]]:
 
 def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int, ...]:
     """Numbers of a body's items; those within a beam stand between its first and its last."""
-    found = [int(items[part]) for part in mechanism.bodies[body]]
-    return tuple(range(found[0], found[-1] + 1)) if NOTHING in found else tuple(found)
+    numbers = [int(items[part]) for part in mechanism.bodies[body]]
+    return tuple(range(numbers[0], numbers[-1] + 1)) if NOTHING in numbers else tuple(numbers)
 
 
 def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:
     welds = {weld.name for weld in system.mechanism.welds}
     # What holds the angle of a weld is the object behind its pin.
-    own = {n: (i, i + 1) if n in welds else (i,) for n, i in system.joints.items()}
-    return own | {each.slot.name: tuple(dict.fromkeys(each.item_of_piece)) for each in slots}
+    markers = {n: (i, i + 1) if n in welds else (i,) for n, i in system.joints.items()}
+    return markers | {each.slot.name: tuple(dict.fromkeys(each.item_of_piece)) for each in slots}
 
 
 def _contacts(contacts: Contacts) -> dict[str, tuple[int, ...]]:
-    found: dict[str, tuple[int, ...]] = {}
-    for own in contacts.all:
-        name = own.channel.name if own.channel else own.contact.name
-        found[name] = (*found.get(name, ()), *own.items.numbers)
-    return found
+    numbers: dict[str, tuple[int, ...]] = {}
+    for contact in contacts.all:
+        name = contact.channel.name if contact.channel else contact.contact.name
+        numbers[name] = (*numbers.get(name, ()), *contact.items.numbers)
+    return numbers
 
 
 def _not_followed(
     scene: Scene, mechanism: Mechanism, slots: Sequence[SlotItems], contacts: Contacts
 ) -> list[str]:
     """What the stepping of a run does between steps of the solver; see `stepping`."""
-    found = [f"slot '{own.slot.name}': {why}" for own in slots for why in _of_slot(own)]
+    reasons = [f"slot '{slot.slot.name}': {why}" for slot in slots for why in _of_slot(slot)]
     if pressing := ", ".join(_contacts(contacts)):
-        found.append(
+        reasons.append(
             f"contacts {pressing}: nothing presses, as their items are not active; no step is "
             "shortened for them, and where they press on a face does not move along it"
         )
     knots = mechanism.knots(end_of_run(scene, mechanism))
     if knots:
         shown = ", ".join([f"{knot:g}" for knot in knots[:6]] + ["..."] * (len(knots) > 6))
-        found.append(
+        reasons.append(
             f"drives jump or bend at {shown} s: no step "
             "ends there, and accelerations that the solver carries on are not renewed"
         )
     values = [(name, size.value) for name, size in mechanism.sizes]
     bent = [name for name, value in values if isinstance(value, Formula) and value.expression.kinks]
-    found += [
+    reasons += [
         f"drive '{name}': no step ends where its formula bends with the state (max, min, abs)"
         for name in dict.fromkeys(bent)
     ]
-    return found
+    return reasons
 
 
 def _of_slot(slot: SlotItems) -> list[str]:
-    found = []
+    reasons = []
     if len(set(slot.item_of_piece)) > 1:
-        found.append("the piece of its curve where it starts stays active beyond its ends")
+        reasons.append("the piece of its curve where it starts stays active beyond its ends")
     elif not slot.native:
-        found.append("its place on the curve is always searched from where it starts")
+        reasons.append("its place on the curve is always searched from where it starts")
     if not slot.curve.closed:
-        found.append("nothing stops it at the ends of its curve")
-    return found
+        reasons.append("nothing stops it at the ends of its curve")
+    return reasons

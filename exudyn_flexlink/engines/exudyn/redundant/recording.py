@@ -140,7 +140,8 @@ class Recorder(BlockRecorder):
         of = np.clip(np.searchsorted(ends.t, samples, side="right") - 1, 0, count - 1)
         nodes = _States(*(np.concatenate([column[:-1], column[1:]]) for column in ends))
         pressed, of_touches = (
-            np.concatenate([own[:-1], then[1:]]) for own, then in ((begun, ended), (speeds, speeds))
+            np.concatenate([begun_then[:-1], then[1:]])
+            for begun_then, then in ((begun, ended), (speeds, speeds))
         )
         at_nodes, power = self._known(nodes, balanced, pressed, of_touches)
         known = together([at_nodes, _within(at_nodes, of, samples, balanced)])
@@ -201,20 +202,20 @@ class Recorder(BlockRecorder):
             press[rows, k], power[rows, k] = force, -force * seen.gap_rate
             if contact.friction is not None:
                 power[rows, k] -= contact.friction.force(force, seen.slip) * seen.slip
-        own = SolverKept(at.q, at.v, _at(balanced, at.t), elastic)
+        kept = SolverKept(at.q, at.v, _at(balanced, at.t), elastic)
         totals = np.zeros((len(at.t), 2 + self.frictions))
-        return Kept(at.t, at.places, press, pressed, totals, own), power
+        return Kept(at.t, at.places, press, pressed, totals, kept), power
 
     def _rates(self, known: Kept, power: FloatArray, balanced: _Balanced) -> Totals:
         """Rates (2 k, ...) of the totals where steps begin, then where they end."""
         nodes = len(known.t)
-        q, v = self.coordinates.at_joints(known.own.q, known.own.v)
+        q, v = self.coordinates.at_joints(known.of_engine.q, known.of_engine.v)
         rates = self._totals(nodes)
         for k, friction in enumerate(self.mechanism.frictions):
             speed = joint_speed(friction.joint, q, v)
             rates.rubbed[:, k] = -friction.regularised(speed) * speed
         rates.damped[:] = self.meter.damping_power(q, v)
-        rates.damped[:] += self.coordinates.of_beams(known.own.q, known.own.v).lost
+        rates.damped[:] += self.coordinates.of_beams(known.of_engine.q, known.of_engine.v).lost
         rates.impulses[:], rates.losses[:] = known.press, power[:nodes]
         begin, end = known.t.reshape(2, -1)
         middle = _at(balanced, 0.5 * (begin + end))
@@ -239,18 +240,21 @@ class Recorder(BlockRecorder):
 
     def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (m, parts, 3) at instants that are kept."""
-        return self.coordinates.shown(at.own.q, at.own.v)
+        return self.coordinates.shown(at.of_engine.q, at.of_engine.v)
 
     def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
-        beams, elastic = self.coordinates.of_beams(at.own.q, at.own.v), at.own.elastic
+        beams, elastic = (
+            self.coordinates.of_beams(at.of_engine.q, at.of_engine.v),
+            at.of_engine.elastic,
+        )
         kinetic = self.meter.kinetic(poses, rates) + beams.kinetic
         stored = self.meter.potential(poses) + beams.stored + elastic
         return np.column_stack([kinetic, stored, at.totals[:, 0] - elastic, at.totals[:, 1]])
 
     def residuals(self, at: Kept, poses: FloatArray) -> FloatArray:  # noqa: ARG002
         """How far joints are open, m."""
-        held, _ = self.coordinates.at_joints(at.own.q, at.own.v)
+        held, _ = self.coordinates.at_joints(at.of_engine.q, at.of_engine.v)
         return joint_residuals(self.mechanism, held, at.places)
 
 
@@ -263,10 +267,10 @@ def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) 
     then = of + len(nodes.t) // 2
     h = (nodes.t[then] - nodes.t[of])[:, None]
     x = (time - nodes.t[of])[:, None] / h
-    (q0, v0, _, e0), (q1, v1, _, e1) = nodes.pick(of).own, nodes.pick(then).own
+    (q0, v0, _, e0), (q1, v1, _, e1) = nodes.pick(of).of_engine, nodes.pick(then).of_engine
     slope = (q1 - q0) / h
     b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
-    own = SolverKept(
+    kept = SolverKept(
         q0 + h * x * (v0 + x * (b + x * c)),
         v0 + x * (2 * b + 3 * x * c),
         _at(balanced, time),
@@ -275,7 +279,7 @@ def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) 
     places = nodes.places[np.where(x[:, 0] < 0.5, of, then)]
     press = nodes.press[of] + x * (nodes.press[then] - nodes.press[of])
     return Kept(
-        time, places, press, nodes.pressed[of], np.zeros((len(time), nodes.totals.shape[1])), own
+        time, places, press, nodes.pressed[of], np.zeros((len(time), nodes.totals.shape[1])), kept
     )
 
 

@@ -91,8 +91,8 @@ class _RunReader:
         self.mechanism, self.system = prepared.assembly.mechanism, prepared.system
         self.kept = self.recorder.all_kept()
         self.poses, self.rates = self.recorder.motion(self.kept)
-        own: SolverKept = self.kept.own
-        self.multipliers = own.multipliers
+        kept: SolverKept = self.kept.of_engine
+        self.multipliers = kept.multipliers
         # Drives are as they were within the step that ended there.
         self.state = np.maximum(self.kept.t - BESIDE, 0.0), self.poses, self.rates
 
@@ -100,8 +100,8 @@ class _RunReader:
         """Return the Result; its timings are still to come."""
         prepared, loop = self.prepared, self.prepared.loop
         given = prepared.scene.accuracy.step
-        touching = [own.touch for own in loop.contacts.all]
-        places = np.array([0.0 if own is None else own.place for own in touching])
+        touching = [contact.touch for contact in loop.contacts.all]
+        places = np.array([0.0 if touch is None else touch.place for touch in touching])
         return Histories(
             prepared.scene, loop, self.recorder, self.kept, self.poses, self.rates, places
         ).result(
@@ -110,7 +110,7 @@ class _RunReader:
             gears=self._of_gears(),
             frictions=self._frictions(),
             steps_per_contact=min(
-                (own.resolution.steps(given) for own in loop.contacts.all), default=inf
+                (contact.resolution.steps(given) for contact in loop.contacts.all), default=inf
             ),
             engine="exudyn",
             settings=_engine_settings(prepared),
@@ -136,29 +136,31 @@ class _RunReader:
         """Joints with friction (samples, joints) never rest, and their torques or forces."""
         torques = np.transpose(
             [
-                own.regularised(joint_speed(own.joint, self.poses, self.rates))
-                for own in self.mechanism.frictions
+                friction.regularised(joint_speed(friction.joint, self.poses, self.rates))
+                for friction in self.mechanism.frictions
             ]
         )
         return np.zeros_like(torques), torques
 
     def _shortened(self) -> Iterator[str]:
         contacts = self.prepared.loop.contacts
-        every = [(own.resolution.half_period, own.resolution.step) for own in contacts.all]
+        every = [
+            (contact.resolution.half_period, contact.resolution.step) for contact in contacts.all
+        ]
         touched = every if contacts.touches.ever else []
         return shortened(self.prepared.scene.accuracy.step, touched)
 
     def _creeping(self) -> Iterator[str]:
         """Say that friction holds nothing here, and how fast a joint creeps as the run ends."""
-        for own in self.mechanism.frictions:
-            speed = abs(float(joint_speed(own.joint, self.poses[-1], self.rates[-1])))
-            unit = "m/s" if isinstance(own.joint, Slide) else "rad/s"
+        for friction in self.mechanism.frictions:
+            speed = abs(float(joint_speed(friction.joint, self.poses[-1], self.rates[-1])))
+            unit = "m/s" if isinstance(friction.joint, Slide) else "rad/s"
             creeps = "what should rest creeps"
-            if 0 < speed < CREEPS * own.slip_speed:
+            if 0 < speed < CREEPS * friction.slip_speed:
                 creeps = f"it creeps by {speed:.2g} {unit} as the run ends"
             yield (
-                f"friction in joint '{own.name}' holds nothing in redundant coordinates: {creeps}, "
-                "by slip_speed artanh(load/bound); 'formulation: minimal' holds"
+                f"friction in joint '{friction.name}' holds nothing in redundant coordinates: "
+                f"{creeps}, by slip_speed artanh(load/bound); 'formulation: minimal' holds"
             )
 
     def _torques(self) -> dict[str, FloatArray]:
@@ -174,12 +176,12 @@ class _RunReader:
 
     def _drive_forces(self) -> dict[str, FloatArray]:
         """Force of each drive that has one, at its point or on its joint's second part, N."""
-        found = {force.name: force_at(force, *self.state) for force in self.mechanism.forces}
+        forces = {force.name: force_at(force, *self.state) for force in self.mechanism.forces}
         for motor, row in self._motors():
             if motor.slide:
                 line = line_of(motor.slide, self.poses)
-                found[motor.name] = -self.multipliers[:, row, None] * line
-        return found
+                forces[motor.name] = -self.multipliers[:, row, None] * line
+        return forces
 
     def _motors(self) -> Iterator[tuple[Motor, int]]:
         """Speed motors, and the multiplier that is the torque or force of each."""
@@ -187,7 +189,7 @@ class _RunReader:
 
     def _joint_forces(self) -> dict[str, FloatArray]:
         """Force of each joint of two points of the scene on its second one, N, global axes."""
-        system, joints, found = self.system, self.prepared.scene.joints, {}
+        system, joints, forces = self.system, self.prepared.scene.joints, {}
         mechanism = self.mechanism
         teeth = tooth_pushes(mechanism.gears, self._of_gears(), self.poses)
         held: list[Pin | Weld | Slide] = [*mechanism.pins, *mechanism.welds, *mechanism.slides]
@@ -197,16 +199,18 @@ class _RunReader:
             rows = system.multipliers(system.joints[joint.name])
             if isinstance(joint, Slide):
                 normal = left_of(line_of(joint, self.poses))
-                found[joint.name] = -self.multipliers[:, rows[:1]] * normal
+                forces[joint.name] = -self.multipliers[:, rows[:1]] * normal
             else:
                 force = np.asarray(-self.multipliers[:, rows])
-                found[joint.name] = without_teeth(joint.name, force, teeth)
-        return found
+                forces[joint.name] = without_teeth(joint.name, force, teeth)
+        return forces
 
 
 def _engine_settings(prepared: Prepared) -> EngineSettings:
     scene, beams = prepared.scene, prepared.system.beams
-    contact_step = min((own.contact_step for own in prepared.loop.contacts.all), default=inf)
+    contact_step = min(
+        (contact.contact_step for contact in prepared.loop.contacts.all), default=inf
+    )
     return EngineSettings(
         Integrator(
             METHOD,
@@ -267,7 +271,7 @@ def prepare(
     system, slots, contacts = built(scene, assembly, events, limits)
     system.mbs.Assemble()
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
-    pressing = [own.contact for own in contacts.all]
+    pressing = [contact.contact for contact in contacts.all]
     recorder = Recorder(
         system,
         sample_times(scene, assembly.mechanism, end),
@@ -310,14 +314,14 @@ def built(
 def _contacts(scene: Scene, system: System) -> Contacts:
     """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
     mechanism = system.mechanism
-    found = resolutions(scene, system.assembly, system.coordinates.half_period)
+    resolved = resolutions(scene, system.assembly, system.coordinates.half_period)
     count = len(mechanism.touching)
     contacts = []
-    for i, (contact, resolution) in enumerate(zip(mechanism.touching, found, strict=False)):
+    for i, (contact, resolution) in enumerate(zip(mechanism.touching, resolved, strict=False)):
         # `prepare` refuses them
         assert not isinstance(contact, (CurveContact, FlatContact, TurnStop))
         contacts.append(ContactItem(system, contact, i, resolution))
-    for channel, resolution in zip(mechanism.channels, found[count:], strict=True):
+    for channel, resolution in zip(mechanism.channels, resolved[count:], strict=True):
         for pair in channel.contacts:
             contacts.append(ContactItem(system, pair, len(contacts), resolution, channel))
     return Contacts(contacts)

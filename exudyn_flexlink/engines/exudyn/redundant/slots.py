@@ -119,8 +119,8 @@ class Kinks:
         rates = (values - last) / h
         bends = 2 * (rates - self._rates) / (h + self._step) if self._step > 0 else 0 * rates
         self._rates, self._step = rates, h
-        own = np.sign(values) * np.array([values, rates + bends * h / 2, bends])
-        for value, rate, bend in own.T.tolist():
+        signs = np.sign(values) * np.array([values, rates + bends * h / 2, bends])
+        for value, rate, bend in signs.T.tolist():
             step = end_on(step, first_zero(value, rate, bend)) if value > 0 else step
         # One that is zero may stay so, or pass.
         passed = bool((np.sign(values) != np.sign(last)).any())
@@ -129,13 +129,15 @@ class Kinks:
     def _values(self, now: StepEnd) -> FloatArray:
         q, v = (np.reshape(x, (1, -1, 3)) for x in (now.q_list, now.v_list))
         time = np.array([self._window.inside(now.time)])
-        found = [
+        switches = [
             formula.expression.switches(time + formula.clock, [sensed(s, q, v) for s in senses])
             for formula, senses in self._bent
         ]
-        speeds = [joint_speed(own.joint, q, v) / own.slip_speed for own in self._frictions]
+        speeds = [
+            joint_speed(friction.joint, q, v) / friction.slip_speed for friction in self._frictions
+        ]
         steep = [speed + side for speed in speeds for side in (-STEEP, STEEP)]
-        return np.concatenate([*(values[:, 0] for values in found), *steep])
+        return np.concatenate([*(values[:, 0] for values in switches), *steep])
 
 
 SEAM = 1e-9  # of a closed curve's period: nearer to its seam, rounding decides on the side

@@ -189,12 +189,12 @@ class System:
         c, s = cos(turn), sin(turn)
         for beam in self.beams:
             if anchor == beam.start:
-                own = [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-                node = items.MarkerNodeRigid(nodeNumber=self.nodes[anchor.part], localHT=own)
+                turned = [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+                node = items.MarkerNodeRigid(nodeNumber=self.nodes[anchor.part], localHT=turned)
                 return int(self.mbs.AddMarker(node))
         body, (x, y, _) = self.place(anchor)
-        own = [[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]]
-        return int(self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localHT=own)))
+        turned = [[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]]
+        return int(self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localHT=turned)))
 
     def angle_marker(self, part: int) -> int:
         """Marker of a part's angle."""
