@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from math import inf, pi, sin, sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.observables import force_deviations
+from exudyn_flexlink.observables.parting import _inside
 from exudyn_flexlink.plots import forces
 from exudyn_flexlink.report import comparison_text, run_text
 from exudyn_flexlink.report.run import force_error_table
@@ -152,6 +154,15 @@ def test_a_force_in_a_touch_is_within_what_is_told_and_so_is_its_begin(tolerance
     assert np.mean(off <= told.touching.largest) >= 0.99
     assert told.touching.largest <= 100 * off.max()
     assert abs(begin - exact_begin) <= told.instants <= 1e-2 * time[-1]
+
+
+def test_two_samples_of_a_touch_that_are_one_rounding_apart_count_as_the_later():
+    """At another event within it forces leap; since the touch's begin both are one instant."""
+    time = np.array([0.1, 0.2, 0.5, 0.75, np.nextafter(0.75, 1), 0.8])
+    run = SimpleNamespace(time=time, contacts={"hit": SimpleNamespace(force=np.arange(6.0))})
+    since, force = _inside(run, "hit", 0.125 + 2**-54, 0.8)
+    assert (np.diff(since) > 0).all()
+    assert force.tolist() == [1, 2, 4]
 
 
 # --- which instants count

@@ -231,10 +231,13 @@ def _nearest(instants: FloatArray, at: FloatArray) -> IndexArray:
 def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
     """Times (n,) since the begin of a touch of its samples, and forces there.
 
-    Where the force leaps at its begin or end there are two samples; that inside the touch counts.
+    Where the force leaps at its begin or end there are two samples; that inside the touch counts. Of
+    two that are one rounding apart, at an event within the touch, the later one does.
     """
     first, last = np.searchsorted(result.time, [begin, end])
-    return result.time[first:last] - begin, result.contacts[name].force[first:last]
+    since, force = result.time[first:last] - begin, result.contacts[name].force[first:last]
+    later = np.diff(since, append=inf) > 0
+    return since[later], force[later]
 
 
 def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
