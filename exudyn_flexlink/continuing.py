@@ -249,7 +249,7 @@ SERIES = (
     *("energy", "extremes"),
 )
 """Fields of a result that go on from one run to the next."""
-ROUNDING = 1e-12  # s: of the clock at which a run goes on
+CLOCK_ROUNDING = 1e-12  # s: of the clock at which a run goes on
 
 
 def joined(first: Result, second: Result) -> Result:
@@ -299,7 +299,7 @@ def _require_following(first: Result, second: Result) -> None:
     told = ""
     if first.engine != second.engine:
         told = f"one is by {first.engine}, the other by {second.engine}"
-    elif anew or abs(begin - end) > ROUNDING * max(1.0, end):
+    elif anew or abs(begin - end) > CLOCK_ROUNDING * max(1.0, end):
         why = "it starts anew" if anew else f"it begins at {begin:.9g} s"
         told = f"{why}, the first ends at {end:.9g} s; see Result.continued"
     else:

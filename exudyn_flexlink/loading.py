@@ -133,8 +133,8 @@ def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
 
 NO_START = (NoValueError, CannotAssembleError, CannotMoveError, NoRestError)
 """What keeps a mechanism from being put together, or from its rest."""
-CLOSED = 1e-9  # m or rad: less is not worth a word
-ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
+WORTH_A_WORD = 1e-9  # m or rad: less is not worth a word
+TYPED_ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
 
 _OPEN = {
     "slot": (
@@ -229,8 +229,8 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
     within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
     message, hint = _OPEN[within if joint is None else joint.type]
-    gap = [f"{error.gap:.3g} m"] if error.gap > CLOSED or error.turn <= CLOSED else []
-    missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > CLOSED else [])]
+    gap = [f"{error.gap:.3g} m"] if error.gap > WORTH_A_WORD or error.turn <= WORTH_A_WORD else []
+    missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > WORTH_A_WORD else [])]
     if error.near is not None:
         hint = f"the joints allow [{error.near[0]:.9g}, {error.near[1]:.9g}] next to it"
     if joint is not None and (others := _loop_of(scene, error.joint)):
@@ -355,7 +355,7 @@ def _apart(contact: Contact, depth: float) -> str:
     other, away = f"choose the other 'side' of the {what}", "out"
     if isinstance(contact, CircleContact):
         other, away = "make a radius smaller", "apart"
-    elif depth < ROUNDED:
+    elif depth < TYPED_ROUNDED:
         return f"what is meant to rest there may start that much above; or {other}"
     rests = "where both just touch: what rests there sinks in by itself"
     return f"start {depth:.3g} m farther {away}, {rests}; or {other}"
@@ -386,7 +386,7 @@ def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
     return [
         Mistake(("joints", name), about.format(far), hint)
         for name, low, high in in_guides(scene, assembly.mechanism, assembly.state.q)
-        if (far := max(float(low) - 1, -float(high))) > CLOSED
+        if (far := max(float(low) - 1, -float(high))) > WORTH_A_WORD
     ]
 
 
@@ -399,7 +399,7 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
         spec, q = scene.springs[spring.name], assembly.state.q
         apart = anchor_position(spring.second, q) - anchor_position(spring.first, q)
         given = spec.length if isinstance(spec, LinearSpring) else 0.0
-        if given != 0 and max(abs(apart)) <= CLOSED:
+        if given != 0 and max(abs(apart)) <= WORTH_A_WORD:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             notes.append(Mistake(("springs", spring.name), message, hint))

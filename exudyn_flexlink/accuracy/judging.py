@@ -109,7 +109,7 @@ def agreement(reference: Result, check: Result) -> Horizon | None:
     return None if parted is None or sure is None else Horizon(parted, sure, limit)
 
 
-ROUNDING = 1e-15  # m: nobody knows a position better
+LEAST_KNOWN = 1e-15  # m: nobody knows a position better
 TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
 
 
@@ -182,7 +182,7 @@ class Bench:
     @property
     def floor(self) -> float:
         """Distance of reference and check, m: smaller errors can't be told; 0 without a check."""
-        return 0.0 if self._apart is None else max(self._apart.largest, ROUNDING)
+        return 0.0 if self._apart is None else max(self._apart.largest, LEAST_KNOWN)
 
     @property
     def force_floor(self) -> float:

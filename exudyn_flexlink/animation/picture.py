@@ -61,7 +61,7 @@ TRAIL_SECONDS = 1.6  # of the film without slow motion: how long the trail of S 
 ARROW = (7.0, 15.0)  # pixels: length of an arrow in the zoom, and what the largest force adds
 
 POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
-NEAR = 0.03  # of the picture: points nearer than this are named together
+NAMED_TOGETHER = 0.03  # of the picture: points nearer than this are named together
 _RIM = ("white", 3.0)  # colour and width of what is around words
 _LAYERS = ((1.0, 0.22), (0.72, 0.3), (0.42, 0.5))  # of a glow: parts of its radius, and opacity
 
@@ -193,7 +193,7 @@ def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
         if name in at:
             rim: dict[str, Any] = {"mec": "white", "mew": place.points(1.0)} if name == "S" else {}
             place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9), **rim)
-    for first, names in together(at, NEAR * size).items():
+    for first, names in together(at, NAMED_TOGETHER * size).items():
         away = 0, place.points(7)
         place.write(", ".join(names), at[first], away, 12, va="bottom", ha="center")
 

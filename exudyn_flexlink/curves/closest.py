@@ -29,7 +29,7 @@ Evaluator = Callable[[float], Place]
 
 NEWTON_STEPS = 20
 ROUNDS = 60  # of halving: to rounding
-ROUNDING = 1e-15
+FOOT_ROUNDING = 1e-15
 # Parts of a stretch, and their shares of an integral over it (Gauss).
 QUADRATURE = list(zip((0.5 * (1 + NODES)).tolist(), (0.5 * WEIGHTS).tolist(), strict=True))
 
@@ -124,7 +124,7 @@ class Closest:
     def _settle(self, span: tuple[int, float, float], x: float, y: float) -> float:
         """Zero of the slope within a span: by Newton, by halves where that goes astray."""
         piece, low, high = span
-        u, near = 0.5 * (low + high), ROUNDING * (1 + abs(low) + abs(high))
+        u, near = 0.5 * (low + high), FOOT_ROUNDING * (1 + abs(low) + abs(high))
         for _ in range(ROUNDS):
             slope, growth = self._fall(piece, u, x, y)
             low, high = (u, high) if slope < 0 else (low, u)
@@ -283,7 +283,7 @@ class Farthest(Closest):
             slope, growth = self._fall(piece, u, x, y)
             step = slope / growth if growth > 0 else 0.0
             u -= step
-            if abs(step) <= ROUNDING * (1 + abs(u)):
+            if abs(step) <= FOOT_ROUNDING * (1 + abs(u)):
                 break
         return u
 

@@ -18,8 +18,8 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.curves.base import (
     DIRECTION_TOLERANCE,
     OVERLAP,
+    PARAMETER_ROUNDING,
     POSITION_TOLERANCE,
-    ROUNDING,
     Composite,
     Curve,
     CurveError,
@@ -56,7 +56,7 @@ class Arc(Curve):
         a, b = self.semi_axes
         conic = np.array(self.centre), a * np.array([c, s]), b * np.array([-s, c])
         object.__setattr__(self, "conic", conic)
-        full = abs(self.end_angle - self.start_angle - TURN) <= ROUNDING
+        full = abs(self.end_angle - self.start_angle - TURN) <= PARAMETER_ROUNDING
         end = self.start_angle + TURN if full else self.end_angle
         self._range(self.start_angle, end, full)
 
@@ -69,7 +69,7 @@ class Arc(Curve):
 
     def grid(self) -> FloatArray:
         """Equal steps of at most 2 pi/128."""
-        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - ROUNDING)
+        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - PARAMETER_ROUNDING)
         return np.linspace(self.start, self.end, max(steps, 4) + 1)
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
@@ -107,7 +107,7 @@ class Superellipse(Curve):
     end_angle: float = TURN
 
     def __post_init__(self) -> None:
-        full = abs(self.end_angle - self.start_angle - TURN) <= ROUNDING
+        full = abs(self.end_angle - self.start_angle - TURN) <= PARAMETER_ROUNDING
         end = self.start_angle + TURN if full else self.end_angle
         self._range(self.start_angle, end, full)
 
@@ -135,7 +135,7 @@ class Superellipse(Curve):
 
     def grid(self) -> FloatArray:
         """Steps of at most 2 pi/128, and places on the axes."""
-        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - ROUNDING)
+        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - PARAMETER_ROUNDING)
         return np.linspace(self.start, self.end, max(steps, 4) + 1)
 
     def part(self, first: float, last: float) -> Superellipse:
@@ -180,7 +180,7 @@ class LineSegment(Curve):
         offset = float(cross(direction, origin - np.array(self.a)))
         slant = float(cross(direction, self.derivative(0.0)))
         if abs(slant) <= 1e-14:
-            inside = abs(offset) <= ROUNDING * self.end
+            inside = abs(offset) <= PARAMETER_ROUNDING * self.end
             return np.array([self.start, self.end]) if inside else np.empty(0)
         u, slack = offset / slant, OVERLAP * self.period
         return np.array([u]) if -slack <= u <= self.end + slack else np.empty(0)
@@ -426,7 +426,10 @@ class SplinePiece(Curve):
     last: float
 
     def __post_init__(self) -> None:
-        whole = abs(self.last - self.first - self.spline.period) <= ROUNDING * self.spline.period
+        whole = (
+            abs(self.last - self.first - self.spline.period)
+            <= PARAMETER_ROUNDING * self.spline.period
+        )
         last = self.first + self.spline.period if whole else self.last
         self._range(self.first, last, self.spline.closed and whole)
 
@@ -440,7 +443,7 @@ class SplinePiece(Curve):
         laps = [base, base[1:] + self.spline.period] if self.spline.closed else [base]
         every = np.concatenate(laps)
         # a grid value a hair inside the ends would make an empty step
-        slack = ROUNDING * self.period
+        slack = PARAMETER_ROUNDING * self.period
         inside = (every > self.start + slack) & (every < self.end - slack)
         return np.concatenate([[self.start], every[inside], [self.end]])
 
@@ -542,7 +545,7 @@ class Spline(Curve):
             places = np.concatenate([places[1:], places[1:] + self.period])
         else:
             places = places[1:-1]
-        slack = ROUNDING * (last - first)
+        slack = PARAMETER_ROUNDING * (last - first)
         inside = (places > first + slack) & (places < last - slack)
         return Knots(places[inside], jumps[inside])
 

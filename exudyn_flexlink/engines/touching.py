@@ -35,7 +35,7 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.integrate.collocation import POWERS, STAGES
 from exudyn_flexlink.integrate.events import (
     GAP_ROUNDING,
-    ROUNDING,
+    STANDSTILL,
     StepPolynomial,
     TurnSeeker,
     highest,
@@ -256,7 +256,7 @@ def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatAr
     of_rates = EPSILON / shortest * sizes[:-2]  # of answers and of x
     fastest = float(np.sqrt(speeds[..., -1].max()))
     of_square = (fastest + of_rates[-1]) ** 2 - fastest**2
-    return np.array([*(ROUNDING * sizes), *of_rates[:-1], of_square])
+    return np.array([*(STANDSTILL * sizes), *of_rates[:-1], of_square])
 
 
 # Of a contact's half period: the first step in it, or any without control of errors. No stage of a

@@ -489,7 +489,7 @@ SHORTER = 6.0  # by which a part is a pulse's, beside those that steps may be ch
 STEP = 4.0  # of such a part's width: how far a step may go beyond it
 MOST_POLES = 32  # parts looked at together, the first ones: more poles than these are not needed
 POINT_HALVINGS = 34  # of the parts looked at first: then they are 1e-12 of the time
-NEAR, FAR = 1e-8, 1e-5  # of the time: how far from a point values are looked at
+NEAR_POINT, FAR_FROM_POINT = 1e-8, 1e-5  # of the time: how far from a point values are looked at
 GROWS = 10.0  # from far to near: a pole of order 1 grows by a thousand, a logarithm hardly
 
 
@@ -625,7 +625,7 @@ def pole(term: Addend, begin: float, end: float) -> float | None:
         low, high = _halved(low, high)
     for time in ((low + high) / 2).tolist():
         if _grows(term, time, begin, end):
-            return begin if time - begin < NEAR * (end - begin) else time
+            return begin if time - begin < NEAR_POINT * (end - begin) else time
     return None
 
 
@@ -636,5 +636,5 @@ def _grows(term: Addend, time: float, begin: float, end: float) -> bool:
         away = part * (end - begin) * np.array([-1.0, 1.0])
         return np.abs(term.values((time + away).clip(begin, end), []))
 
-    near = sizes(NEAR)
-    return bool((np.isinf(near) | (near / GROWS > sizes(FAR))).any())
+    near = sizes(NEAR_POINT)
+    return bool((np.isinf(near) | (near / GROWS > sizes(FAR_FROM_POINT))).any())

@@ -122,7 +122,9 @@ DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so o
 CONVERGED = 1e-8  # change of the sum of squares, or of the numbers, as a part
 FLAT = 1e-15  # slope of the sum of squares, in parts: the search stands still
 MOST_STEPS = 100  # of one search
-SINGULAR = 1e-4  # singular value of slopes of size 1: below it a combination is not known at all
+UNKNOWN_COMBINATION = (
+    1e-4  # singular value of slopes of size 1: below it a combination is not known at all
+)
 TAKES_PART = 0.1  # in such a combination, of a size of 1
 ALIKE = 0.99  # correlation from which on two numbers are hardly told apart
 
@@ -259,7 +261,7 @@ class Estimate:
         """Names of numbers of which the data don't tell a combination, or of one number alone."""
         unit = self.slopes / self._size
         values, columns = np.linalg.eigh(unit.T @ unit)
-        lost = np.abs(columns.T[values < SINGULAR**2]) > TAKES_PART
+        lost = np.abs(columns.T[values < UNKNOWN_COMBINATION**2]) > TAKES_PART
         return [[name for name, gone in zip(self.names, row, strict=True) if gone] for row in lost]
 
     @cached_property
@@ -270,7 +272,9 @@ class Estimate:
     @cached_property
     def _inverse(self) -> FloatArray:
         """Pseudo-inverse (P, N) of the slopes, of what the data tell."""
-        return np.asarray(np.linalg.pinv(self.slopes / self._size, SINGULAR) / self._size[:, None])
+        return np.asarray(
+            np.linalg.pinv(self.slopes / self._size, UNKNOWN_COMBINATION) / self._size[:, None]
+        )
 
     @cached_property
     def standard_error(self) -> FloatArray:

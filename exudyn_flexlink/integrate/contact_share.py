@@ -24,7 +24,7 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.integrate.collocation import FROM, POWERS, REAL, STAGES, TO, WEIGHTS, A
 from exudyn_flexlink.integrate.problem import Press, Pressing
 
-ROUNDING = 1e-10  # of the largest of c, or of p: values this little below zero are zero
+PUSH_ROUNDING = 1e-10  # of the largest of c, or of p: values this little below zero are zero
 RANK = 1e-10  # of the largest eigenvalue of W: contacts that depend on others share the load
 
 
@@ -36,7 +36,7 @@ def complementary(mobility: FloatArray, free: FloatArray) -> FloatArray:
 
     """
     count = len(free)
-    enough = ROUNDING * float(np.abs(free).max(initial=0.0))
+    enough = PUSH_ROUNDING * float(np.abs(free).max(initial=0.0))
     for acting in range(count, -1, -1):
         for chosen in combinations(range(count), acting):
             push = np.zeros(count)
@@ -44,7 +44,7 @@ def complementary(mobility: FloatArray, free: FloatArray) -> FloatArray:
             if closed:
                 push[closed] = -least_inverse(mobility[np.ix_(closed, closed)]) @ free[closed]
             left = mobility @ push + free
-            if push.min(initial=0.0) < -ROUNDING * float(np.abs(push).max(initial=0.0)):
+            if push.min(initial=0.0) < -PUSH_ROUNDING * float(np.abs(push).max(initial=0.0)):
                 continue
             if left.min(initial=0.0) >= -enough and np.abs(left[closed]).max(initial=0.0) <= enough:
                 return np.maximum(push, 0.0)

@@ -29,7 +29,7 @@ from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
 Turns = tuple[IndexArray, FloatArray, FloatArray]
 
 LOOKS_AT_TURNS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
-ROUNDING = 1e-12  # of a value: what moves by less in a step stands still
+STANDSTILL = 1e-12  # of a value: what moves by less in a step stands still
 
 
 def highest(
@@ -154,7 +154,7 @@ class TurnSeeker:
         than `rounding` (c,) nothing is known to move in a step.
         """
         time, length = steps
-        still = np.maximum(ROUNDING * np.abs(values).max(axis=(0, 1)), rounding)
+        still = np.maximum(STANDSTILL * np.abs(values).max(axis=(0, 1)), rounding)
         slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
         which, at, turned = polynomial.turns(time, length, values, slopes)
         nodes = (time[:, None] + polynomial.nodes * length[:, None]).ravel()

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.linalg import eigh
@@ -168,12 +168,20 @@ class KnotControl:
         return end
 
 
-# A stage fell on a singularity: try again with the last length times these, from the list's end.
-RETRY_FACTORS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.7, 1.25)
+# A stage fell on a singularity: try again with the last length times these, one after the other.
+RETRY_FACTORS = (1.25, 0.7, 1.6, 0.55, 1.7, 0.7, 1.5)
 # Near a singularity an error up to this many times the allowed one counts as rounding.
 ROUNDED = 10.0
 CORRECTIONS = 3  # by Newton's method, of where a step's end is moved to an event
 END_SHIFT = 1e-2  # of a step: its end is moved along its polynomial by no more than this
+
+
+class OnSingularity(NamedTuple):
+    """Whether a stage of a step fell on a singularity, or its end, and whether it passed one."""
+
+    stage: bool = False
+    end: bool = False
+    passed: bool = False
 
 
 class HybridProblem(Protocol):
@@ -211,13 +219,13 @@ class HybridProblem(Protocol):
         """
         return 1.0
 
-    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:  # noqa: ARG002
-        """Tell whether a stage, or the end, of the last step tried fell on one, or it passed one.
+    def on_singularity(self, at_stop: bool = False) -> OnSingularity:  # noqa: ARG002
+        """Tell where the last step tried was on a singularity.
 
         There rounding decides on what follows from the coordinates solved for. A step that has to
         end where it does, `at_stop`, may end nearer to one.
         """
-        return False, False, False
+        return OnSingularity()
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
@@ -305,8 +313,9 @@ class ImplicitStepper:
 
     def _note(self, step: Step) -> None:
         """Take note of steps past a singularity, or inexact at one; of the user's that slipped."""
-        near, _, passed = self.problem.on_singularity()
-        if passed or (near and not self.control.fixed and not self.control.passes(step.error)):
+        on_one = self.problem.on_singularity()
+        missed = not self.control.fixed and not self.control.passes(step.error)
+        if on_one.passed or (on_one.stage and missed):
             self.rounded.append(step.t)
         if self.control.fixed is not None:
             slip = self.problem.slipped(step)
@@ -320,16 +329,18 @@ class ImplicitStepper:
         if self.problem.repartition_due():
             self.restart()
         longest = self.control.limits * self.problem.longest(self.at)
-        h, first, factors = min(self.h, longest), True, [*RETRY_FACTORS]
+        h, first, retries = min(self.h, longest), True, 0
         while True:
             h = self._fitted(h, stop - self.time)
             step = self._step(h)
             if step is not None and self.control.fixed is not None:
                 self.h = self.control.fixed  # it was shorter if an event had to be met from nearer
                 return step
-            if factors and self._on_singularity(step, h == stop - self.time):
+            again = retries < len(RETRY_FACTORS)
+            if again and self._on_singularity(step, h == stop - self.time):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
-                h *= factors.pop()
+                h *= RETRY_FACTORS[retries]
+                retries += 1
             elif step is None or self._slips(step):
                 h, first = h / 4, False
             elif (part := self.knots.part(step)) < 1:
@@ -371,16 +382,16 @@ class ImplicitStepper:
         """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
         if self.control.fixed is not None:
             return False
-        any_stage, end, _ = self.problem.on_singularity(at_stop)
-        return end or (any_stage and not self._good(step))
+        on_one = self.problem.on_singularity(at_stop)
+        return on_one.end or (on_one.stage and not self._good(step))
 
     def _good(self, step: Step | None) -> bool:
         return step is not None and not self._slips(step) and self.control.passes(step.error)
 
     def _rounded(self, step: Step) -> bool:
         """Tell that an error too large may be one of rounding, at a singularity that is passed."""
-        on_one = self.problem.on_singularity()[0]
-        return on_one and step.error < ROUNDED * self.control.allowed
+        near = self.problem.on_singularity().stage
+        return near and step.error < ROUNDED * self.control.allowed
 
     def _slips(self, step: Step) -> bool:
         """Tell that a dependent coordinate did not go where its speed would have taken it."""

@@ -182,9 +182,9 @@ KICK = 0.05  # likewise: off an unstable balance
 KICKS = 8
 DT = 1e-5  # likewise: of central differences
 SETTLED = 1e-7  # likewise: the forces after a step so short are rounding
-ROUNDED = 1e-8  # of the largest stiffness: less is rounding of differences
+STIFFNESS_ROUNDING = 1e-8  # of the largest stiffness: less is rounding of differences
 BALANCED = 1e-9  # of all forces: so little is left of them where they balance
-ROUNDING = 1e-15  # of the reach: joints are as closed as they can be
+REACH_ROUNDING = 1e-15  # of the reach: joints are as closed as they can be
 DEPENDENT = 1e-9  # of the size of a motion or of a joint's row: less than this is rounding
 SLOWEST = 1e-6  # 1/s^2: what resists less is as good as free
 OF_ENERGY = 1e-5  # of the largest stiffness: K is symmetric, as forces with an energy have it
@@ -251,7 +251,7 @@ class _Look:
             eigenvalues = np.sort_complex(np.linalg.eigvals(self.stiffness))
         else:
             eigenvalues = self._modes[0].astype(complex)
-        return np.where(np.abs(eigenvalues) > ROUNDED * largest, eigenvalues, 0.0)
+        return np.where(np.abs(eigenvalues) > STIFFNESS_ROUNDING * largest, eigenvalues, 0.0)
 
     @property
     def lowest(self) -> float:
@@ -268,7 +268,7 @@ class _Look:
     def newton(self) -> FloatArray:
         """The next step (parts, 3): Newton's, downhill where K is negative, far where it is 0."""
         values, ways = self._modes
-        least = ROUNDED * float(np.abs(values).max(initial=0.0))
+        least = STIFFNESS_ROUNDING * float(np.abs(values).max(initial=0.0))
         along = ways.T @ self.slope
         if self.balanced:  # what resists nothing stays
             along = np.where(np.abs(values) > least, along, 0.0)
@@ -327,7 +327,9 @@ class _Search:
         longest = max(
             (1 / self.size(motion) for motion in np.moveaxis(motions, -1, 0)), default=0.0
         )
-        off = ROUNDING * max(1.0, self.size(q)) * longest  # places and angles are rounded, too
+        off = (
+            REACH_ROUNDING * max(1.0, self.size(q)) * longest
+        )  # places and angles are rounded, too
         rounding = BALANCED * float(np.linalg.norm(pulled)) + stiffest * off
         return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
 
@@ -400,7 +402,7 @@ class _Search:
             for _ in range(CLOSING):
                 places = places_near(self._mechanism, q, places)
                 joints = constraints_at(self._mechanism, q, places)
-                if np.abs(joints.residual).max(initial=0.0) <= ROUNDING * self._reach:
+                if np.abs(joints.residual).max(initial=0.0) <= REACH_ROUNDING * self._reach:
                     break
                 roots = scale_roots(self._mechanism)
                 q = q + LeastMotion(self._mechanism, joints, roots, -joints.residual).nearest()

@@ -42,7 +42,7 @@ FACTOR = 3.0
 # hundred times worse, not ten. Of the 40 strikes of scripts/random_touches.py the median told is
 # some ten times the true largest error, and no sample of the finer run is off by more.
 MOST_SAMPLES = 0.97
-ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
+FORCE_ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
 
 Pair = tuple[str, str]
 
@@ -231,8 +231,8 @@ def _nearest(instants: FloatArray, at: FloatArray) -> IndexArray:
 def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
     """Times (n,) since the begin of a touch of its samples, and forces there.
 
-    Where the force leaps at its begin or end there are two samples; that inside the touch counts. Of
-    two that are one rounding apart, at an event within the touch, the later one does.
+    Where the force leaps at its begin or end there are two samples; that inside the touch counts.
+    Of two that are one rounding apart, at an event within the touch, the later one does.
     """
     first, last = np.searchsorted(result.time, [begin, end])
     since, force = result.time[first:last] - begin, result.contacts[name].force[first:last]
@@ -351,7 +351,9 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
         horizon=horizon,
         stopped=None if other.outcome.completed else float(other.time[-1]),
         other=tolerance,
-        forces={name: deviation.times(FACTOR, ROUNDING) for name, deviation in forces.items()},
+        forces={
+            name: deviation.times(FACTOR, FORCE_ROUNDING) for name, deviation in forces.items()
+        },
     )
 
 

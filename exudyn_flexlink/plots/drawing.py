@@ -271,7 +271,7 @@ ROOM = 0.08  # of the drawing, around it, for names
 SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
 SPOTS = 12  # of a line that names keep away from
 DIRECTIONS = 12
-NEAR = 7.0  # points, from a place to its label
+LABEL_DISTANCE = 7.0  # points, from a place to its label
 FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
 APART = 2.0  # points, between two names, so that they don't read as one
 # What a place for a name costs, which is 1 where it lies on another:
@@ -445,7 +445,7 @@ class Labels:
             angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * pi / DIRECTIONS
             away = np.array([np.cos(angle), np.sin(angle)])
             # As far as the name's own size in that direction, and a little farther.
-            middle = NEAR * self._pixels * far * away + half * away
+            middle = LABEL_DISTANCE * self._pixels * far * away + half * away
             box = Bbox([at + middle - half, at + middle + half])
             cost = self._hidden(box) + OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
             lines.append((cost, middle, box))

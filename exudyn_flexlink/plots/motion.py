@@ -308,7 +308,7 @@ STRIKES_SHOWN = len(OTHERS)
 SHOWN_BEFORE, SHOWN_AFTER = 0.005, 0.15  # s before and after the first touch
 _interpolated = partial(make_interp_spline, k=1)
 """Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
-ROUNDED = 12  # decimals of angles (rad) that tell one from another
+ANGLE_DECIMALS = 12  # decimals of angles (rad) that tell one from another
 
 
 @styled
@@ -444,7 +444,7 @@ def _tip_of_angle(response: LeverResponse) -> tuple[Function, Function] | None:
     """
     if response.measure is not ANGLE:
         return None
-    angle, first = np.unique(np.round(response.value, ROUNDED), return_index=True)
+    angle, first = np.unique(np.round(response.value, ANGLE_DECIMALS), return_index=True)
     tip = response.tip_displacement[first]
     if len(tip) < 2 or not (np.all(np.diff(tip) > 0) or np.all(np.diff(tip) < 0)):
         return None

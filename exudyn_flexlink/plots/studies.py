@@ -349,7 +349,7 @@ def bifurcation(branches: Branches, *, axis: str = "y", style: Style = SCREEN) -
 
 MOST_PANELS = 6
 NOTICEABLE = 1e-4  # of a number: the summary prints numbers that differ by less alike
-ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
+ALL_BUT_ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
 FEW = 8  # values that all have a tick
 LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
 
@@ -375,7 +375,7 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
 
     """
     # Those that differ to the eye, if there are any.
-    chosen = list(names) or _differing(table, NOTICEABLE) or _differing(table, ROUNDING)
+    chosen = list(names) or _differing(table, NOTICEABLE) or _differing(table, ALL_BUT_ROUNDING)
     unknown = [name for name in chosen if name not in table.observables]
     if unknown:
         near = did_you_mean(unknown[0], table.observables)

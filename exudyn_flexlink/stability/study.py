@@ -54,7 +54,7 @@ STRETCHES = 16  # in a lap: impacts on stiff walls part neighbours a thousandfol
 ABOVE_ERROR = 1e3  # times the tolerance: how far neighbours are apart, well above its errors
 MOST = 1e-3  # of the parts' reach: neighbours no farther apart, as they stand for infinitely near
 EDGE = 0.04  # of a stretch: at least so far from any touch
-NEAR = 0.25  # of a stretch: an instant farther from where one is wanted is left out
+OFF_STRETCH = 0.25  # of a stretch: an instant farther from where one is wanted is left out
 
 
 class StoppedError(ValueError):
@@ -118,7 +118,7 @@ def restarts(result: Result, stretch: float, after: float = 0.0) -> FloatArray:
     Each is the sample with most room to the touches before and after it: neighbours touch a little
     earlier or later, and have to be free there, too.
     """
-    room = _room(result, NEAR * stretch)
+    room = _room(result, OFF_STRETCH * stretch)
     free = (room >= EDGE * stretch) & (result.time >= after)
     times, room = result.time[free], room[free]
     if not len(times):
@@ -126,7 +126,7 @@ def restarts(result: Result, stretch: float, after: float = 0.0) -> FloatArray:
     instants = []
     for wanted in np.arange(after, float(result.time[-1]) + stretch / 2, stretch):
         away = np.abs(times - wanted)
-        near = np.flatnonzero(away <= NEAR * stretch)
+        near = np.flatnonzero(away <= OFF_STRETCH * stretch)
         instants += [times[k] for k in near[np.lexsort((away[near], -room[near]))][:1]]
     if len(instants) < 2:
         raise TooShortError(f"from {after:.4g} s on something presses nearly all the time")

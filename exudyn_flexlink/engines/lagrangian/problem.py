@@ -603,7 +603,7 @@ class Problem(HybridProblem):
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state."""
         at = self.system.evaluate(time, self.q, self.v)
-        self.system.jacobians(at)
+        self.system.measure_moves(at.kept.pick(None).frame)
         return at, State(self.q, self.v, at.accelerations)
 
     def accelerate(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:

@@ -34,7 +34,7 @@ from exudyn_flexlink.mechanism import Seen
 from exudyn_flexlink.result import Event
 
 NEWTON_STEPS = 30
-NEAR = 1e-8  # of the parameter: a last change
+QUADRATIC = 1e-8  # of the parameter: a last change
 LEAST_PART = 1e-6  # of the way that the guide has turned
 LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
 NEARLY = 1e-5  # likewise, where steps got too short to go on
@@ -112,7 +112,7 @@ class TrackPoint(TrackFollower):
         for _ in range(NEWTON_STEPS):
             place, first, second = places = self.at(u)
             slope, away = (back * first).imag, back * (place - centre)
-            if largest <= NEAR * (1 + abs(self.u)):  # quadratic: the last step made it exact
+            if largest <= QUADRATIC * (1 + abs(self.u)):  # quadratic: the last step made it exact
                 break
             step = away.imag / slope
             u, before_it, largest = u - step, largest, float(np.abs(step).max())
@@ -384,12 +384,16 @@ class System:
         """Springs and dampers, walls and friction."""
         kept: Motion = at.kept.pick(None)
         first, numbers = self.model.first, self.model.numbers
-        self._moves = moved_by(numbers, kept.frame)[:, first:].T.copy()
+        self.measure_moves(kept.frame)
         stiffness, damping = numbers.stiffness, numbers.damping
         if kept.pushed is not None:
             more = self.contacts.slopes_of(kept.pushed)
             stiffness, damping = stiffness + more[0], damping + more[1]
         return stiffness[first:, first:], damping[first:, first:]
+
+    def measure_moves(self, frame: Frame) -> None:
+        """Take how far coordinates move points at a frame (1,), for `size`."""
+        self._moves = moved_by(self.model.numbers, frame)[:, self.model.first :].T.copy()
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, n) of the gaps of levers' contacts that press, and their forces."""

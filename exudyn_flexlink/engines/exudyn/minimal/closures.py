@@ -49,6 +49,7 @@ from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.stepper import OnSingularity
 from exudyn_flexlink.mechanism import Anchor, Gear, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -268,9 +269,11 @@ FARTHEST = 2.0  # lengths of a step beyond its end: so far its polynomial tells 
 DEGREES = np.arange(STAGES)
 BY_STAGES = np.linalg.inv(C[:, None] ** DEGREES)  # coefficients of the polynomial through stages
 MOST_ITERATIONS = 12
-NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
+QUADRATIC = (
+    1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
+)
 OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
-ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
+LENGTH_ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 
 NOT_CLOSED = "the joints of a loop can't all stay closed"
 
@@ -377,14 +380,14 @@ class ClosureSolver:
                 inverse = np.linalg.inv(jacobian.take(split.dependent, axis=2))
             except np.linalg.LinAlgError as error:
                 raise DeadCentreError(NOT_CLOSED) from error
-            if size <= NEAR * self._size or rounds == MOST_ITERATIONS:
+            if size <= QUADRATIC * self._size or rounds == MOST_ITERATIONS:
                 break
             change = (inverse @ residual.take(split.rows, axis=1)[:, :, None])[:, :, 0]
             before, size = size, float(np.abs(change * lengths).max(initial=0.0))
             if not size < 2 * before or not np.isfinite(size):
                 raise DeadCentreError(NOT_CLOSED)
             y[:, split.dependent] -= change
-            if size <= ROUNDING * self._size:
+            if size <= LENGTH_ROUNDING * self._size:
                 break
         if np.abs(residual * self.row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
             raise DeadCentreError(NOT_CLOSED)
@@ -392,7 +395,9 @@ class ClosureSolver:
 
 
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
-SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
+DEAD_CENTRE_GAIN = (
+    1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
+)
 JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
 UNSEEN = 1e-5  # as DEAD_CENTRE: nearer to one accelerations have lost ten digits, and are not shown
 CALM = 1e1  # likewise: where all stages have less, no dead centre lies between them
@@ -589,7 +594,7 @@ class ClosedCoordinates:
         speeds = np.hstack([stages.v, stages.place_rates])
         off = np.abs(after - before - h * (weights @ speeds)) * self._scale_here
         # Near a dead centre dependent coordinates are known to so much only.
-        blur = ROUNDING * self._size * float(self._gains.max())
+        blur = LENGTH_ROUNDING * self._size * float(self._gains.max())
         followed = np.concatenate([self._split.dependent, self._known])
         slip = max(0.0, float(off[followed].max(initial=0.0)) - blur)
         if slip > JUMPED * self._size:
@@ -626,11 +631,11 @@ class ClosedCoordinates:
         ]
         return left, np.stack([np.real(forces_held), np.imag(forces_held)], axis=-1).swapaxes(0, 1)
 
-    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:
-        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
-        most = 1 / UNSEEN if at_stop else SINGULAR
-        near = bool(self._gains.max() > SINGULAR)
-        return near, bool(self._gains[-1] > most), near and self._turned_over()
+    def on_dead_centre(self, at_stop: bool) -> OnSingularity:
+        """Tell where the last step tried was all but at a dead centre."""
+        most = 1 / UNSEEN if at_stop else DEAD_CENTRE_GAIN
+        near = bool(self._gains.max() > DEAD_CENTRE_GAIN)
+        return OnSingularity(near, bool(self._gains[-1] > most), near and self._turned_over())
 
     def _turned_over(self) -> bool:
         """Tell whether the determinant of the Jacobian changed its sign within the last step."""

@@ -24,6 +24,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     Which,
 )
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.stepper import OnSingularity
 from exudyn_flexlink.mechanism import Mechanism
 from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, TreeLayout
 
@@ -155,12 +156,12 @@ class Coordinates(Protocol):
     def pushed(self, k: int, at: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
-    def on_dead_centre(self, at_stop: bool) -> tuple[bool, bool, bool]:  # noqa: ARG002
-        """Tell whether a stage, and whether the end, of the last step tried all but fell on one.
+    def on_dead_centre(self, at_stop: bool) -> OnSingularity:  # noqa: ARG002
+        """Tell where the last step tried was all but at a dead centre.
 
-        And whether it passed one. A step that has to end there, `at_stop`, may end nearer to one.
+        A step that has to end there, `at_stop`, may end nearer to one.
         """
-        return False, False, False
+        return OnSingularity()
 
     def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:  # noqa: ARG002
         """Tell at which instants (n,) within the last step a loop is all but at a dead centre."""

@@ -61,7 +61,9 @@ from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.raising import Sendable
 
-ROUND = 1e-9  # of sqrt(k_t k_n): less of k_tn is rounding, and so is less of k_n in what it opens
+OPENED_BY_ROUNDING = (
+    1e-9  # of sqrt(k_t k_n): less of k_tn is rounding, and so is less of k_n in what it opens
+)
 
 
 class Meeting(NamedTuple):
@@ -80,7 +82,7 @@ class Meeting(NamedTuple):
     @property
     def is_round(self) -> bool:
         """Tell whether neither impulse changes the speed that the other does."""
-        return self.both**2 <= ROUND**2 * self.along * self.across
+        return self.both**2 <= OPENED_BY_ROUNDING**2 * self.along * self.across
 
 
 class JammedError(Sendable, ArithmeticError):
@@ -106,10 +108,10 @@ def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, f
     turning = both + at.along * slides
     stops = -at.slip / turning if at.slip * turning < 0 else 0.0 if at.slip == 0 else inf
     closing = at.across + both * slides
-    squeezed = -at.rate / closing if closing > ROUND * at.across else inf
+    squeezed = -at.rate / closing if closing > OPENED_BY_ROUNDING * at.across else inf
     if squeezed > stops:
         left, closing = at.rate + closing * stops, at.across + both * then
-        squeezed = stops - left / closing if closing > ROUND * at.across else inf
+        squeezed = stops - left / closing if closing > OPENED_BY_ROUNDING * at.across else inf
     if squeezed == inf:
         raise JammedError(at.contact)
     pressed = (1 + restitution) * squeezed
@@ -382,7 +384,7 @@ HELD_STILL = 1e-5  # likewise, of a joint that is held: by how much steps err th
 NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
 AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which reaches it
 DRIVEN = 1e-12  # of the row of a joint: less of an independent coordinate is rounding
-MOST_ROUNDS, ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
+MOST_ROUNDS, SEARCH_ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
 FEW_ROUNDS = 8  # likewise, where each tells some digits more
 
 
@@ -554,7 +556,7 @@ class JointFrictions:
             slope = (way * share)[:, None] * np.einsum("njki,nji->njk", by, along)
             change = np.linalg.solve(np.eye(len(way)) + slope, off[..., None])[..., 0]
             braked = braked - change
-            if np.abs(change).max() <= ROUNDING * np.abs(braked).max():
+            if np.abs(change).max() <= SEARCH_ROUNDING * np.abs(braked).max():
                 return braked
         raise LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
 
@@ -605,7 +607,7 @@ class JointFrictions:
             within = known.mobility[0][np.ix_(resting, resting)], left[resting]
             limits[0, resting] = within_bounds(*within, bound[0, resting])
             change, torque = np.abs(limits - torque).max(), limits
-            if change <= ROUNDING * np.abs(torque).max():
+            if change <= SEARCH_ROUNDING * np.abs(torque).max():
                 break
         parts = known.mobility[0] * torque[0]
         left = known.away[0] + parts.sum(axis=1)

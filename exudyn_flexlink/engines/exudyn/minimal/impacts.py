@@ -43,7 +43,7 @@ from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
 
-CLOSED = 1e-15  # m: a gap so small is closed, by rounding
+CLOSED_GAP = 1e-15  # m: a gap so small is closed, by rounding
 SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
 # m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
 # what a gap is off by, and nobody sees that.
@@ -58,7 +58,9 @@ UNEVEN = "turns slip back where the bodies are not round about it: that would ma
 
 def meets(touch: Touch, time: float) -> bool:
     """Tell whether a gap is closed at a time (s), as exactly as instants are known."""
-    return abs(touch.gap) <= CLOSED + SAME_INSTANT * instant(time, EVENT_TIME) * abs(touch.gap_rate)
+    return abs(touch.gap) <= CLOSED_GAP + SAME_INSTANT * instant(time, EVENT_TIME) * abs(
+        touch.gap_rate
+    )
 
 
 class Jump(NamedTuple):

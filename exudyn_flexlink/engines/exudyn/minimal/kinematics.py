@@ -349,7 +349,7 @@ class TrackPoint(TrackFollower):
 
 
 NEWTON_STEPS = 40
-NEAR = 1e-8  # of the parameter
+QUADRATIC = 1e-8  # of the parameter
 
 Axis = tuple[float, float]  # cosine and sine of the guide's angle
 
@@ -409,7 +409,7 @@ class SlotGuide(TrackPoint):
         least = min(abs(slope), abs(was))
         for _ in range(NEWTON_STEPS):
             step = (c * (y - cy) - s * (x - cx) - aside) / slope
-            if abs(step) <= NEAR * (1 + abs(u)):  # quadratic: exact to rounding after this one
+            if abs(step) <= QUADRATIC * (1 + abs(u)):  # quadratic: exact to rounding after this one
                 return u - step
             bend, gone, u = abs(c * ddy - s * ddx), 2 * abs(step), u - step
             x, y, dx, dy, ddx, ddy = at(u)

@@ -36,7 +36,7 @@ from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Event, Guard
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.stepper import FREELY, PART, slow_motions
+from exudyn_flexlink.integrate.stepper import FREELY, PART, OnSingularity, slow_motions
 from exudyn_flexlink.mechanism import pressed_among
 
 GIVE_WAY = "a law with stiffness"
@@ -206,8 +206,8 @@ class MinimalProblem:
         """Part of a step after which a formula is not what it is at the stages; 1 if nowhere."""
         return self._overlooked.part(step, allowed)
 
-    def on_singularity(self, at_stop: bool = False) -> tuple[bool, bool, bool]:
-        """Tell whether a stage, or the end, of the last step was on a dead centre, or passed it."""
+    def on_singularity(self, at_stop: bool = False) -> OnSingularity:
+        """Tell where the last step tried was at a dead centre."""
         return self.model.coordinates.on_dead_centre(at_stop)
 
     # --- events -------------------------------------------------------------------------------

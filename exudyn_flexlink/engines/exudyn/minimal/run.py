@@ -309,7 +309,9 @@ class RunReader:
         return given
 
 
-NEAR = 1e-6  # of the run: where it ends, and where equations were found to have no answer
+SAME_PART_OF_RUN = (
+    1e-6  # of the run: where it ends, and where equations were found to have no answer
+)
 
 
 def prepare(
@@ -381,7 +383,7 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time
     if run.model.trouble is not None:
         when, trouble = run.model.trouble
-        if abs(when - time) < NEAR * run.problem.end:
+        if abs(when - time) < SAME_PART_OF_RUN * run.problem.end:
             return str(trouble), trouble.advice
     shortest = instant(time, EVENT_TIME)
     advice = no_solution_advice(run.model.assembly, tolerance, shortest, time)

@@ -107,7 +107,7 @@ def _asked(system: System, load: Callable[..., Any], nothing: Any) -> Callable[.
     return asked
 
 
-ROUNDING = 5e-15  # strain of an element as long as the mechanism is large
+STRAIN_ROUNDING = 5e-15  # strain of an element as long as the mechanism is large
 NOTHING = -1  # number of an item that is none
 
 
@@ -158,7 +158,10 @@ class System:
         # where steps are long, leaves strains that are not there.
         size = float(abs(self.assembly.state.q[:, :2]).max())
         forces = [
-            beam.shape.elastic.axial * ROUNDING * max(size, beam.shape.length) / beam.shape.element
+            beam.shape.elastic.axial
+            * STRAIN_ROUNDING
+            * max(size, beam.shape.length)
+            / beam.shape.element
             for beam in self.beams
         ]
         return 1e-9, max(1e-10, *forces)
