@@ -55,7 +55,7 @@ def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_ctrl_c_after_the_solve_gives_the_whole_result(engine, monkeypatch):
     """Recorders are flushed when all is solved: Ctrl-C then must not lose it."""
-    from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder as Tree  # noqa: PLC0415
+    from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder as Tree  # noqa: PLC0415
     from exudyn_flexlink.engines.lagrangian.problem import Recorder  # noqa: PLC0415
 
     recorder = Tree if engine == "exudyn" else Recorder

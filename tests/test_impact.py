@@ -13,7 +13,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics import is_over
 from exudyn_flexlink.engines.lagrangian.problem import strike
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
-from exudyn_flexlink.integrate.events import Event, first_fall
+from exudyn_flexlink.integrate.events import Crossing, first_fall
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.loading import load_scene
@@ -47,7 +47,7 @@ class Ball:
             return None
         height, speed = (lambda t, k=k: step.at(np.array([t]))[k][0, 0] for k in (0, 1))
         time = first_fall(height, speed, (step.t, step.t + step.h))
-        return None if time is None else Event(time, "hit")
+        return None if time is None else Crossing(time, "hit")
 
     def longest(self):
         return np.inf

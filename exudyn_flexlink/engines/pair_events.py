@@ -41,7 +41,7 @@ POLYNOMIAL = StepPolynomial(NODES)
 
 
 def event_functions(seen: Seen, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Event functions (c,), m, of contacts with faces so long, and their rates."""
+    """Crossing functions (c,), m, of contacts with faces so long, and their rates."""
     beyond = seen.place - lengths
     after = beyond > -seen.place
     value = np.where(after, beyond, -seen.place)

@@ -217,7 +217,7 @@ class Guard:
         raise NotImplementedError
 
 
-class Event(NamedTuple):
+class Crossing(NamedTuple):
     """What happens first within a step, and when (s)."""
 
     time: float

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.events import EVENT_TIME, Event
+from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError, instant, later
 
 # Tolerances of one step, per metre that the run may be off. By `scripts/tolerance.py --integrator
@@ -70,7 +70,7 @@ class SmoothProblem(Protocol):
     def longest(self) -> float:
         """Limit of the next step, s."""
 
-    def first_event(self, step: DenseStep) -> Event | None:
+    def first_event(self, step: DenseStep) -> Crossing | None:
         """Locate what happens first within a step."""
 
     def accept(self, step: DenseStep) -> None:
@@ -100,11 +100,11 @@ class ExplicitStepper:
         """Take up the state at time 0."""
         self.problem.begin()
 
-    def restart(self, event: Event | None = None) -> None:  # noqa: ARG002
+    def restart(self, event: Crossing | None = None) -> None:  # noqa: ARG002
         """Go on from the present state: the method finds its first step by itself."""
         self._solver = None
 
-    def advance(self, stop: float) -> Event | None:
+    def advance(self, stop: float) -> Crossing | None:
         """Make one step, no further than to `stop` (s); return the event at its end, if any.
 
         Raises:

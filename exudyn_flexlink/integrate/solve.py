@@ -9,7 +9,7 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
-from exudyn_flexlink.integrate.events import EVENT_TIME, Event
+from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing
 from exudyn_flexlink.integrate.problem import NoConvergenceError, instant
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Events(Protocol):
     def over(self) -> bool:
         """Whether the run ends here."""
 
-    def cross(self, event: Event) -> None:
+    def cross(self, event: Crossing) -> None:
         """Let the event's guard change the equations, once what waits for them is worked off."""
 
 
@@ -131,12 +131,12 @@ class Solution:
     def _over(self) -> bool:
         return self.events.over or self.interrupted
 
-    def _cross(self, event: Event) -> None:
+    def _cross(self, event: Crossing) -> None:
         self.events.cross(event)
         if not self.events.over:
             self.stepper.restart(event)
 
-    def _count(self, began: float, event: Event | None) -> None:
+    def _count(self, began: float, event: Crossing | None) -> None:
         """Count events in a row without a step between them."""
         if self.time - began >= instant(self.time, EVENT_TIME):
             self._at_once = 0

@@ -31,7 +31,7 @@ from scipy.linalg import eigh
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.collocation import STAGES, A, C
-from exudyn_flexlink.integrate.events import EVENT_TIME, Event
+from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing
 from exudyn_flexlink.integrate.problem import (
     Equations,
     Evaluation,
@@ -227,7 +227,7 @@ class HybridProblem(Protocol):
         """
         return OnSingularity()
 
-    def first_event(self, step: Step) -> Event | None:
+    def first_event(self, step: Step) -> Crossing | None:
         """Locate what happens first within a step."""
 
 
@@ -273,7 +273,7 @@ class ImplicitStepper:
         """Newton's iterations so far."""
         return self.radau.iterations
 
-    def restart(self, event: Event | None = None) -> None:
+    def restart(self, event: Crossing | None = None) -> None:
         """Go on from the present state, after an event if any."""
         self.control.forget()
         bends = event is not None and event.guard.bends
@@ -286,7 +286,7 @@ class ImplicitStepper:
             self.at, self._state = self.problem.restart(self.time)
         self.radau.position_per_speed_error = self.problem.position_per_speed_error(self.at)
 
-    def advance(self, stop: float) -> Event | None:
+    def advance(self, stop: float) -> Crossing | None:
         """Make one step, no further than to `stop` (s); return the event at its end, if any.
 
         Raises:
@@ -399,7 +399,7 @@ class ImplicitStepper:
 
     # --- up to an event -----------------------------------------------------------------------
 
-    def _landed(self, event: Event) -> Step | None:
+    def _landed(self, event: Crossing) -> Step | None:
         """Make a step to an event; None, and a shorter one next, if it is not good enough.
 
         The polynomial in which the event was located is less accurate than a step's end. So that is
@@ -414,7 +414,7 @@ class ImplicitStepper:
             return None
         return step
 
-    def _ending(self, event: Event, step: Step) -> Step | None:
+    def _ending(self, event: Crossing, step: Step) -> Step | None:
         """Move a step's end a little along its polynomial, to its event."""
         solved, farthest = step, END_SHIFT * step.h
         for _ in range(CORRECTIONS):
@@ -435,6 +435,6 @@ class ImplicitStepper:
         finish = step.finish._replace(a=accelerations[-1])
         return step._replace(finish=finish, stages=stages, accelerations=accelerations)
 
-    def _arrives(self, event: Event, step: Step) -> bool:
+    def _arrives(self, event: Crossing, step: Step) -> bool:
         """Tell that a step ends at its event, and that nothing keeps it from being good."""
         return event.guard.arrives(step) and self.knots.part(step) >= 1

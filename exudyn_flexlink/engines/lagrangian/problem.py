@@ -65,7 +65,7 @@ from exudyn_flexlink.engines.recording import (
 )
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, ExtremeSeeker, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
-from exudyn_flexlink.integrate.events import Event, Guard, fall
+from exudyn_flexlink.integrate.events import Crossing, Guard, fall
 from exudyn_flexlink.integrate.explicit import DenseStep
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
@@ -527,7 +527,7 @@ class Problem(HybridProblem):
         """Motion (1,) where it is."""
         return self.system.motion(np.array([self.time]), self.q[None], self.v[None])
 
-    def first_event(self, step: Path) -> Event | None:
+    def first_event(self, step: Path) -> Crossing | None:
         """What happens first within a step."""
         motion, path = self._nodes(step)
         happening = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
@@ -536,14 +536,14 @@ class Problem(HybridProblem):
             def left(t: float) -> float:
                 return self._to_turn(self._at(step, t)[0].q[0])
 
-            happening.append(Event(fall(left, step.t, step.t + step.h), TurnsGuard(self)))
+            happening.append(Crossing(fall(left, step.t, step.t + step.h), TurnsGuard(self)))
         return min(happening, key=lambda event: event.time, default=None)
 
     def _at(self, step: Path, t: float) -> tuple[Frame, FloatArray]:
         at = np.array([t])
         return self.system.frame(at, *step.at(at))
 
-    def _end_of_piece(self, step: Path, motion: Motion) -> list[Event]:
+    def _end_of_piece(self, step: Path, motion: Motion) -> list[Crossing]:
         """Where P comes to an end of its piece, from which it may be back before the step ends."""
         track, places = self.system.track, motion.place[1 : LAST + 1]
         start, end = track.present.start - track.seam, track.present.end + track.seam
@@ -557,9 +557,9 @@ class Problem(HybridProblem):
             return track.left(float(self._at(step, t)[1][0]))[which]
 
         end_of_piece = fall(left, step.t, step.t + step.h * NODES[1 + node])
-        return [Event(end_of_piece, PieceGuard(self, way))]
+        return [Crossing(end_of_piece, PieceGuard(self, way))]
 
-    def _of_contacts(self, step: Path, motion: Motion, path: Seen) -> list[Event]:
+    def _of_contacts(self, step: Path, motion: Motion, path: Seen) -> list[Crossing]:
         contacts = self.system.contacts
         if not contacts.all:
             return []
@@ -569,16 +569,16 @@ class Problem(HybridProblem):
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
             if len(walls):
-                return [Event(step.t, WallGuard(self, int(walls[0])))]
+                return [Crossing(step.t, WallGuard(self, int(walls[0])))]
             path, lengths = self.system.without_ends(path)
             first = first_of(restless, path, lengths, pressing, step.h)
             if first is not None:
                 part, k = first
                 guard = (FaceGuard if k < contacts.faces else WallGuard)(self, k)
-                happening.append(Event(step.t + part * step.h, guard))
+                happening.append(Crossing(step.t + part * step.h, guard))
         if self.touches.rigid.any():
             lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
-            happening += [Event(time, FaceGuard(self, k)) for time, k in lifted]
+            happening += [Crossing(time, FaceGuard(self, k)) for time, k in lifted]
         return happening
 
     def _changed(self, time: float, there: int | None = None) -> BoolArray:
@@ -644,7 +644,7 @@ class Problem(HybridProblem):
         if self.bounds.any and (reason := self.bounds.passed(-seen.gap * self.touches.pressed)):
             self.stop(reason, TOO_DEEP_ADVICE)
 
-    def cross(self, event: Event) -> None:
+    def cross(self, event: Crossing) -> None:
         """Let the event's guard change the equations, once what waits for them is worked off."""
         self.recorder.work_off()
         event.guard.cross(event.time)

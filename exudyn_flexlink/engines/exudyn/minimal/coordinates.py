@@ -110,7 +110,7 @@ class TreeState(NamedTuple):
         return TreeState._make(column[which] for column in self)
 
 
-class Coordinates(Protocol):
+class TreeCoordinates(Protocol):
     """How the coordinates of a tree follow from the independent ones.
 
     What nothing is said of in a class that inherits holds where no joint closes a loop.
@@ -171,8 +171,8 @@ class Coordinates(Protocol):
         """Say at which dead centre the mechanism all but is; empty if at none."""
 
 
-class OpenCoordinates(Coordinates):
-    """Coordinates of a tree without loops.
+class OpenCoordinates(TreeCoordinates):
+    """TreeCoordinates of a tree without loops.
 
     The independent ones are those of the tree that nothing fixes, then the places of rides on their
     curves.

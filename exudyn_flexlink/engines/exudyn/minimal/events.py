@@ -54,7 +54,7 @@ from exudyn_flexlink.integrate.collocation import POWERS, C
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
     GAP_ROUNDING,
-    Event,
+    Crossing,
     Guard,
     StepPolynomial,
     chebyshev_sum,
@@ -66,7 +66,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Poses, Seen
 
 Value = Callable[[TreeForces], FloatArray]
-"""Event function of a joint, by what is known of the tree (n,): positive until it happens."""
+"""Crossing function of a joint, by what is known of the tree (n,): positive until it happens."""
 
 
 class Happens(Enum):
@@ -114,7 +114,7 @@ class FrictionWatch:
             inside = self._model.window.all_inside(np.array([time]))
             self._frictions.settle(self._model.without_reactions(inside, states))
 
-    def events(self, step: Step) -> list[Event]:
+    def events(self, step: Step) -> list[Crossing]:
         """What happens first to each joint within a step."""
         if not self._frictions.all:
             return []
@@ -131,7 +131,7 @@ class FrictionWatch:
                 (step.t, step.end),
             )
             if time is not None:
-                happening.append(Event(time, guard))
+                happening.append(Crossing(time, guard))
         return happening
 
     def _guards(self, step: Step) -> Iterator[FrictionGuard]:
@@ -251,7 +251,7 @@ class KinkWatch:
             switches = load.switches(self._now(time, self._model.state(time, q, v)))
             load.sides = (switches[:, 0] < 0).astype(float).tolist()
 
-    def first(self, step: Step) -> Event | None:
+    def first(self, step: Step) -> Crossing | None:
         """Passage of a kink that comes first within a step; None if there is none."""
         if not self._model.loads.bent:
             return None
@@ -269,8 +269,10 @@ class KinkWatch:
                 part = first_fall(value, partial(chebyshev_sum, slopes), (0.0, 1.0))
                 if part is not None:
                     rate = chebyshev_sum(slopes, part) / (ways[k] * step.h)
-                    passages.append(Event(step.t + part * step.h, KinkGuard(self, load, k, rate)))
-        return min(passages, key=lambda event: event.time, default=None)
+                    passages.append(
+                        Crossing(step.t + part * step.h, KinkGuard(self, load, k, rate))
+                    )
+        return min(passages, key=lambda crossing: crossing.time, default=None)
 
     def at_end(self, load: LoadSize, step: Step) -> FloatArray:
         """Switches (kinks,) of a load at the end of a step."""
@@ -473,7 +475,7 @@ class EventFinder:
         """Where contact k is at the end of a step that is looked at."""
         return self._contacts.touch_of(k, self._seen_at(end).of(k))
 
-    def first(self, step: Step, end: TreeState) -> Event | None:
+    def first(self, step: Step, end: TreeState) -> Crossing | None:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
         happening = self._ends_of_pieces(step, end)
@@ -489,8 +491,8 @@ class EventFinder:
         happening += self.frictions.events(step)
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
-            happening.append(Event(time, self._changes.turns_guard()))
-        return min(happening, key=lambda event: event.time, default=None)
+            happening.append(Crossing(time, self._changes.turns_guard()))
+        return min(happening, key=lambda crossing: crossing.time, default=None)
 
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
@@ -528,7 +530,7 @@ class EventFinder:
         """How long (s) before a step's end at this time pair k's event was; negative: after."""
         return late_by(self._seen_at(end).closed(self._held), self._lengths, k, time)
 
-    def _touch_of_pairs(self, step: Step, path: Seen) -> Event | None:
+    def _touch_of_pairs(self, step: Step, path: Seen) -> Crossing | None:
         """What a pair of link and guide does first within a step."""
         path = path.closed(self._held[self._pairs])
         lengths, pressing = self._lengths[self._pairs], self._sides.pressed[self._pairs]
@@ -537,12 +539,12 @@ class EventFinder:
             return None
         at_once = self.changed_pairs(step.t)
         if at_once:
-            return Event(step.t, self._changes.contact_guard(at_once[0]))
+            return Crossing(step.t, self._changes.contact_guard(at_once[0]))
         touch = first_of(restless, path, lengths, pressing, step.h)
         if touch is None:
             return None
         part, pair = touch
-        return Event(step.t + part * step.h, self._changes.contact_guard(self._count + pair))
+        return Crossing(step.t + part * step.h, self._changes.contact_guard(self._count + pair))
 
     # --- ends of pieces -----------------------------------------------------------------------
 
@@ -558,7 +560,7 @@ class EventFinder:
         assert self.goal is not None
         return float(self.goal(self._at(step, t).x))
 
-    def _ends_of_pieces(self, step: Step, end: TreeState) -> list[Event]:
+    def _ends_of_pieces(self, step: Step, end: TreeState) -> list[Crossing]:
         """Where slots' points, and what presses on curves, come to ends of pieces.
 
         What passes one may be back before the step ends, so that the stages are looked at, too.
@@ -582,7 +584,7 @@ class EventFinder:
 
     def _end_of_piece(
         self, step: Step, point: Followed, place: PlaceOf, nodes: tuple[FloatArray, FloatArray]
-    ) -> Event | None:
+    ) -> Crossing | None:
         """Where one of them does, by coordinates and slots' places at nodes."""
         times = (step.t + step.h * C).tolist()
         for time, at in zip(times, place(*nodes).tolist(), strict=True):
@@ -593,7 +595,7 @@ class EventFinder:
             on_piece = partial(self._on_piece, step, point, place, side)
             passed = first_fall(on_piece, None, (step.t, time))
             if passed is not None:
-                return Event(passed, self._changes.piece_guard(point, way))
+                return Crossing(passed, self._changes.piece_guard(point, way))
         return None
 
     def _on_piece(self, step: Step, point: Followed, place: PlaceOf, side: int, t: float) -> float:
@@ -615,7 +617,7 @@ class EventFinder:
 
     def _changes_of_contacts(
         self, step: Step, nodes: Poses, end: TreeState, path: tuple[Seen, IndexArray]
-    ) -> list[Event]:
+    ) -> list[Crossing]:
         every = range(self._count)
         free = [not self.presses(k) and not self.let_go(k) for k in every]
         held = [k for k in every if not free[k]]
@@ -623,7 +625,7 @@ class EventFinder:
         for k, search in self._flights(step, nodes, end, np.flatnonzero(free)):
             times.append((self._closing(k, first_part(search), step), k))
         guard = self._changes.contact_guard
-        return [Event(time, guard(k)) for time, k in times if time is not None]
+        return [Crossing(time, guard(k)) for time, k in times if time is not None]
 
     def _closing(self, k: int, part: float | None, step: Step) -> float | None:
         """Instant (s) of an event of contact k after a part of the step, by the state there.

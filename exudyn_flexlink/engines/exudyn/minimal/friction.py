@@ -52,7 +52,7 @@ from scipy.sparse.csgraph import connected_components
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import TreeContacts
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, TreeState
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeCoordinates, TreeState
 from exudyn_flexlink.engines.touching import Touches
 from exudyn_flexlink.integrate.contact_share import RANK, least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
@@ -420,7 +420,7 @@ class JointFrictions:
     """Those of a layout: which way (joints,) each slides, +1 or -1; 0 where it rests."""
 
     def __init__(
-        self, layout: TreeLayout, frictions: tuple[JointFriction, ...], coordinates: Coordinates
+        self, layout: TreeLayout, frictions: tuple[JointFriction, ...], coordinates: TreeCoordinates
     ) -> None:
         self.all, self._coordinates = frictions, coordinates
         count, links = len(frictions), len(layout.links)

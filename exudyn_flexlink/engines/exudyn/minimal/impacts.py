@@ -36,7 +36,7 @@ from exudyn_flexlink.engines.exudyn.minimal.friction import (
     turned_back,
 )
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.contact_share import complementary
 from exudyn_flexlink.integrate.events import EVENT_TIME
@@ -169,7 +169,7 @@ class Impacts:
 
     model: MinimalModel
     finder: EventFinder
-    recorder: Recorder
+    recorder: TreeRecorder
     endless: str = ""
 
     def __post_init__(self) -> None:

@@ -19,8 +19,8 @@ from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import ContactPush, TreeContacts
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
-    Coordinates,
     OpenCoordinates,
+    TreeCoordinates,
     TreeState,
     tree_item,
 )
@@ -108,7 +108,7 @@ class MinimalModel:
 
     # --- building -----------------------------------------------------------------------------
 
-    def _coordinates(self, events: list[Event]) -> Coordinates:
+    def _coordinates(self, events: list[Event]) -> TreeCoordinates:
         layout, slots, state = self.layout, self.assembly.mechanism.slots, self.assembly.state
         starts = zip(slots, state.places.tolist(), state.laps, strict=True)
         begun: dict[str, tuple[float, int]] = {s.name: (place, lap) for s, place, lap in starts}

@@ -29,11 +29,11 @@ from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
-from exudyn_flexlink.integrate.events import Event, Guard
+from exudyn_flexlink.integrate.events import Crossing, Guard
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import FREELY, PART, OnSingularity, slow_motions
@@ -44,7 +44,7 @@ NO_HELD_SPEED = ", or a torque in place of a drive that holds a speed"
 
 
 class _Looked(NamedTuple):
-    """A step, all coordinates at its end, and those at its `Recorder.instants`."""
+    """A step, all coordinates at its end, and those at its `TreeRecorder.instants`."""
 
     step: Step
     end: TreeState
@@ -60,7 +60,7 @@ class MinimalProblem:
     """
 
     model: MinimalModel
-    recorder: Recorder
+    recorder: TreeRecorder
     goal: Goal | None
     half_periods: list[float]
     end: float
@@ -212,11 +212,11 @@ class MinimalProblem:
 
     # --- events -------------------------------------------------------------------------------
 
-    def first_event(self, step: Step) -> Event | None:
+    def first_event(self, step: Step) -> Crossing | None:
         """Locate what happens first within a step."""
         return self.finder.first(step, self._look(step).end)
 
-    def cross(self, event: Event) -> None:
+    def cross(self, event: Crossing) -> None:
         """Let the event's guard change the equations, once what waits for them is worked off."""
         self.recorder.work_off()
         event.guard.cross(event.time)

@@ -31,7 +31,7 @@ MOST_INSTANTS = 512  # that wait: more take memory, and little less time
 
 
 class TreeKept(NamedTuple):
-    """Coordinates of the tree, speeds and accelerations, and constraint forces (m, links)."""
+    """TreeCoordinates of the tree, speeds and accelerations, and constraint forces (m, links)."""
 
     x: FloatArray
     v: FloatArray
@@ -55,7 +55,7 @@ class _Waiting(NamedTuple):
     states: TreeState
 
 
-class Recorder(BlockRecorder):
+class TreeRecorder(BlockRecorder):
     """Takes the steps of a tree."""
 
     def __init__(self, model: MinimalModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:

@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import TROUBLES, MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
-from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder, TreeKept
+from exudyn_flexlink.engines.exudyn.minimal.recording import TreeKept, TreeRecorder
 from exudyn_flexlink.engines.finer import LATE
 from exudyn_flexlink.engines.interrupts import RADAU, TOO_DEEP_ADVICE, interrupts, outcome_of
 from exudyn_flexlink.engines.recording import Histories, push_of
@@ -181,7 +181,7 @@ class MinimalRun:
     problem: MinimalProblem
     stepper: ImplicitStepper
     solution: Solution
-    recorder: Recorder
+    recorder: TreeRecorder
     events: list[Event]
 
 
@@ -334,7 +334,7 @@ def prepare(
         raise SceneError(scene.document, [Mistake(("joints",), str(error), hint)]) from error
     watched = Watched(scene, mechanism, assembly.state.q)
     seeker = ExtremeSeeker(watched, model.contacts.all, np.array([0.0, *C]))
-    recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
+    recorder = TreeRecorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     goal = _goal(scene, assembly, layout)

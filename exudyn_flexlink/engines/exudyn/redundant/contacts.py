@@ -75,7 +75,7 @@ Vector = tuple[float, float]
 
 
 @dataclass(slots=True)
-class Touch:
+class ItemTouch:
     """Gap and place (m), rate of the gap and slip (m/s), as in `mechanism.Seen`.
 
     `path` (m) and its rate are those of `mechanism.ContactShapes`. `gap_bend` and `slip_bend`
@@ -121,7 +121,7 @@ class ContactItem:
             self.items = PressingFace(system, contact)
         self.channel = channel
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
-        self.touch: Touch | None = None  # at the last look
+        self.touch: ItemTouch | None = None  # at the last look
         state = system.assembly.state
         gap = float(approach(contact, state.q, state.v).gap)
         behind = not self.walled and gap < -TOUCHING
@@ -136,7 +136,7 @@ class ContactItem:
             return False
         return -self.touch.gap > deepest_allowed(self.channel)
 
-    def after_step(self, touch: Touch, now: StepEnd, step: float) -> float:
+    def after_step(self, touch: ItemTouch, now: StepEnd, step: float) -> float:
         """Tell what began or ended with the last step; return the next step (s)."""
         before = self.touch
         self.items.see(touch, now)
@@ -170,7 +170,7 @@ class ContactItem:
 
     # --- what happened -------------------------------------------------------------------------
 
-    def _change(self, touch: Touch, now: StepEnd, before: Touch | None) -> Changed | None:
+    def _change(self, touch: ItemTouch, now: StepEnd, before: ItemTouch | None) -> Changed | None:
         """Tell what happened as a step ended at `touch`."""
         on_face = self._on_face(touch.place + REACHED * now.step * touch.slip)
         beyond, leaps, rate = touch.gap < 0 or self._two_sided, False, touch.gap_rate
@@ -198,7 +198,7 @@ class ContactItem:
 
     # --- steps ---------------------------------------------------------------------------------
 
-    def _while_pressed(self, touch: Touch, step: float) -> float:
+    def _while_pressed(self, touch: ItemTouch, step: float) -> float:
         self.items.wake(True)
         if not self._two_sided:  # what is held on both sides strikes nothing
             step = self._toward_release(touch, min(step, self.contact_step))
@@ -211,12 +211,12 @@ class ContactItem:
         # Just before the end: a step beyond it would have no force at all.
         return end_on(step, until - 0.5 * REACHED * min(step, until))
 
-    def _toward_release(self, touch: Touch, step: float) -> float:
+    def _toward_release(self, touch: ItemTouch, step: float) -> float:
         """End a step where the point leaves the face: a step across it changes the energy."""
         until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
         return end_on(step, max(until, self._shortest))
 
-    def _while_apart(self, touch: Touch, step: float) -> float:
+    def _while_apart(self, touch: ItemTouch, step: float) -> float:
         gap = max(touch.gap, OPEN)
         until = self.items.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
@@ -243,19 +243,19 @@ class ContactItem:
         length = self.items.length
         return -EDGE * length <= at <= (1 + EDGE) * length
 
-    def _can_meet(self, touch: Touch, at: float) -> bool:
+    def _can_meet(self, touch: ItemTouch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""
         margin = BESIDE * self.items.length
         low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
         return at < inf and high >= 0 and low <= self.items.length
 
-    def _toward_free_side(self, touch: Touch, step: float) -> float:
+    def _toward_free_side(self, touch: ItemTouch, step: float) -> float:
         """Behind the face nothing acts; a step ends where the point is back on the free side."""
         if touch.gap_rate <= 0:
             return step
         return end_on(step, -touch.gap / touch.gap_rate + self._shortest)
 
-    def _toward_face(self, touch: Touch, step: float) -> float:
+    def _toward_face(self, touch: ItemTouch, step: float) -> float:
         """Beside a wall nothing acts; a step ends where the point comes over it."""
         self.items.wake(False)
         if touch.place < 0 < touch.slip:
@@ -290,7 +290,7 @@ class Contacts:
         if self._pairs:
             self._choose(seen.of(slice(len(self._always), None)), now, step)
         columns = zip(*(column.tolist() for column in (*seen, *self._shapes.path(at))), strict=True)
-        touches = [Touch(*touch) for touch in columns]
+        touches = [ItemTouch(*touch) for touch in columns]
         for contact in self._looked_at:
             step = contact.after_step(touches[contact.index], now, step)
         return step
@@ -403,15 +403,15 @@ class Pressing(ABC):
         self.awake = False
 
     @abstractmethod
-    def see(self, touch: Touch, now: StepEnd) -> None:
+    def see(self, touch: ItemTouch, now: StepEnd) -> None:
         """Take up where the contact is as a step has ended."""
 
     @abstractmethod
-    def meeting(self, touch: Touch, gap: float) -> float:
+    def meeting(self, touch: ItemTouch, gap: float) -> float:
         """Time (s) until the gap (m) closes as it does now; inf if it does not."""
 
     @abstractmethod
-    def _aim(self, touch: Touch, step: float) -> Aim:
+    def _aim(self, touch: ItemTouch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
 
     def begin(self, approach: float) -> None:
@@ -430,7 +430,7 @@ class Pressing(ABC):
         for item in self.numbers:
             self._mbs.SetObjectParameter(item, "activeConnector", awake)
 
-    def aim(self, touch: Touch, step: float) -> None:
+    def aim(self, touch: ItemTouch, step: float) -> None:
         """Prepare for a step of a length (s) that begins at `touch`."""
         if self._friction is None:
             return
@@ -460,27 +460,27 @@ class PressingFace(Pressing):
         self._marker, item = _across(system, anchors, (-side * ey, side * ex), law)
         super().__init__(system, contact, item)
 
-    def aim(self, touch: Touch, step: float) -> None:
+    def aim(self, touch: ItemTouch, step: float) -> None:
         """Prepare for a step of a length (s) that begins at `touch`."""
         x, y = self._ahead(touch, step)
         self._mbs.SetMarkerParameter(self._marker, "localPosition0", [x, y, 0.0])
         super().aim(touch, step)
 
-    def see(self, touch: Touch, now: StepEnd) -> None:  # noqa: ARG002
+    def see(self, touch: ItemTouch, now: StepEnd) -> None:  # noqa: ARG002
         """Where the point is held on the line, tell on which side the gap is."""
         self._side = self._free or (-1.0 if touch.path.imag > 0 else 1.0)
 
-    def _ahead(self, touch: Touch, step: float) -> Vector:
+    def _ahead(self, touch: ItemTouch, step: float) -> Vector:
         """Where they touch at the end of a step (s), on the face, in the axes of its part."""
         place = touch.place + step * (touch.slip + 0.5 * step * touch.slip_bend)
         (bx, by), (ex, ey) = self._start, self._along
         return bx + place * ex, by + place * ey
 
-    def meeting(self, touch: Touch, gap: float) -> float:
+    def meeting(self, touch: ItemTouch, gap: float) -> float:
         """Time (s) until the gap closes as it does now; inf if it does not."""
         return -gap / touch.gap_rate if touch.gap_rate < 0 else inf
 
-    def _aim(self, touch: Touch, step: float) -> Aim:
+    def _aim(self, touch: ItemTouch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
         (x, y), (ex, ey) = self._ahead(touch, step), self._along
         lateral = self._side * touch.gap_after(step)
@@ -506,7 +506,7 @@ class PressingCircles(Pressing):
         )
         super().__init__(system, contact, int(item))
 
-    def see(self, touch: Touch, now: StepEnd) -> None:
+    def see(self, touch: ItemTouch, now: StepEnd) -> None:
         """Take up how the centres move past each other, and directions in both parts' axes."""
         outward = touch.path or touch.path_rate or 1.0
         outward /= abs(outward)
@@ -519,7 +519,7 @@ class PressingCircles(Pressing):
             for part in self._contact.parts
         )
 
-    def meeting(self, touch: Touch, gap: float) -> float:
+    def meeting(self, touch: ItemTouch, gap: float) -> float:
         """Time (s) until they touch if their centres go straight on; inf if they don't."""
         distance = self._contact.distance
         far = distance + self._way * gap
@@ -531,7 +531,7 @@ class PressingCircles(Pressing):
             return inf
         return (-rate - sqrt(under) if left > 0 else -rate + sqrt(under)) / square
 
-    def _aim(self, touch: Touch, step: float) -> Aim:
+    def _aim(self, touch: ItemTouch, step: float) -> Aim:
         """Where they touch at the end of a step (s) that begins at `touch`."""
         ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]

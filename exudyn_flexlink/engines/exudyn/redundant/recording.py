@@ -61,7 +61,7 @@ class _States(NamedTuple):
     places: FloatArray
 
 
-class Recorder(BlockRecorder):
+class StepRecorder(BlockRecorder):
     """Takes the steps of a system.
 
     `motor_rows` are the multipliers that are torques, or forces, of speed motors.

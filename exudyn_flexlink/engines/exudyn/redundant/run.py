@@ -27,7 +27,7 @@ from exudyn_flexlink.engines.exudyn.redundant.contacts import (
     Contacts,
     add_joint_friction,
 )
-from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, Recorder, SolverKept
+from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept, StepRecorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import Kinks, SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System, add_loads, build_system, sense
@@ -272,7 +272,7 @@ def prepare(
     system.mbs.Assemble()
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
     pressing = [contact.contact for contact in contacts.all]
-    recorder = Recorder(
+    recorder = StepRecorder(
         system,
         sample_times(scene, assembly.mechanism, end),
         scene.solver.spectral_radius,

@@ -23,7 +23,7 @@ from exudyn_flexlink.engines.diagnostics import (
 )
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
-from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
+from exudyn_flexlink.engines.exudyn.redundant.recording import StepRecorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import (
     Kinks,
     SlotItems,
@@ -138,7 +138,7 @@ class Loop:
     contacts: Contacts
     kinks: Kinks
     events: list[Event]  # of the slots
-    recorder: Recorder
+    recorder: StepRecorder
     end: float
     goal: TurnGoal | None
     knots: Sequence[float]  # instants (s) at which drives jump or bend: steps end there
