@@ -314,7 +314,7 @@ class StepStages(NamedTuple):
     reach: FloatArray
 
     def near(self, t: FloatArray, z: FloatArray) -> FloatArray | None:
-        """TreeCoordinates (n, all) about those at instants (n,) with these independent ones.
+        """Coordinates (n, all) about those at instants (n,) with these independent ones.
 
         None where those are far: there another way of closing the loops may be nearer.
         """
@@ -407,7 +407,7 @@ AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in mor
 
 
 class ClosedCoordinates:
-    """TreeCoordinates of a tree with loops; chosen anew where the dependent ones grow too fast."""
+    """Coordinates of a tree with loops; chosen anew where the dependent ones grow too fast."""
 
     def __init__(
         self,
@@ -551,7 +551,7 @@ class ClosedCoordinates:
         )
 
     def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
-        """TreeCoordinates near those at the independent ones.
+        """Coordinates near those at the independent ones.
 
         From the last round of the same step, by the stages of the last step tried, or ahead of
         where the last one ended.

@@ -172,7 +172,7 @@ class TreeCoordinates(Protocol):
 
 
 class OpenCoordinates(TreeCoordinates):
-    """TreeCoordinates of a tree without loops.
+    """Coordinates of a tree without loops.
 
     The independent ones are those of the tree that nothing fixes, then the places of rides on their
     curves.

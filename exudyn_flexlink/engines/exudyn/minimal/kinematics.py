@@ -127,7 +127,7 @@ class Rates(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """TreeCoordinates and speeds (..., links), and where the links are then, and how they move."""
+    """Coordinates and speeds (..., links), and where the links are then, and how they move."""
 
     x: FloatArray
     v: FloatArray
@@ -272,7 +272,7 @@ def falls(
 
 
 def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArray, FloatArray]:
-    """TreeCoordinates and speeds of the tree (links,) at time 0."""
+    """Coordinates and speeds of the tree (links,) at time 0."""
     q, v = assembly.state.q, assembly.state.v
     count = len(layout.links)
     x, speed = np.zeros(count), np.zeros(count)

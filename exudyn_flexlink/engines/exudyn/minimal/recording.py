@@ -31,7 +31,7 @@ MOST_INSTANTS = 512  # that wait: more take memory, and little less time
 
 
 class TreeKept(NamedTuple):
-    """TreeCoordinates of the tree, speeds and accelerations, and constraint forces (m, links)."""
+    """Coordinates of the tree, speeds and accelerations, and constraint forces (m, links)."""
 
     x: FloatArray
     v: FloatArray
