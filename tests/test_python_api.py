@@ -282,7 +282,7 @@ def test_ctrl_c_in_python_gives_what_was_computed(engine, settings):
 
 
 def test_ctrl_c_in_the_second_run_keeps_the_first():
-    scene, pressed = fl.load_scene("smooth", turns=2).with_({"bodies.link.rods": 3}), []
+    scene, pressed = fl.load_scene("smooth", turns=40).with_({"bodies.link.rods": 3}), []
 
     def press(done):
         if engines.FIRST < done < 1 and not pressed:
