@@ -506,6 +506,8 @@ class EventFinder:
 
     def _seen_at(self, end: TreeState) -> Seen:
         """All contacts at the end of a step, which are asked for again as it is accepted."""
+        if not self._contacts.all:
+            return self.seen
         if self._ahead is None or self._ahead[0] is not end:
             self._ahead = end, self._contacts.every.seen(self._poses(end.x, end.v))
         return self._ahead[1]
