@@ -483,9 +483,8 @@ class EventFinder:
             nodes = self._at_nodes(step.stages.kept.state.pick(slice(-1)), end)
             path, watched = self._path(nodes, end)
             happening += self._changes_of_contacts(step, nodes, end, (path, watched))
-            pairs = path.of(np.flatnonzero(watched >= self._count))
-            if (touched := self._touch_of_pairs(step, pairs)) is not None:
-                happening.append(touched)
+            if pairs := len(self._contacts.all) - self._count:  # they are watched, and the last
+                happening += self._touch_of_pairs(step, path.of(slice(-pairs, None)))
         if (kink := self.kinks.first(step)) is not None:
             happening.append(kink)
         happening += self.frictions.events(step)
@@ -532,21 +531,22 @@ class EventFinder:
         """How long (s) before a step's end at this time pair k's event was; negative: after."""
         return late_by(self._seen_at(end).closed(self._held), self._lengths, k, time)
 
-    def _touch_of_pairs(self, step: Step, path: Seen) -> Crossing | None:
+    def _touch_of_pairs(self, step: Step, path: Seen) -> list[Crossing]:
         """What a pair of link and guide does first within a step."""
         path = path.closed(self._held[self._pairs])
         lengths, pressing = self._lengths[self._pairs], self._sides.pressed[self._pairs]
         restless = np.flatnonzero(~calm(path, lengths, pressing, step.h))
         if not len(restless):
-            return None
+            return []
         at_once = self.changed_pairs(step.t)
         if at_once:
-            return Crossing(step.t, self._changes.contact_guard(at_once[0]))
+            return [Crossing(step.t, self._changes.contact_guard(at_once[0]))]
         touch = first_of(restless, path, lengths, pressing, step.h)
         if touch is None:
-            return None
+            return []
         part, pair = touch
-        return Crossing(step.t + part * step.h, self._changes.contact_guard(self._count + pair))
+        guard = self._changes.contact_guard(self._count + pair)
+        return [Crossing(step.t + part * step.h, guard)]
 
     # --- ends of pieces -----------------------------------------------------------------------
 
