@@ -16,6 +16,8 @@ one look decides.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -24,6 +26,7 @@ from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
     GAP_ROUNDING,
+    Guard,
     StepPolynomial,
     chebyshev_sum,
     first_fall,
@@ -40,8 +43,25 @@ LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner
 POLYNOMIAL = StepPolynomial(NODES)
 
 
+class Turning(Protocol):
+    """A problem whose run ends as so many turns are made."""
+
+    reached: bool
+
+
+@dataclass(frozen=True)
+class TurnsGuard(Guard):
+    """The turns that end the run are made."""
+
+    problem: Turning
+
+    def cross(self, time: float) -> None:  # noqa: ARG002
+        """End the run."""
+        self.problem.reached = True
+
+
 def event_functions(seen: Seen, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Crossing functions (c,), m, of contacts with faces so long, and their rates."""
+    """Event functions (c,), m, of contacts with faces so long, and their rates."""
     beyond = seen.place - lengths
     after = beyond > -seen.place
     value = np.where(after, beyond, -seen.place)

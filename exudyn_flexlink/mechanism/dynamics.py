@@ -151,8 +151,8 @@ class Bodies:
             start, end = self.face(contact)
             if start.part != end.part:
                 body = split_point(contact.line[0])[0]
-                faces = range(self.first_part(body), min(start.part, end.part) + 1)
-                place = sum(self.parts[part].reach for part in faces)
+                rods_between = range(self.first_part(body), min(start.part, end.part) + 1)
+                place = sum(self.parts[part].reach for part in rods_between)
                 message = f"'{body}' gives way at {place:g} m, between the two points"
                 hint = "a face is straight: take both on one side of that place"
                 yield Mistake(path, message, hint)

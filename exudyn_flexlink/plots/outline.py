@@ -180,8 +180,8 @@ def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
     """A guide with clearance is its walls; any other is pale, so that what slides in it is seen."""
-    numbers = model.bodies[body]
-    walls = [w for c in walled(model) if c.guide.part in numbers for w in wall_lines(model, c)]
+    body_parts = model.bodies[body]
+    walls = [w for c in walled(model) if c.guide.part in body_parts for w in wall_lines(model, c)]
     if walls:
         kind, colour = "wall", "#A9A9A9"
     elif is_guide(scene, body):

@@ -81,8 +81,8 @@ class Parts:
 
     def lost_names(self) -> Iterator[Mistake]:
         """Refuse names that lead nowhere, or to another kind of part than is needed."""
-        for section, names_known in self.sections.items():
-            for name in references(names_known, (section,)):
+        for section, section_parts in self.sections.items():
+            for name in references(section_parts, (section,)):
                 yield from self._mistakes(name)
 
     def missing(
@@ -275,9 +275,9 @@ def _contradicting(
             turned = f"{behind / speed:.6g} by the gears above, {wanted / speed:.6g} by this one"
             yield Mistake(path, message, f"turns of the second for one: {turned}", on_key=True)
         return
-    for body, (start, parts_tied) in list(ties.items()):
+    for body, (start, ratio) in list(ties.items()):
         if start == second:
-            ties[body] = train, parts_tied * wanted / behind
+            ties[body] = train, ratio * wanted / behind
 
 
 def _side(joint: Any, body: str, arm: str) -> float:

@@ -492,13 +492,13 @@ def _scene(
     try:
         return load_scene(model, [*file.settings, *settings], allow_outside)
     except SceneError as error:
-        sections = [
+        of_settings = [
             Mistake(("set", file.settings.index(text)), mistake.message, mistake.hint)
             for mistake in error.mistakes
             if (text := error.document.setting_of(mistake.path)) in file.settings
         ]
-        if len(sections) == len(error.mistakes):
-            raise SceneError(document, sections) from None
+        if len(of_settings) == len(error.mistakes):
+            raise SceneError(document, of_settings) from None
         raise
 
 

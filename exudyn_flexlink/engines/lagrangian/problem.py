@@ -53,7 +53,7 @@ from exudyn_flexlink.engines.lagrangian.model import (
     turning_row,
 )
 from exudyn_flexlink.engines.lagrangian.system import Motion, System, joined
-from exudyn_flexlink.engines.pair_events import NODES, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.pair_events import NODES, TurnsGuard, calm, changed, first_of, late_by
 from exudyn_flexlink.engines.recording import (
     AT_ONCE,
     ROWS,
@@ -421,17 +421,6 @@ class PieceGuard(Guard):
     def cross(self, time: float) -> None:  # noqa: ARG002
         """Go on along the next piece."""
         self.problem.next_piece(self.way)
-
-
-@dataclass(frozen=True)
-class TurnsGuard(Guard):
-    """The turns that end the run are made."""
-
-    problem: Problem
-
-    def cross(self, time: float) -> None:  # noqa: ARG002
-        """End the run."""
-        self.problem.reached = True
 
 
 class Problem(HybridProblem):

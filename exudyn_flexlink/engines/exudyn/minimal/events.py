@@ -66,7 +66,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Poses, Seen
 
 Value = Callable[[TreeForces], FloatArray]
-"""Crossing function of a joint, by what is known of the tree (n,): positive until it happens."""
+"""Event function of a joint, by what is known of the tree (n,): positive until it happens."""
 
 
 class Happens(Enum):
@@ -386,9 +386,9 @@ class Overlooked:
             rates = scale[:, None] * (COEFFICIENTS @ np.array(along[number].sensed).T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
             bounds = _AlongStep(clock + step.t, rates).bounds
-            for addend in (
-                addend for addend in given.formula.expression.addends if not addend.of_time
-            ):
+            for addend in given.formula.expression.addends:
+                if addend.of_time:
+                    continue
                 edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, bounds)
                 short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
                 inner = np.union1d(edges[short], edges[short + 1]) - ends[0]

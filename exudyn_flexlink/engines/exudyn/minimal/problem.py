@@ -31,6 +31,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
+from exudyn_flexlink.engines.pair_events import TurnsGuard
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Crossing, Guard
@@ -294,17 +295,6 @@ class MinimalProblem:
 
 
 # --- guards ---------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class TurnsGuard(Guard):
-    """The turns that end the run are made."""
-
-    problem: MinimalProblem
-
-    def cross(self, time: float) -> None:  # noqa: ARG002
-        """End the run."""
-        self.problem.reached = True
 
 
 @dataclass(frozen=True)
