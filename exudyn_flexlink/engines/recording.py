@@ -412,17 +412,17 @@ class BlockRecorder(ABC):
         self._keep_samples(steps, known)
         self._last = known.pick(nodes[-1, -1:])
         self._ends.append(ends)
-        long_steps = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
-        at = self.motion(known.pick(long_steps.ravel()))
-        poses, rates = (column.reshape(*long_steps.shape, *column.shape[1:]) for column in at)
+        step_nodes = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
+        at = self.motion(known.pick(step_nodes.ravel()))
+        poses, rates = (column.reshape(*step_nodes.shape, *column.shape[1:]) for column in at)
         own_steps = steps.t[steps.h > 0], steps.h[steps.h > 0]
-        pressed = known.pressed[long_steps[:, 0]]
+        pressed = known.pressed[step_nodes[:, 0]]
         if approach is None:
             approach = np.broadcast_to(self.touches.approach, pressed.shape)
         else:
             approach = approach[steps.h > 0]
         self._steps.append((*own_steps, poses, rates, pressed, approach))
-        self._counted += len(long_steps)
+        self._counted += len(step_nodes)
         if self._counted >= BLOCK:
             self._look_through()
         return self._reached.of(reached)

@@ -54,7 +54,7 @@ class Laws:
     def __init__(self, laws: Sequence[PressingLaw]) -> None:
         self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
         giving = dict.fromkeys(law for law in laws if not isinstance(law, Impulse))
-        self._members = [(law, np.array([law_of == law for law_of in laws])) for law in giving]
+        self._members = [(law, np.array([given == law for given in laws])) for law in giving]
         self._only = next(iter(giving), None) if len(set(laws)) == 1 else None
 
     def pressing(
@@ -81,8 +81,8 @@ class Laws:
 def rubbing(contacts: Sequence[Contact | Channel]) -> FloatArray:
     """Friction of contacts (2, c): coefficients, 0 if smooth, and slip speeds (m/s)."""
     rubs = [contact.friction for contact in contacts]
-    rubs_by = [(rub.coefficient, rub.slip_speed) if rub else (0.0, 1.0) for rub in rubs]
-    return np.asarray(np.array(rubs_by).reshape(-1, 2).T, dtype=np.float64)
+    numbers = [(rub.coefficient, rub.slip_speed) if rub else (0.0, 1.0) for rub in rubs]
+    return np.asarray(np.array(numbers).reshape(-1, 2).T, dtype=np.float64)
 
 
 def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
@@ -418,15 +418,15 @@ class Touches:
 
         `seeker` knows the largest forces and depths.
         """
-        columns = []
+        touches = []
         for pair, (place, totals) in enumerate(now):
             k = first + pair
             lasting = [_until(self._open[k], place, totals)] if k in self._open else []
             for interval in (*self._ended.get(k, ()), *lasting):
                 force, depth = seeker.peaks(k, interval.begin, interval.end)
                 peak = inf if interval.impact else max(interval.peak_force, force)
-                columns.append(replace(interval, peak_force=peak, penetration=depth, pair=pair))
-        return Intervals.of(columns)
+                touches.append(replace(interval, peak_force=peak, penetration=depth, pair=pair))
+        return Intervals.of(touches)
 
 
 def _until(begun: Interval, place: float, totals: tuple[float, float]) -> Interval:
