@@ -107,8 +107,8 @@ def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
             continue
         begin, end = ends_of_lap(slot.curve, lap)
         rounding = CLOSED / float(np.linalg.norm(slot.curve.derivative(begin)))
-        here = slot.curve.nearest(slot_point(slot, q), near=place)
-        way = int(here >= end - rounding) - int(here < begin - rounding)
+        nearest = slot.curve.nearest(slot_point(slot, q), near=place)
+        way = int(nearest >= end - rounding) - int(nearest < begin - rounding)
         laps_near[slot.name] = next_lap(lap, way) if way else lap
     return laps_near
 
@@ -172,8 +172,8 @@ class _PointOnLaps:
             of[: k + 1] for of in (result.time, result.poses, result.rates)
         )
         self._place = float(assembly.state.places[number])
-        laps_told = (lap for lap in result.laps if lap.name == self.slot.name)
-        self._passes = [lap for lap in laps_told if lap.time <= self._time[-1]]
+        laps = (lap for lap in result.laps if lap.name == self.slot.name)
+        self._passes = [lap for lap in laps if lap.time <= self._time[-1]]
         later = (int(lap.details["lap"]) for lap in self._passes)
         self._laps = [assembly.state.laps[number], *later]
 
@@ -181,10 +181,10 @@ class _PointOnLaps:
         ahead, off = self._from_seam(self._poses[-1])
         if off > self._beside:
             return self._laps[-1]
-        begins = self._begins_here()
+        begins = self._lap_at_seam()
         return begins if ahead > -CLOSED else next_lap(begins, -1)
 
-    def _begins_here(self) -> int:
+    def _lap_at_seam(self) -> int:
         """Lap that begins at the seam beside which the point is."""
         lap, passed = self._laps[-1], self._passes[-1].time if self._passes else -inf
         since = int(np.searchsorted(self._time, passed, side="right"))
@@ -296,23 +296,25 @@ def _require_following(first: Result, second: Result) -> None:
     """Refuse runs of which the second does not begin with the first one's end."""
     begin, end = second.scene.initial.clock - first.scene.initial.clock, float(first.time[-1])
     anew = not second.scene.initial.states
-    told = ""
+    reason = ""
     if first.engine != second.engine:
-        told = f"one is by {first.engine}, the other by {second.engine}"
+        reason = f"one is by {first.engine}, the other by {second.engine}"
     elif anew or abs(begin - end) > CLOCK_ROUNDING * max(1.0, end):
         why = "it starts anew" if anew else f"it begins at {begin:.9g} s"
-        told = f"{why}, the first ends at {end:.9g} s; see Result.continued"
+        reason = f"{why}, the first ends at {end:.9g} s; see Result.continued"
     else:
         meant, scene = continued(first), second.scene
         keys = [key for key in Scene.model_fields if key != "run"]
         others = [key for key in keys if getattr(meant, key) != getattr(scene, key)]
-        told = f"they differ in {', '.join(others)}" if others else ""
+        reason = f"they differ in {', '.join(others)}" if others else ""
         mechanism = build_mechanism(meant)
         for body in struck_bodies(meant):
-            if not told and carrying_joint(meant, mechanism, body) is None:
-                told = f"'{body}' is free, and its displacement is told from the start of each run"
-    if told:
-        raise ValueError(f"the second run does not go on from the first: {told}")
+            if not reason and carrying_joint(meant, mechanism, body) is None:
+                reason = (
+                    f"'{body}' is free, and its displacement is told from the start of each run"
+                )
+    if reason:
+        raise ValueError(f"the second run does not go on from the first: {reason}")
 
 
 def _joined(first: Any, second: Any, variable: Variable | None) -> Any:

@@ -122,8 +122,8 @@ def _initial_of(
     kept: dict[str, Any] = dict(initial)
     for key, value in initial:
         if isinstance(value, Mapping):
-            there = joints if key in specs.INITIAL_OF_JOINTS else bodies
-            kept[key] = {name: each for name, each in value.items() if name in there}
+            named = joints if key in specs.INITIAL_OF_JOINTS else bodies
+            kept[key] = {name: each for name, each in value.items() if name in named}
     return specs.Initial.model_validate(kept)
 
 

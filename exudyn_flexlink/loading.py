@@ -342,7 +342,7 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
         if stop is not None and gap < -TOUCHING:
             place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
             way = "less" if stop.end == "from" else "more"
-            message = f"'{stop.joint}' starts at {stop.told(place)}, {way} than its limit"
+            message = f"'{stop.joint}' starts at {stop.text(place)}, {way} than its limit"
             hint = "whole turns count: " if stop.turns else ""
             key = "angles" if stop.turns else "along"
             hint += f"start it within its limits, see 'initial: {key}', or move the limit"

@@ -459,8 +459,8 @@ def did_you_mean(name: str, names: Iterable[str], before: str = "") -> str:
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """Say that there is nothing of a name, what was meant perhaps, and what there is."""
     names = list(known)
-    near, there = did_you_mean(name, names), ", ".join(names) or "none"
-    return f"there is no {what} '{name}'{near}{' There' if near else '; there'} are: {there}"
+    near, listed = did_you_mean(name, names), ", ".join(names) or "none"
+    return f"there is no {what} '{name}'{near}{' There' if near else '; listed'} are: {listed}"
 
 
 def dotted(path: KeyPath) -> str:
@@ -577,7 +577,7 @@ def _excluded(path: KeyPath, exclusive: ExclusiveKeys) -> list[str]:
         key
         for pattern, keys in exclusive
         if len(pattern) == len(path)
-        and all(step in ("*", here) for step, here in zip(pattern, path, strict=True))
+        and all(step in ("*", actual) for step, actual in zip(pattern, path, strict=True))
         for key in keys
     ]
 

@@ -24,7 +24,7 @@ from scipy.signal import butter, sosfiltfilt
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import lever_response, positions, strikes
-from exudyn_flexlink.plots.panels import told
+from exudyn_flexlink.plots.panels import number_text
 from exudyn_flexlink.result import Result
 
 TOLERANCE = 1e-10  # m
@@ -88,7 +88,9 @@ def row(name: str, better: Sequence[float], other: Sequence[float]) -> str:
     """One line of the table, of the numbers of two runs."""
     cells = []
     for one, two, (unit, grid) in zip(better, other, UNITS, strict=True):
-        text = told(one, max(FACTOR * abs(one - two), grid), signed=unit == "rad", most=DIGITS)
+        text = number_text(
+            one, max(FACTOR * abs(one - two), grid), signed=unit == "rad", most=DIGITS
+        )
         known = np.isfinite([one, two]).all()
         cells.append(
             f"{text} {unit}".replace("\N{MINUS SIGN}", "-") if known else "not in two laps"

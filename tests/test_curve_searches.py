@@ -149,13 +149,13 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
         (seen[1].slip, at.slip),
     ):
         assert mine == pytest.approx(float(other), abs=1e-12)
-    _, rows = contacts.every.look(contacts.kinematics.moving(x, v))
+    _, rows = contacts.whole_group.look(contacts.kinematics.moving(x, v))
     assert rows.across[0] @ v == pytest.approx(seen[1].gap_rate, abs=1e-12)
 
 
 def at_places(contacts, x, v):
     """The only contact, with its place."""
-    return contacts.every.seen(contacts.poses(x, v)).of(0)
+    return contacts.whole_group.seen(contacts.poses(x, v)).of(0)
 
 
 def poses(layout, x):

@@ -280,5 +280,5 @@ def test_gaps_bend_at_steady_speeds_as_their_rates_change(name):
         rates = [contacts.touch(k, x + h * v, v).gap_rate for h in steps]
         slope = np.array(rates) @ [1 / 12, -2 / 3, 2 / 3, -1 / 12] / 1e-3
         moving = contacts.kinematics.moving(x, v)
-        bend = contacts.every.gap_bends(moving, contacts.every.look(moving)[0])
+        bend = contacts.whole_group.gap_bends(moving, contacts.whole_group.look(moving)[0])
         assert bend[k] == pytest.approx(slope, abs=1e-8)

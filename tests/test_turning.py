@@ -20,7 +20,7 @@ def seek(value, rate, edges, nodes, blocks=1):
         at = time[:, None] + length[:, None] * nodes
         slopes = (length[:, None] * rate(at))[..., None]
         seeker.take(polynomial, (time, length), value(at)[..., None], slopes)
-    return seeker.found(0)
+    return seeker.turning_points(0)
 
 
 @pytest.mark.parametrize(("nodes", "off"), [(RADAU, 1e-10), (ENDS, 2e-5)])
@@ -48,7 +48,7 @@ def test_an_impulse_leaves_both_values_it_jumps_between():
     polynomial, seeker = StepPolynomial(ENDS), TurnSeeker(1)
     values = np.array([[0.0, 1.0], [-2.0, -1.0]])[..., None]  # a speed that rises, falls, rises
     seeker.take(polynomial, (edges[:-1], np.diff(edges)), values, polynomial.slopes(values))
-    time, value = seeker.found(0)
+    time, value = seeker.turning_points(0)
     assert value.tolist() == [0, 1, -2, -1]
     assert time.tolist() == [0, 1, 1, 2]
 
@@ -62,7 +62,7 @@ def test_what_is_a_difference_of_larger_numbers_stands_still_where_they_do():
         seeker = TurnSeeker(1)
         values, slopes = height * np.sin(phase), height * 0.6 * np.cos(phase)
         seeker.take(polynomial, (time, length), values, slopes, np.array([1e-12]))
-        assert len(seeker.found(0)[0]) == count
+        assert len(seeker.turning_points(0)[0]) == count
 
 
 @pytest.mark.parametrize("formulation", ["minimal", "redundant"])

@@ -91,7 +91,7 @@ class Slow:
         return cls(name.strip(), int(number))
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """What is asked for, in words."""
         return f"'{self.name}'" if self.number is None else f"'{self.name}' number {self.number}"
 
@@ -144,8 +144,8 @@ def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
 
 def _strikes(result: Result, *contacts: str) -> list[tuple[float, float]]:
     """Begins and ends (s) of the strikes of some contacts, in order."""
-    every_strike = [strike for name in contacts for strike in strikes(result, name)]
-    return sorted((strike.begin, strike.end) for strike in every_strike)
+    all_strikes = [strike for name in contacts for strike in strikes(result, name)]
+    return sorted((strike.begin, strike.end) for strike in all_strikes)
 
 
 def _joined(result: Result, strikes_: list[tuple[float, float]]) -> tuple[Stretch, ...]:
@@ -255,14 +255,16 @@ class Film:
     @property
     def doubts(self) -> str:
         """What is doubtful of each run, in words; or nothing."""
-        told = [(f"{take.name}: ", doubts_of(take.result)) for take in self.takes]
-        return "; ".join(name * (len(told) > 1) + doubt for name, doubt in told if doubt)
+        doubts = [(f"{take.name}: ", doubts_of(take.result)) for take in self.takes]
+        return "; ".join(name * (len(doubts) > 1) + doubt for name, doubt in doubts if doubt)
 
     @cached_property
     def largest(self) -> tuple[float, float]:
         """Largest force (N) and impulse (N s) of all touches; 0 where there is none."""
-        every = [touching for take in self.takes for touching in touching_of(self, take)]
-        values = np.concatenate([np.zeros(1), *(strength(touching.touches) for touching in every)])
+        histories = [touching for take in self.takes for touching in touching_of(self, take)]
+        values = np.concatenate(
+            [np.zeros(1), *(strength(touching.touches) for touching in histories)]
+        )
         return float(values.max()), float(-values.min())
 
     def part(self, value: float) -> float:
@@ -394,7 +396,7 @@ def film_of(
         for some in (asked, around_strikes(result))
     ]
     if slow is not None and not inside[0]:
-        raise FilmError(f"{slow.told} is not between {start:g} s and {stop:g} s")
+        raise FilmError(f"{slow.text} is not between {start:g} s and {stop:g} s")
     return Film(takes, start, stop, *inside)
 
 
@@ -405,8 +407,8 @@ def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) 
     first, second = names or (result.engine, other.engine)
     if first == second:
         first, second = f"{first} (first)", f"{second} (second)"
-    one, two = colours_of_both(result, other)
-    return Take(result, first, one), Take(other, second, two)
+    first_colour, second_colour = colours_of_both(result, other)
+    return Take(result, first, first_colour), Take(other, second, second_colour)
 
 
 ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it

@@ -253,7 +253,7 @@ class ZoomPanel:
         self._place, self._takes = place, takes
         self._zooms = {i: shots.zooms[name] for i, shots in enumerate(takes) if name in shots.zooms}
         zoom = next(iter(self._zooms.values()))
-        self._told = zoom.words + _fit(place, zoom, scale)
+        self._caption = zoom.words + _fit(place, zoom, scale)
         if zoom.channel is not None:
             draw_walls(place, zoom.channel)
         alone = len(takes) == 1 and zoom.channel is not None
@@ -261,7 +261,7 @@ class ZoomPanel:
 
     def draw(self, frame: int) -> None:
         """Draw what moves, at a frame."""
-        axes, drawn_texts = self._place.axes, self._told
+        axes, drawn_texts = self._place.axes, self._caption
         if self._states is not None:
             now = self._states.at(self._takes[0].frames.times[frame : frame + 1])[0]
             drawn_texts += f" \N{EN DASH} {STATE_WORDS[State(int(now))]}"
@@ -443,8 +443,8 @@ class Picture:
         """One frame, (height, width, 4): red, green, blue and 255, as canvas and ffmpeg know it."""
         with settings(_FONT):
             self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
-            self._told.set_text(self._text(frame))
-            self._figure.draw_artist(self._told)
+            self._caption.set_text(self._text(frame))
+            self._figure.draw_artist(self._caption)
             self._draw(frame)
             for axes in self._figure.axes:
                 for artist in axes.get_children():
@@ -510,8 +510,8 @@ class Picture:
         """The line of words at the top; of two runs also their names."""
         size, place = 13 * POINTS * self._thick, 1 - 0.5 * head / self.height
         x = 12 * self._thick / self.width
-        self._told = self._figure.text(x, place, "", va="center", fontsize=size, color=INK)
-        self._told.set_animated(True)
+        self._caption = self._figure.text(x, place, "", va="center", fontsize=size, color=INK)
+        self._caption.set_animated(True)
         takes = self._film.takes if len(self._film.takes) > 1 else ()
         right = 1 - x
         for take in reversed(takes):

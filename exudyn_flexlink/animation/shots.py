@@ -232,7 +232,7 @@ class Shots:
                 pair = int(touching.touches.pair[k]) if touching.places is not None else 0
                 matters = k == brightest and (touching.places is None or parts[k] > LABELLED)
                 pressing = float(self.forces(touching, frame)[pair]) if fresh == 1 else None
-                text = _told(float(values[k]), pressing, touching.unit) if matters else ""
+                text = _label(float(values[k]), pressing, touching.unit) if matters else ""
                 seen = self._seen_at(touching, k, frame)
                 place = touching.spots(self.take, self.frames.times[seen : seen + 1])[0, pair]
                 lights.append(Glow(touching.name, seen, place, parts[k], fresh, text))
@@ -254,7 +254,7 @@ class Shots:
         return min(max(last, 0), frame)
 
 
-def _told(value: float, pressing: float | None, unit: str) -> str:
+def _label(value: float, pressing: float | None, unit: str) -> str:
     """The force now, and once nothing presses the largest, too; of an impact the impulse."""
     if value == 0:
         return ""

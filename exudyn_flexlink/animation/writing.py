@@ -68,7 +68,7 @@ def page(film: Film, speed: float | None = None) -> str:
     """Return a whole page with the player of a film, which starts at once."""
     title = escape(film.takes[-1].result.scene.title)
     first_part = _fragment(film, speed, at_once=True)
-    return _own_file("page.html").format(generator=GENERATOR, title=title, player=first_part)
+    return _packaged_file("page.html").format(generator=GENERATOR, title=title, player=first_part)
 
 
 def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
@@ -77,7 +77,7 @@ def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         '<div class="flexlink-player">\n'
-        f"<style>\n{_own_file('player.css')}</style>\n"
+        f"<style>\n{_packaged_file('player.css')}</style>\n"
         "<noscript>This animation needs JavaScript.</noscript>\n"
         f'<script type="application/json">{text}</script>\n'
         f"<script>\n{_program()}</script>\n"
@@ -87,12 +87,12 @@ def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
 
 def _program() -> str:
     """The player's program, which finds the data beside it and leaves no names on the page."""
-    program = "\n".join(_own_file(f"{name}.js") for name in _PROGRAM)
+    program = "\n".join(_packaged_file(f"{name}.js") for name in _PROGRAM)
     look = json.dumps(look_data())
     return f'(function () {{\n"use strict";\n\nconst LOOK = {look};\n\n{program}\n}})();\n'
 
 
-def _own_file(name: str) -> str:
+def _packaged_file(name: str) -> str:
     return (files(__package__) / "player" / name).read_text(encoding="utf-8")
 
 

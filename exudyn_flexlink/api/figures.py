@@ -221,7 +221,7 @@ class Plots:
         if ax is None and label is not None:
             raise ValueError("'label' names the run in the axes that 'ax' gives: give both")
         draw: Any = plots.FIGURES[name]
-        with plots.told_apart(self._result, ax or [], label):
+        with plots.labelled_run(self._result, ax or [], label):
             figure: Figure | None = draw(self._result, *arguments, style=style_of(style), ax=ax)
             if figure is None:
                 raise ValueError(f"this run has nothing to show in the figure '{name}'")

@@ -111,18 +111,18 @@ def descend(curve: Curve, target: FloatArray, near: float) -> float:
     down = -1 if g > 0 else 1
     # Twice a Newton step brackets the foot at once when near is close, as in time stepping.
     step = 2 * abs(g) / growth if growth > 0 else np.inf
-    here = near
-    while abs(here - near) <= curve.period:
-        there = here + down * min(step, _to_next_sample(curve, here, down))
+    place = near
+    while abs(place - near) <= curve.period:
+        next_place = place + down * min(step, _to_next_sample(curve, place, down))
         if not curve.closed:
-            there = min(max(there, curve.start), curve.end)
-        if there == here:
-            return here
-        if _slope(curve, target, np.float64(there))[0] * down >= 0:
-            low, high = np.sort([here, there])
+            next_place = min(max(next_place, curve.start), curve.end)
+        if next_place == place:
+            return place
+        if _slope(curve, target, np.float64(next_place))[0] * down >= 0:
+            low, high = np.sort([place, next_place])
             return float(_settled(curve, target, 0.5 * (low + high), low, high))
-        here, step = there, 2 * step
-    return here
+        place, step = next_place, 2 * step
+    return place
 
 
 def _to_next_sample(curve: Curve, u: float, down: int) -> float:
@@ -364,8 +364,8 @@ class Composite(Curve):
         """Evaluate every piece where it counts."""
         index, columns = self._indices(u), np.empty((3, *np.shape(u)), dtype=np.complex128)
         for number in np.unique(index):
-            here, piece = index == number, self.pieces[number]
-            columns[:, here] = piece.places(piece.start + (u[here] - self.breaks[number]))
+            rows, piece = index == number, self.pieces[number]
+            columns[:, rows] = piece.places(piece.start + (u[rows] - self.breaks[number]))
         return columns[0], columns[1], columns[2]
 
     def grid(self) -> FloatArray:

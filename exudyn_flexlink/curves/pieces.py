@@ -368,9 +368,11 @@ def _rotated(curve: Curve, cut: float) -> tuple[Curve, ...]:
 
 
 def _check_kink(before: Curve, after: Curve, index: int, numbers: tuple[int, int]) -> None:
-    one, two = before.pieces[-1], after.pieces[0]
+    last, first = before.pieces[-1], after.pieces[0]
     # Of the pieces themselves: the end of a closed one is not wrapped to its start.
-    angle = angle_between(one._raw(np.asarray(one.end), 1), two._raw(np.asarray(two.start), 1))
+    angle = angle_between(
+        last._raw(np.asarray(last.end), 1), first._raw(np.asarray(first.start), 1)
+    )
     if angle > DIRECTION_TOLERANCE:
         raise CurveError(
             f"pieces {numbers[0]} and {numbers[1]} meet at {_show(_first(after))} with a kink of "
@@ -441,11 +443,11 @@ class SplinePiece(Curve):
         """Take the spline's grid within the stretch."""
         base = self.spline.grid()
         laps = [base, base[1:] + self.spline.period] if self.spline.closed else [base]
-        every = np.concatenate(laps)
+        parameters = np.concatenate(laps)
         # a grid value a hair inside the ends would make an empty step
         slack = PARAMETER_ROUNDING * self.period
-        inside = (every > self.start + slack) & (every < self.end - slack)
-        return np.concatenate([[self.start], every[inside], [self.end]])
+        inside = (parameters > self.start + slack) & (parameters < self.end - slack)
+        return np.concatenate([[self.start], parameters[inside], [self.end]])
 
     @property
     def knots(self) -> Knots:

@@ -105,7 +105,7 @@ def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
     except KeyboardInterrupt as error:
         raise LateInterruptError(given_up(result)) from error
     except MemoryError:
-        return _told(result, MeasuredError(missing=NO_MEMORY))
+        return _with_error(result, MeasuredError(missing=NO_MEMORY))
     best = _measured(result, other, share)
     if late or other.outcome.reason == INTERRUPTED:
         raise LateInterruptError(best)
@@ -114,7 +114,7 @@ def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
 
 def given_up(result: Result) -> Result:
     """Return a run whose second one nobody waited for: nothing is known of its error."""
-    return _told(result, MeasuredError(missing=GAVE_UP))
+    return _with_error(result, MeasuredError(missing=GAVE_UP))
 
 
 def _measured(first: Result, other: Result, share: float) -> Result:
@@ -122,16 +122,16 @@ def _measured(first: Result, other: Result, share: float) -> Result:
     asked = first.scene.accuracy.tolerance
     assert asked is not None  # else nothing is measured
     if len(other.time) < 2:
-        return _told(first, MeasuredError(missing=AT_ONCE))
+        return _with_error(first, MeasuredError(missing=AT_ONCE))
     best, worse, tolerance = first, other, share * asked
     if share < 1 and other.outcome.completed:
         best, worse, tolerance = other, first, asked
     spent = {**best.timings, "second run": worse.timings.get("solve", 0.0)}
     error = error_between(best, worse, min(1.0, share) * asked, tolerance)
-    return _told(replace(best, timings=spent), error)
+    return _with_error(replace(best, timings=spent), error)
 
 
-def _told(result: Result, error: MeasuredError) -> Result:
+def _with_error(result: Result, error: MeasuredError) -> Result:
     """Return a run with its error, and with warnings of what is too large, or not known."""
     return replace(result, error=error, warnings=(*result.warnings, *_warnings(error)))
 

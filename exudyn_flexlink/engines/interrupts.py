@@ -277,7 +277,7 @@ class Beside:
     def watch(self, progress: Callable[[float], None] | None) -> Callable[[float], None]:
         """Return what is to be called with the part of the first run that is done, 0 to 1."""
 
-        def told(done: float) -> None:
+        def report(done: float) -> None:
             passed = time.monotonic() - self._began
             if self._possible and passed > max(SURE, WORTH * done):
                 self._possible = False
@@ -286,7 +286,7 @@ class Beside:
             if progress is not None:
                 progress(done)
 
-        return told
+        return report
 
     def made(self, progress: Callable[[float], None] | None) -> Result | None:
         """Wait for the run; None if it never began, or its process came to no end.
@@ -315,9 +315,9 @@ class Beside:
     def _start(self) -> None:
         self._folder = Path(mkdtemp(prefix="flexlink-second-"))
         (self._folder / ASKED).write_bytes(pickle.dumps(self._asked))
-        here = str(Path(__file__).parents[2])
+        root = str(Path(__file__).parents[2])
         before = os.environ.get("PYTHONPATH")
-        path = here if before is None else f"{here}{os.pathsep}{before}"
+        path = root if before is None else f"{root}{os.pathsep}{before}"
         self._process = subprocess.Popen(
             [sys.executable, "-m", COMMAND, str(self._folder)], cwd=self._folder,
             env={**os.environ, "PYTHONPATH": path}, stdin=subprocess.DEVNULL,

@@ -71,19 +71,19 @@ def event_functions(seen: Seen, lengths: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def changed(
-    now: Seen, lengths: FloatArray, pressing: BoolArray, time: float, there: int | None
+    now: Seen, lengths: FloatArray, pressing: BoolArray, time: float, contact: int | None
 ) -> BoolArray:
     """Tell which contacts (c,) begin or cease to press now (s), or did so unseen.
 
-    At an event of contact `there` its event function is zero but for rounding, and about to change
+    At an event of this `contact` its event function is zero but for rounding, and about to change
     its sign. If not, it only came near, and crossed zero in a step's polynomial.
     """
     value, rate = event_functions(now, lengths)
     way = np.where(pressing, -1.0, 1.0)
     value, rate = way * value, way * rate
     crosses = (value < -EXACT) | ((value < 0) & (rate < 0))
-    if there is not None:
-        crosses[there] |= value[there] < little(rate[there], time) and rate[there] < 0
+    if contact is not None:
+        crosses[contact] |= value[contact] < little(rate[contact], time) and rate[contact] < 0
     return np.asarray(crosses)
 
 

@@ -346,7 +346,7 @@ class BlockRecorder(ABC):
 
     def _keep_now(self, known: Kept) -> None:
         """Keep a state (1,) as it is now, after what happened there."""
-        known.totals[:] = self._told(self._reached.all[None])
+        known.totals[:] = self._energies(self._reached.all[None])
         self._last = known
         self._keep(known)
 
@@ -400,13 +400,13 @@ class BlockRecorder(ABC):
         summed = rates_of_totals.all
         gained = np.cumsum(lengths * (self._shares(np.ones(1)) @ summed[nodes])[:, 0], axis=0)
         reached = self._reached.all + np.vstack([0 * self._reached.all, gained])
-        known.totals[nodes[:, -1]] = ends.totals[:] = self._told(reached[1:])
+        known.totals[nodes[:, -1]] = ends.totals[:] = self._energies(reached[1:])
         if len(steps.samples):
             h = steps.h[steps.of]
             parts = np.divide(known.t[steps.samples] - steps.t[steps.of], h, where=h > 0,
                               out=np.zeros(len(h)))  # fmt: skip
             within = np.einsum("si,sij->sj", self._shares(parts), summed[nodes[steps.of]])
-            known.totals[steps.samples] = self._told(reached[steps.of] + h[:, None] * within)
+            known.totals[steps.samples] = self._energies(reached[steps.of] + h[:, None] * within)
         self._reached = self._reached.of(reached[-1])
         self.touches.note(known.press[nodes])
         self._keep_samples(steps, known)
@@ -415,13 +415,13 @@ class BlockRecorder(ABC):
         step_nodes = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
         at = self.motion(known.pick(step_nodes.ravel()))
         poses, rates = (column.reshape(*step_nodes.shape, *column.shape[1:]) for column in at)
-        own_steps = steps.t[steps.h > 0], steps.h[steps.h > 0]
+        times = steps.t[steps.h > 0], steps.h[steps.h > 0]
         pressed = known.pressed[step_nodes[:, 0]]
         if approach is None:
             approach = np.broadcast_to(self.touches.approach, pressed.shape)
         else:
             approach = approach[steps.h > 0]
-        self._steps.append((*own_steps, poses, rates, pressed, approach))
+        self._steps.append((*times, poses, rates, pressed, approach))
         self._counted += len(step_nodes)
         if self._counted >= BLOCK:
             self._look_through()
@@ -441,7 +441,7 @@ class BlockRecorder(ABC):
         count = len(self.contacts)
         return Totals(np.zeros((*instants, 2 + 2 * count + self.frictions)), count)
 
-    def _told(self, totals: FloatArray) -> FloatArray:
+    def _energies(self, totals: FloatArray) -> FloatArray:
         """Energies lost and supplied, and those by friction (m, 2 + joints), of totals (m, ...)."""
         of = self._reached.of(totals)
         lost = of.damped + of.losses.sum(axis=1) + of.rubbed.sum(axis=1)

@@ -91,13 +91,13 @@ def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
     Their touches began with the speeds `approach` (c,), m/s. What lets go before it opens is
     followed beyond.
     """
-    by_laws, every = Laws(laws), np.arange(len(laws))
+    by_laws, numbers = Laws(laws), np.arange(len(laws))
     lets_go = np.array([not isinstance(law, Impulse) and law.lets_go for law in laws], dtype=bool)
     always = bool(lets_go.all())
 
     def press(touching: FloatArray) -> Pressing:
         gap = touching[..., 0]
-        pushes = by_laws.pressing(every, gap, touching[..., 1], approach)
+        pushes = by_laws.pressing(numbers, gap, touching[..., 1], approach)
         if always or gap.max(initial=-1.0) < 0:
             return pushes
         closed = (gap < 0) | lets_go
@@ -236,8 +236,8 @@ class ExtremeSeeker:
         """Everything found, for the Result: see `result.Result.extremes`."""
         by_name = {}
         for i, name in enumerate(self._watched.names):
-            time, value = self._seeker.found(i)
-            by_name[name] = Extremes(time, self._watched.told(i, value))
+            time, value = self._seeker.turning_points(i)
+            by_name[name] = Extremes(time, self._watched.unsquared(i, value))
         for k, contact in enumerate(self.contacts):
             if contact.name in self._watched.contacts:
                 force, depth = self._of_contact(k)

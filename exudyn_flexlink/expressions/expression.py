@@ -241,7 +241,7 @@ class _Reader:
             for i, token in enumerate(self.tokens[:-1])
         )
         self.nodes = list(ast.walk(ast.parse(" ".join(words), mode="eval").body))
-        self._found: dict[ast.AST, _Piece] = {}
+        self._pieces: dict[ast.AST, _Piece] = {}
         self._sensed = list(dict.fromkeys(token.sensed for token in self.tokens if token.sensed))
         self._tape = Tape()
         self._switches: list[int] = []
@@ -250,7 +250,7 @@ class _Reader:
         for node in reversed(self.nodes):
             formula = self._read(node)
             if formula is not None:
-                self._found[node] = formula
+                self._pieces[node] = formula
         result, powers = self._of(self.nodes[0])
         plan = Plan(self._tape, result, self._switches)
         return Expression(self.text, plan, self._sensed, None if powers == _PURE else powers)
@@ -270,8 +270,8 @@ class _Reader:
 
     def _of(self, node: ast.AST) -> _Piece:
         """Return what a node stands for; refuse one that is no value."""
-        if node in self._found:
-            return self._found[node]
+        if node in self._pieces:
+            return self._pieces[node]
         if isinstance(node, ast.Compare):
             raise ExpressionError(f"'{_SIGNS[type(node.ops[0])]}' compares only in where", _EXAMPLE)
         if isinstance(node, ast.Name):
@@ -297,18 +297,18 @@ class _Reader:
             return _Piece(self._tape.number(pi), None)
         return None  # the name of a function
 
-    def _joined(self, sign: str, one: _Piece, other: _Piece) -> _Piece:
+    def _joined(self, sign: str, left: _Piece, right: _Piece) -> _Piece:
         if sign == "**":
-            powers = self._raised(one.powers, _pure(other, "an exponent"))
+            powers = self._raised(left.powers, _pure(right, "an exponent"))
         elif sign in "+-":
-            powers = _alike(sign, one, other)
-        elif one.powers is None or other.powers is None:
+            powers = _alike(sign, left, right)
+        elif left.powers is None or right.powers is None:
             powers = None
         else:
             way = 1 if sign == "*" else -1
-            pairs = zip(one.powers, other.powers, strict=True)
+            pairs = zip(left.powers, right.powers, strict=True)
             powers = Powers(*(a + way * b for a, b in pairs))
-        return self._piece(_OPERATIONS[sign], powers, one, other)
+        return self._piece(_OPERATIONS[sign], powers, left, right)
 
     def _raised(self, powers: Powers | None, exponent: _Piece) -> Powers | None:
         if powers in (None, _PURE):
@@ -517,14 +517,14 @@ class Expression:
         state: Sequence[FloatArray] = (),
         what: str = "value",
     ) -> FloatArray:
-        (values,) = self._found(program, time, state)
+        (values,) = self._values(program, time, state)
         whole = np.broadcast_to(np.asarray(values, dtype=float), np.shape(time))
         missing = np.flatnonzero(~np.isfinite(whole))
         if len(missing):
             raise NoValueError(self.text, float(np.ravel(time)[missing[0]]), what)
         return whole
 
-    def _found(self, program: Program, time: Values, state: Sequence[Values]) -> list[Values]:
+    def _values(self, program: Program, time: Values, state: Sequence[Values]) -> list[Values]:
         values = program.run(time, state)
         if len(state) > len(self.sensed) and not np.isfinite(sum(values)).all():
             # Beyond its kink a formula that is held may have no value: a root has none.
@@ -581,7 +581,7 @@ class Expression:
 
     def switches(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
         """Values (kinks, n) that are zero at the kinks, by time and state as `values`."""
-        values = self._found(self._at_kinks, time, state)
+        values = self._values(self._at_kinks, time, state)
         return np.array([np.broadcast_to(value, np.shape(time)) for value in values])
 
     @cached_property

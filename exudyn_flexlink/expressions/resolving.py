@@ -64,8 +64,8 @@ def _less(a: Values, b: Values) -> FloatArray:
     return np.where(np.isnan(np.add(a, b)), np.nan, np.less(a, b).astype(float))
 
 
-def _where(condition: Values, one: Values, other: Values) -> FloatArray:
-    return np.where(np.isnan(condition), np.nan, np.where(condition, one, other))
+def _where(condition: Values, chosen: Values, otherwise: Values) -> FloatArray:
+    return np.where(np.isnan(condition), np.nan, np.where(condition, chosen, otherwise))
 
 
 OF_ONE = ("sin", "cos", "tan", "asin", "acos", "atan", "exp", "log", "sqrt", "abs", "tanh", "sign")
@@ -287,10 +287,10 @@ def ranges(
     infinite ones. So the last one tells whether any was, which is seldom: only then each is asked.
     """
     with np.errstate(all="ignore"):
-        bounds_found = _ranges(plan, time, state, lambda bounds: bounds)
+        bounds_of_last = _ranges(plan, time, state, lambda bounds: bounds)
         return (
-            bounds_found
-            if not np.isnan(bounds_found.low + bounds_found.high).any()
+            bounds_of_last
+            if not np.isnan(bounds_of_last.low + bounds_of_last.high).any()
             else _ranges(plan, time, state, _known)
         )
 
@@ -340,9 +340,10 @@ def _of_corners(function: Callable[..., FloatArray], a: Bounds, b: Bounds) -> Bo
     )
 
 
-def _bounds_where(condition: FloatArray | BoolArray, one: Bounds, other: Bounds) -> Bounds:
+def _bounds_where(condition: FloatArray | BoolArray, chosen: Bounds, otherwise: Bounds) -> Bounds:
     return Bounds(
-        np.where(condition, one.low, other.low), np.where(condition, one.high, other.high)
+        np.where(condition, chosen.low, otherwise.low),
+        np.where(condition, chosen.high, otherwise.high),
     )
 
 
@@ -411,10 +412,10 @@ def _bounds_less(a: Bounds, b: Bounds) -> Bounds:
     return Bounds((a.high < b.low).astype(float), (~(a.low >= b.high)).astype(float))
 
 
-def _choice(condition: Bounds, one: Bounds, other: Bounds) -> Bounds:
-    either = Bounds(np.minimum(one.low, other.low), np.maximum(one.high, other.high))
-    bounds = _bounds_where(condition.low > 0, one, either)
-    return _bounds_where(condition.high == 0, other, bounds)
+def _choice(condition: Bounds, chosen: Bounds, otherwise: Bounds) -> Bounds:
+    either = Bounds(np.minimum(chosen.low, otherwise.low), np.maximum(chosen.high, otherwise.high))
+    bounds = _bounds_where(condition.low > 0, chosen, either)
+    return _bounds_where(condition.high == 0, otherwise, bounds)
 
 
 _BY_NAME: dict[str, Callable[..., Bounds]] = {
@@ -446,7 +447,7 @@ class Addend:
         self, tape: Tape, result: int, held: Mapping[int, Operation] | None = None
     ) -> None:
         self._tape, self._result, self._held = tape, result, held
-        self._value, self._own = Program(tape, [result], held), Program(tape, [result])
+        self._value, self._unheld = Program(tape, [result], held), Program(tape, [result])
 
     @property
     def of_time(self) -> bool:
@@ -473,7 +474,7 @@ class Addend:
         bounds = ranges(self._value.plan, time, state)
         if (np.isfinite(bounds.low) & np.isfinite(bounds.high)).all():
             return bounds
-        unheld = ranges(self._own.plan, time, state)  # see `Expression._found`
+        unheld = ranges(self._unheld.plan, time, state)  # see `Expression._values`
         return Bounds(
             *(np.where(np.isfinite(x), x, y) for x, y in zip(bounds, unheld, strict=True))
         )
@@ -514,8 +515,8 @@ def zeros(term: Addend, begin: float, end: float) -> FloatArray:
         low, high = _halved(low, high)
     starts = np.flatnonzero(np.diff(low, prepend=-np.inf) > 2 * (high - low))
     instants.append((low[starts] + high[np.append(starts[1:], len(low))[: len(starts)] - 1]) / 2)
-    every = np.sort(np.concatenate(instants))
-    return every[np.diff(every, prepend=begin) > SAME * (end - begin)]
+    roots = np.sort(np.concatenate(instants))
+    return roots[np.diff(roots, prepend=begin) > SAME * (end - begin)]
 
 
 def _crossed(term: Addend, low: FloatArray, high: FloatArray) -> FloatArray:

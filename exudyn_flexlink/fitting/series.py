@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.observables import Signal, own_columns, signals, unknown_signal
+from exudyn_flexlink.observables import Signal, signals, table_columns, unknown_signal
 from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
@@ -139,7 +139,7 @@ def _given(
 def _own(scene: Scene, cells: Cells) -> dict[str, int]:
     """Columns by the quantities that their names say they are, with a unit or without."""
     known, columns = signals(scene), dict[str, int]()
-    names = {name: name for name in known} | own_columns(scene)
+    names = {name: name for name in known} | table_columns(scene)
     for k, cell in enumerate(cells.names):
         bare = bare_name(cell)
         for name, number in names.items():

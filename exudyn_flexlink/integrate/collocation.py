@@ -3,7 +3,7 @@ r"""Coefficients of the Radau IIA method of five stages, of order 9.
 E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8. The stages collocate
 ``y' = f`` at the nodes c: roots of a Jacobi polynomial, and 1: L-stable, and the step ends with its
 last stage. With ``A_ij`` the integral of Lagrange's polynomial l_j from 0 to c_i, the inverse B of
-A has one real eigenvalue and two pairs of complex ones, of which one each is kept: ``B = T
+A has one real eigenvalue and two conjugate pairs. Of each pair one is kept: ``B = T
 diag(lambda) T^-1``. The estimate of a step's error is ``h (gamma f(y_0) + sum_i d_i f_i)``, gamma
 the inverse of the real eigenvalue, of order 5.
 """
@@ -23,9 +23,8 @@ B = np.linalg.inv(A)
 WEIGHTS = A[-1]
 
 _values, _columns = np.linalg.eig(B)
-_kept = np.argsort(_values.imag)[
-    STAGES // 2 :
-]  # the real one, then those of positive imaginary part
+# The real eigenvalue, then those with a positive imaginary part.
+_kept = np.argsort(_values.imag)[STAGES // 2 :]
 EIGENVALUES = _values[_kept]
 REAL = float(EIGENVALUES[0].real)
 FROM = _columns[:, _kept] * [1, 2, 2]  # a pair counts twice its real part

@@ -1,16 +1,9 @@
-"""Where event functions fall to zero within a step.
+"""Where event functions fall to zero within a step, and where quantities turn; no mechanics.
 
-An event function (m, or any length) is positive as long as the present equations hold. It is looked
-at a few times within the step; one that falls below zero and rises again between two looks is found
-by the zero of its rate. Right after an event it may start at zero: then it falls after its highest
-place.
-
-Times that are one, as a clock tells, and the time between two instants at which forces leap.
-
-A clock that reads 3000 s goes on by 5e-13 s at least. A step that ends at an instant at which
-forces leap, to rounding, still knows neither: what counts there is the limit from within the step.
-
-Where quantities turn within the steps of a run: numerics, no mechanics.
+An event function (m, or any length) is positive as long as the present equations hold. It is
+evaluated a few times within the step. Where it falls below zero and rises again between two of
+these instants, the zero of its rate shows it. Right after an event it may start at zero: then it
+falls after its highest value.
 """
 
 from __future__ import annotations
@@ -40,7 +33,7 @@ def highest(
 ) -> FloatArray:
     """Places (c,) between `low` and `high` (c,) where a value, of places (c, p), is highest.
 
-    The last looks are joined by a parabola. Of several peaks one that the first looks see is found.
+    A parabola joins the last looks. Of several peaks it is one that the first looks see.
     """
     rows = np.arange(len(low))
     for points in looks:
@@ -61,19 +54,19 @@ Array = TypeVar("Array", FloatArray, ComplexArray)
 
 
 def chebyshev_sum(coefficients: list[Number], part: float) -> Number:
-    """Sum of Chebyshev's polynomials at a part of the step (Clenshaw): faster, of one place."""
+    """Sum of Chebyshev's polynomials at one part of the step, by Clenshaw's recurrence: faster."""
     x = 4 * part - 2
-    one = two = 0 * coefficients[0]
+    b1 = b2 = 0 * coefficients[0]
     for c in reversed(coefficients[1:]):
-        one, two = c + x * one - two, one
-    return coefficients[0] + 0.5 * x * one - two
+        b1, b2 = c + x * b1 - b2, b1
+    return coefficients[0] + 0.5 * x * b1 - b2
 
 
 class StepPolynomial:
     """The polynomial through values and slopes at `nodes` (n,), parts of a step, 0 and 1 included.
 
-    Where a step has a polynomial of its own, of a degree below 2 n, it is that one. Coefficients
-    (..., 2 n) are those of Chebyshev's polynomials, with which nothing is lost by rounding.
+    It is the step's own polynomial if that has a degree below 2 n. Coefficients (..., 2 n) are
+    those of Chebyshev's polynomials, as rounding loses nothing with them.
     """
 
     def __init__(self, nodes: FloatArray) -> None:
@@ -93,7 +86,7 @@ class StepPolynomial:
     def coefficients(self, values: Array, slopes: Array, order: int = 0) -> Array:
         """Coefficients (c, 2 n - order) from values (c, n) and slopes per step (c, n).
 
-        They are those of the derivative of this order, 0 to 2. Nowhere in the step that is more
+        They describe the derivative of this order, 0 to 2. Nowhere in the step is that larger
         than the sum of their sizes.
         """
         both = np.concatenate([values, slopes], axis=1)
@@ -102,8 +95,8 @@ class StepPolynomial:
     @staticmethod
     def value(coefficients: FloatArray, parts: FloatArray) -> FloatArray:
         """Values (c, p) at parts (c, p) of the step."""
-        of_all = coefficients.T[:, :, None]
-        return np.asarray(chebyshev.chebval(2 * parts - 1, of_all, tensor=False))
+        columns = coefficients.T[:, :, None]
+        return np.asarray(chebyshev.chebval(2 * parts - 1, columns, tensor=False))
 
     @staticmethod
     def derivative(coefficients: FloatArray) -> FloatArray:
@@ -133,10 +126,10 @@ class StepPolynomial:
 
 
 class TurnSeeker:
-    """Collects where quantities (c,) turn, step by step: between two instants kept they do not."""
+    """Collects where quantities (c,) turn, step by step: between two instants kept none turns."""
 
     def __init__(self, count: int) -> None:
-        # Of each quantity instants and values, the last of which is where the last step ended.
+        # Instants and values of each quantity; the last ones are those of the last step's end.
         self._kept: list[list[FloatArray]] = [[] for _ in range(count)]
         self._way = np.zeros(count)  # 1 if it rose last, -1 if it fell
 
@@ -150,8 +143,8 @@ class TurnSeeker:
     ) -> None:
         """Take steps in a row, which begin at instants (m,) s and have lengths (m,) s.
 
-        `values` and `slopes` per step are those at the polynomial's nodes, (m, n, c). By less
-        than `rounding` (c,) nothing is known to move in a step.
+        `values` and `slopes` per step are those at the polynomial's nodes, (m, n, c). What moves
+        by less than `rounding` (c,) in a step counts as still.
         """
         time, length = steps
         still = np.maximum(STANDSTILL * np.abs(values).max(axis=(0, 1)), rounding)
@@ -168,12 +161,12 @@ class TurnSeeker:
             else:
                 kept.append(path[:, :1])
             moved = np.diff(path[1])
-            goes = np.flatnonzero(np.abs(moved) > still[k])
-            ways = np.append(self._way[k], np.sign(moved[goes]))
-            kept += [path[:, goes[ways[:-1] * ways[1:] < 0]], path[:, -1:]]
+            moving = np.flatnonzero(np.abs(moved) > still[k])
+            ways = np.append(self._way[k], np.sign(moved[moving]))
+            kept += [path[:, moving[ways[:-1] * ways[1:] < 0]], path[:, -1:]]
             self._way[k] = ways[-1] or self._way[k]
 
-    def found(self, which: int) -> tuple[FloatArray, FloatArray]:
+    def turning_points(self, which: int) -> tuple[FloatArray, FloatArray]:
         """Instants (k,) s, in order, and values (k,), from the first to the last that was taken."""
         time, value = np.concatenate([np.zeros((2, 0)), *self._kept[which]], axis=1)
         return time, value
@@ -187,9 +180,9 @@ def _rows(nodes: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     return at, np.asarray(slopes, dtype=np.float64).T
 
 
-EVENT_TIME = 1e-13  # s: to which events are located, where the clock tells that apart
-LOOKS = 8  # at event functions within a step in which they may fall
-GAP_ROUNDING = 1e-14  # m: a gap, or another event function, so little below zero is zero, rounded
+EVENT_TIME = 1e-13  # s: accuracy of an event's instant, where the clock resolves it
+LOOKS = 8  # instants of a step at which an event function is evaluated
+GAP_ROUNDING = 1e-14  # m: an event function that is less than this below zero is zero, rounded
 HALVINGS = 40  # of the time to the next look, in the search for where a function rises from zero
 
 Function = Callable[[float], float]
@@ -199,7 +192,7 @@ Function = Callable[[float], float]
 class Guard:
     """A function of time whose zero ends a step, since the equations change there.
 
-    Where forces only bend there, the last step still tells where the next one goes (`bends`).
+    Where forces only bend there (`bends`), the last step's polynomial still predicts the next one.
     """
 
     bends = False
@@ -218,7 +211,7 @@ class Guard:
 
 
 class Crossing(NamedTuple):
-    """What happens first within a step, and when (s)."""
+    """The instant (s) within a step at which a guard is zero, and the guard."""
 
     time: float
     guard: Guard
@@ -242,7 +235,7 @@ def zero(value: Function, begin: float, end: float) -> float:
 
 
 def fall(value: Function, begin: float, end: float) -> float:
-    """Instant at which a value falls to zero that is below it at the end."""
+    """Instant at which a value falls to zero; at `end` it is negative."""
     return begin if value(begin) <= 0 else zero(value, begin, end)
 
 
@@ -251,8 +244,8 @@ def first_fall(
 ) -> float | None:
     """Find when an event function falls below zero first; None if it does not.
 
-    With its `rate` it is also found between two looks. One that starts at zero falls only as it
-    gets lower than there: how far below zero it starts is how exactly events are located.
+    With its `rate` a fall between two looks is found, too. A function that starts at zero, but for
+    the error of the event before, falls only as it gets lower than its start.
     """
     t, end = within
     slope = next_slope = 0.0 if rate is None else rate(t)
@@ -272,7 +265,7 @@ def first_fall(
 
 
 def _after_rising(value: Function, t: float, after: float) -> float:
-    """When a value falls that starts at zero; at once if it does not rise first."""
+    """When a value that starts at zero falls; at once if it does not rise first."""
     between = (t + (after - t) * 0.5**k for k in range(1, HALVINGS))
     risen = next((place for place in between if value(place) > 0), None)
     return t if risen is None else zero(value, risen, after)

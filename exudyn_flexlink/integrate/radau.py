@@ -11,11 +11,11 @@ of the size of q:
 
     (M lambda/h + D + h/lambda K) w = (T^-1 R)_lambda.
 
-The error is that of Hairer and Wanner's embedded formula, of order 5, filtered by the real matrix,
-with contacts as slack as they become within the step; and where their forces leap, what their
-impulses along the step's polynomial differ by from those of the stages (see `contact_share`).
-Between steps speeds follow the polynomial through those of the start and of the stages, places its
-integral.
+The error is that of Hairer and Wanner's embedded formula, of order 5. The real matrix filters it,
+with contacts as slack as they become within the step. Where contact forces leap, the error is also
+the difference of their impulses along the step's polynomial and by the stages (see
+`contact_share`). Within a step speeds follow the polynomial through the start and the stages, and
+places follow its integral.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ SYSTEMS = EIGENVALUES[:, None, None]
 MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
-NEWTON = 1e-4  # of the error allowed: what the iteration may leave, alike in both runs that measure
+NEWTON = 1e-4  # of the error allowed: the iteration's own error, alike in both runs that measure
 # Share of the slow position error that counts: iteration errors have either sign and average out.
 LASTING = 0.03
-STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
+STAGNATED = 0.05  # of the error allowed: smaller changes that no longer shrink are rounding
 
 
 class Step(NamedTuple):
@@ -93,19 +93,19 @@ class Step(NamedTuple):
 class ErrorTimes(NamedTuple):
     """Times (s) that turn a speed error into a position error."""
 
-    in_contact: float  # those of steps with a contact in them, whose force leaps
+    in_contact: float  # of steps in which a contact presses, whose force leaps
     free: float
 
 
 class Radau:
-    """Steps by some equations."""
+    """Makes steps of Radau IIA with some equations."""
 
     def __init__(
         self, equations: Equations, error_times: ErrorTimes, position_per_speed_error: FloatArray
     ) -> None:
         """Take the equations, and what turns speed errors into position errors.
 
-        `position_per_speed_error` (n, n), s, does so through slow modes.
+        `position_per_speed_error` (n, n), s, is the part of slow modes in that.
         """
         self.equations, self.error_times = equations, error_times
         self.position_per_speed_error = position_per_speed_error
@@ -122,19 +122,19 @@ class Radau:
     ) -> Step | None:
         """Make a step of this length, whatever its error; None if the iteration fails.
 
-        `start` is the evaluation at `state`; `allowed` (m) is the error in whose parts the
-        iteration counts.
+        `start` is the evaluation at `state`; the iteration ends at a part of the error `allowed`
+        (m).
         """
         times = t + C * h
         guess = self._guess(t, h, state.v)
         residual = self._residual(times, h, state, guess)
         if residual is None:
             return None
-        # A round of the iteration costs more than new matrices, with which it needs fewer.
+        # New matrices cost less than the rounds of the iteration that they save.
         try:
             matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
             w = self._solve(times, state, matrices, allowed, (guess, residual))
-        except np.linalg.LinAlgError:  # a guess far off, or a contact so stiff that all else rounds
+        except np.linalg.LinAlgError:  # a bad guess, or a contact beside which all else is rounding
             return None
         if w is None:
             return None
@@ -151,7 +151,7 @@ class Radau:
         return Step(t, h, state, end, start, self._stages, known, accelerations, error)
 
     def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
-        """Matrices of the step's middle, nearest to all stages; contacts at its start."""
+        """Matrices at the step's middle, which is nearest to all stages; contacts at its start."""
         stiffness, damping = self.equations.jacobians(middle)
         systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
@@ -198,7 +198,7 @@ class Radau:
                 rate = size / before
                 if not rate < 1:
                     return w if size < STAGNATED * allowed else None
-                # At this rate the rounds left are not enough (Hairer and Wanner, IV.8).
+                # At this rate the remaining rounds are too few (Hairer and Wanner, IV.8).
                 if rate**left / (1 - rate) * size > max(enough, STAGNATED * allowed):
                     return None
             # What is left is at most this, at the present rate.

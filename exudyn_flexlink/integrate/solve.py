@@ -39,17 +39,17 @@ class ProgressMeter:
 
     report: Callable[[float], None] | None
     end: float  # s
-    _told: float | None = None
+    _last_report: float | None = None
 
-    def tell(self, time: float) -> None:
+    def update(self, time: float) -> None:
         """Report that the run is at a time (s); the first call begins to count."""
         if self.report is None:
             return
         now = monotonic()
-        if self._told is None:
-            self._told = now
-        if now - self._told > SECONDS_BETWEEN_REPORTS:
-            self._told = now
+        if self._last_report is None:
+            self._last_report = now
+        if now - self._last_report > SECONDS_BETWEEN_REPORTS:
+            self._last_report = now
             self.report(min(time / self.end, 1.0))
 
 
@@ -111,7 +111,7 @@ class Solution:
                 self._watch()
                 if event is not None:
                     self._cross(event)
-                self._meter.tell(self.time)
+                self._meter.update(self.time)
 
     def _watch(self) -> None:
         """Say at once, and one time, that a run creeps: it might take days."""

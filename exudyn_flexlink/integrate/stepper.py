@@ -313,9 +313,9 @@ class ImplicitStepper:
 
     def _note(self, step: Step) -> None:
         """Take note of steps past a singularity, or inexact at one; of the user's that slipped."""
-        on_one = self.problem.on_singularity()
+        singularity = self.problem.on_singularity()
         missed = not self.control.fixed and not self.control.passes(step.error)
-        if on_one.passed or (on_one.stage and missed):
+        if singularity.passed or (singularity.stage and missed):
             self.rounded.append(step.t)
         if self.control.fixed is not None:
             slip = self.problem.slipped(step)
@@ -382,8 +382,8 @@ class ImplicitStepper:
         """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
         if self.control.fixed is not None:
             return False
-        on_one = self.problem.on_singularity(at_stop)
-        return on_one.end or (on_one.stage and not self._good(step))
+        singularity = self.problem.on_singularity(at_stop)
+        return singularity.end or (singularity.stage and not self._good(step))
 
     def _good(self, step: Step | None) -> bool:
         return step is not None and not self._slips(step) and self.control.passes(step.error)

@@ -112,17 +112,17 @@ def build_gears(bodies: Bodies) -> Iterator[Gear]:
         if not isinstance(spec, GearJoint | BeltJoint):
             continue
         arm, meshes = meshes_of(joints, spec)
-        one, other = (_geared(bodies, arm, mesh) for mesh in meshes)
+        first_tie, second_tie = (_geared(bodies, arm, mesh) for mesh in meshes)
         first, second = spec.weights((joints[spec.joints[0]], joints[spec.joints[1]]))
-        first, second = first * one.side, second * other.side
+        first, second = first * first_tie.side, second * second_tie.side
         if isinstance(spec, BeltJoint):
-            yield Gear(name, (one, other), (first, second), spec.radii, meshes=False)
+            yield Gear(name, (first_tie, second_tie), (first, second), spec.radii, meshes=False)
             continue
-        radii, beyond = _radii(spec, one, other), 1.0
+        radii, beyond = _radii(spec, first_tie, second_tie), 1.0
         if spec.radius is None and radii[0]:
             first, second = radii[0] * first, radii[0] * second
             beyond = -1.0 if spec.internal and spec.turns > 1 else 1.0
-        yield Gear(name, (one, other), (first, second), radii, beyond=beyond)
+        yield Gear(name, (first_tie, second_tie), (first, second), radii, beyond=beyond)
 
 
 def _geared(bodies: Bodies, arm: str, mesh: Mesh) -> Geared:
@@ -148,14 +148,14 @@ def _end(bodies: Bodies, joint: str, body: str) -> Anchor:
     return bodies.ends(spec)[ends_of(spec).index(body)]
 
 
-def _radii(spec: GearJoint, one: Geared, other: Geared) -> tuple[float | None, float | None]:
+def _radii(spec: GearJoint, first: Geared, second: Geared) -> tuple[float | None, float | None]:
     """Radii (m) of pitch circles: of a pinion as given, of gears by how far apart their axes are.
 
     There are none where both turn about one axis, or on an arm that bends, and none of racks.
     """
-    if one.slide is not None or other.slide is not None:
-        return None if one.slide else spec.radius, None if other.slide else spec.radius
-    near, beside = one.near, other.near
+    if first.slide is not None or second.slide is not None:
+        return None if first.slide else spec.radius, None if second.slide else spec.radius
+    near, beside = first.near, second.near
     apart = hypot(beside.x - near.x, beside.y - near.y)
     both = abs(1.0 - spec.turns) if spec.internal else 1.0 + spec.turns
     size = max(hypot(near.x, near.y), hypot(beside.x, beside.y))
@@ -202,8 +202,8 @@ def tooth_pushes(
 
 def _across(gear: Gear, q: FloatArray) -> FloatArray:
     """Directions (n, 2) left of the line from the first gear's axis to the second's."""
-    one, other = (anchor_position(tie.far, q) for tie in gear.ties)
-    return left_of((other - one) / np.linalg.norm(other - one, axis=-1, keepdims=True))
+    first, second = (anchor_position(tie.far, q) for tie in gear.ties)
+    return left_of((second - first) / np.linalg.norm(second - first, axis=-1, keepdims=True))
 
 
 def without_teeth(joint: str, force: FloatArray, teeth: Iterable[ToothPush]) -> FloatArray:

@@ -390,31 +390,31 @@ def _points(anchors: Sequence[Anchor]) -> Callable[[FloatArray], FloatArray]:
 
 def _gap(joints: Sequence[Pin | Weld | Slide]) -> _Open:
     """From the first to the second anchor, along x and y."""
-    first = _points([joint.first for joint in joints])
-    second = _points([joint.second for joint in joints])
-    return lambda one, other: second(other) - first(one)
+    starts = _points([joint.first for joint in joints])
+    ends = _points([joint.second for joint in joints])
+    return lambda first, second: ends(second) - starts(first)
 
 
 def _turn(angles: Sequence[float]) -> _Open:
     """Angle of the second part against the first, less what it should be."""
-    return lambda one, other: (other[..., 2] - one[..., 2] - np.array(angles))[..., None]
+    return lambda first, second: (second[..., 2] - first[..., 2] - np.array(angles))[..., None]
 
 
 def _welded(welds: Sequence[Weld]) -> _Open:
     gap, turn = _gap(welds), _turn([weld.angle for weld in welds])
-    return lambda one, other: np.concatenate([gap(one, other), turn(one, other)], axis=-1)
+    return lambda first, second: np.concatenate([gap(first, second), turn(first, second)], axis=-1)
 
 
 def _on_line(slides: Sequence[Slide]) -> _Open:
     """Where the second anchor is from the first: along the line, and left of it."""
     gap, directions = _gap(slides), np.array([slide.direction for slide in slides])
-    return lambda one, other: turned(gap(one, other), -(one[..., 2] + directions))
+    return lambda first, second: turned(gap(first, second), -(first[..., 2] + directions))
 
 
 def _slid(slides: Sequence[Slide]) -> _Open:
     on_line, turn = _on_line(slides), _turn([slide.angle for slide in slides])
-    return lambda one, other: np.concatenate(
-        [on_line(one, other)[..., 1:], turn(one, other)], axis=-1
+    return lambda first, second: np.concatenate(
+        [on_line(first, second)[..., 1:], turn(first, second)], axis=-1
     )
 
 
@@ -428,8 +428,8 @@ def _slotted(slots: Sequence[Slot], places: FloatArray, across: bool) -> _Family
     ways = left_of(ways) if across else ways
     anchored = _points([slot.anchor for slot in slots])
 
-    def open_at(one: FloatArray, other: FloatArray) -> FloatArray:
-        seen = turned(anchored(other) - one[..., :2], -one[..., 2])
+    def open_at(first: FloatArray, second: FloatArray) -> FloatArray:
+        seen = turned(anchored(second) - first[..., :2], -first[..., 2])
         return np.asarray(np.sum(ways * (seen - points), axis=-1, keepdims=True))
 
     return _family([(slot.carrier, slot.anchor.part) for slot in slots], open_at)
@@ -444,9 +444,9 @@ def _moving(
     lines = [slide or Slide("", *pair) for slide, pair in zip(slides, ends, strict=True)]
     on_line, along_line = _on_line(lines), np.array([slide is not None for slide in slides])
 
-    def open_at(one: FloatArray, other: FloatArray) -> FloatArray:
-        along = on_line(one, other)[..., :1] - starts[:, None]
-        return np.where(along_line[:, None], along, turn(one, other))
+    def open_at(first: FloatArray, second: FloatArray) -> FloatArray:
+        along = on_line(first, second)[..., :1] - starts[:, None]
+        return np.where(along_line[:, None], along, turn(first, second))
 
     return _family(parts, open_at)
 
@@ -531,11 +531,11 @@ def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
     ]:
         weld = out[0]
         near = weld.first.part in group
-        here, there = (weld.first, weld.second) if near else (weld.second, weld.first)
-        angle = group[here.part].angle + (weld.angle if near else -weld.angle)
-        x, y = group[here.part].place(here.x, here.y)
-        back = with_at_origin((there.x, there.y), ROOT, angle)
-        group[there.part] = Frame(ROOT, x + back.x, y + back.y, angle)
+        known, added = (weld.first, weld.second) if near else (weld.second, weld.first)
+        angle = group[known.part].angle + (weld.angle if near else -weld.angle)
+        x, y = group[known.part].place(known.x, known.y)
+        back = with_at_origin((added.x, added.y), ROOT, angle)
+        group[added.part] = Frame(ROOT, x + back.x, y + back.y, angle)
     return group
 
 

@@ -127,15 +127,15 @@ class Bodies:
             return Anchor(GROUND, *(at or (0.0, 0.0)))
         return self.points[point]
 
-    def _on_one_rod(self, one: Anchor, other: Anchor) -> tuple[Anchor, Anchor]:
+    def _on_one_rod(self, first: Anchor, second: Anchor) -> tuple[Anchor, Anchor]:
         """Two points of a body, as points of one of its rods where a hinge lets them be."""
         for pin in self.pins:
             parts = pin.first.part, pin.second.part
-            if (one.part, other.part) == parts and isclose(one.x, pin.first.x):
-                return pin.second, other
-            if (other.part, one.part) == parts and isclose(other.x, pin.first.x):
-                return one, pin.second
-        return one, other
+            if (first.part, second.part) == parts and isclose(first.x, pin.first.x):
+                return pin.second, second
+            if (second.part, first.part) == parts and isclose(second.x, pin.first.x):
+                return first, pin.second
+        return first, second
 
     def face(self, contact: PointOnLine | LineOnCurve) -> tuple[Anchor, Anchor]:
         """Both ends of a straight face, on one part if there is one that has both."""

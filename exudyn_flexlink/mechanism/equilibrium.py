@@ -221,7 +221,7 @@ def rest_of(assembly: Assembly) -> Rest:
         q, places = moved
     if unstable:  # nothing is below it
         return search.resting(unstable[0], [])
-    raise _not_found(assembly.mechanism, at)
+    raise _no_rest(assembly.mechanism, at)
 
 
 @dataclass(frozen=True)
@@ -300,7 +300,7 @@ class _Search:
         meshed = iter(joints.residual[[row for kind, row in firsts if kind == "gear"]].tolist())
         gears = tuple(replace(gear, start=next(meshed)) for gear in mechanism.gears)
         self._mechanism = replace(mechanism, speed_motors=held, gears=gears)
-        self._tree, self._contacts = spanning_tree(mechanism), mechanism.every_contact
+        self._tree, self._contacts = spanning_tree(mechanism), mechanism.contacts_and_pairs
         self._reach = max(part.reach for part in mechanism.parts)
 
     def size(self, step: FloatArray) -> float:
@@ -437,7 +437,7 @@ def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
     return approach(contact, q, units).gap_rate
 
 
-def _not_found(mechanism: Mechanism, at: _Look) -> NoRestError:
+def _no_rest(mechanism: Mechanism, at: _Look) -> NoRestError:
     """Name the body that forces drive on most."""
     driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), -at.motions @ at.slope)
     part = int(np.argmax(np.linalg.norm(driven[:, :2], axis=1)))
@@ -554,9 +554,9 @@ def _searched(assembly: Assembly, fixed: Start, loose: list[tuple[int, ...]]) ->
     return known[1:]
 
 
-def _apart(one: FloatArray, other: FloatArray) -> float:
+def _apart(first: FloatArray, second: FloatArray) -> float:
     """Largest difference of two sets of angles, whole turns left out."""
-    return float(np.abs(np.angle(np.exp(1j * (one - other)))).max(initial=0.0))
+    return float(np.abs(np.angle(np.exp(1j * (first - second)))).max(initial=0.0))
 
 
 def _independent(assembly: Assembly) -> list[tuple[int, int]]:

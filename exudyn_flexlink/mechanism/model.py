@@ -678,7 +678,7 @@ class Mechanism:
         return (*self.contacts, *self.bearings)
 
     @cached_property
-    def every_contact(self) -> tuple[Contact, ...]:
+    def contacts_and_pairs(self) -> tuple[Contact, ...]:
         """Those, then the pairs of links and guides: the order of all arrays of contacts."""
         return (*self.touching, *(pair for channel in self.channels for pair in channel.contacts))
 

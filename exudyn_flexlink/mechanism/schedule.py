@@ -54,7 +54,7 @@ def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Asse
             cost = 1.0 if motor.slide else length
             edges, short, left = _parts(formula, terms, end, (cost, 0.0), allowed)
             knots.append(short)
-            texts += _told(motor.name, left)
+            texts += _warnings(motor.name, left)
             if formula is motor.speed:
                 speed = Formula(expression, clock, (clock + edges).tolist())
                 motors.append(replace(motor, speed=speed))
@@ -66,7 +66,7 @@ def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Asse
             mobility = max(alone, *(_moved(assembly, row) for row in rows))
             _, short, left = _parts(size.value, terms, end, (mobility * end, -mobility), allowed)
             knots.append(short)
-            texts += _told(name, left)
+            texts += _warnings(name, left)
     all_knots = np.unique(np.concatenate([np.zeros(0), *knots]))
     within, unfound = tuple(all_knots.tolist()), tuple(dict.fromkeys(texts))
     return replace(
@@ -99,7 +99,7 @@ def _parts(
     return np.unique(np.concatenate(edges)) - clock, of_pulses, np.concatenate(left) - clock
 
 
-def _told(name: str, left: FloatArray) -> Iterator[str]:
+def _warnings(name: str, left: FloatArray) -> Iterator[str]:
     if len(left):
         shortest = float((left[:, 1] - left[:, 0]).min())
         yield (
@@ -268,7 +268,7 @@ def sample_bytes(mechanism: Mechanism) -> int:
 
     Measured from 10 to 40 rods, with and without walls, from one count of samples to another.
     """
-    walls = len(mechanism.every_contact) - len(mechanism.touching)
+    walls = len(mechanism.contacts_and_pairs) - len(mechanism.touching)
     kept = BYTES_OF_PART * len(mechanism.parts) + BYTES_OF_PAIR * walls
     return BYTES_OF_SAMPLE + kept + BYTES_OF_CONTACT * len(mechanism.touching)
 

@@ -169,7 +169,7 @@ class Shape(ABC, Generic[AnyContact]):
         """`frame` tells in which axes of which link a part is."""
         self.contacts = contacts
         firsts, seconds, turned = zip(*map(self.between, contacts), strict=True)
-        self._links, self._own, _ = _carried(firsts, frame)
+        self._links, self._arms, _ = _carried(firsts, frame)
         self._bases, self._start, angles = _carried(seconds, frame)
         self._turned = np.exp(1j * (angles + turned))
         self._behind = self._turned.conj() * self._start
@@ -208,7 +208,7 @@ class Shape(ABC, Generic[AnyContact]):
 
     def _relative(self, at: Poses) -> Relative:
         links, bases = self._links, self._bases
-        arms = at.axis.take(links, axis=-1) * self._own
+        arms = at.axis.take(links, axis=-1) * self._arms
         axes = at.axis.take(bases, axis=-1) * self._turned
         point, back = at.origin.take(links, axis=-1) + arms, axes.conj()
         apart = back * (point - at.origin.take(bases, axis=-1))
@@ -270,12 +270,12 @@ def _gap_bends(look: Look, links: IndexArray, at: Poses, bends: ComplexArray) ->
     return np.asarray(_dot(look.normal, moved) - turned + look.bend * past * past)
 
 
-def _dot(one: Any, other: Any) -> Any:
-    return (one.conjugate() * other).real
+def _dot(a: Any, b: Any) -> Any:
+    return (a.conjugate() * b).real
 
 
-def _cross(one: Any, other: Any) -> Any:
-    return (one.conjugate() * other).imag
+def _cross(a: Any, b: Any) -> Any:
+    return (a.conjugate() * b).imag
 
 
 class Faces(Shape[FaceContact]):
@@ -458,10 +458,6 @@ class _Searched(Shape[OnCurve]):
             np.stack(part, axis=-1) for part in zip(*columns, strict=True)
         )
         return length, foot, tangent, second
-
-
-def _found(search: Search, seen: complex) -> Foot:
-    return search(seen)
 
 
 class OnCurves(_Searched[CurveContact]):

@@ -70,11 +70,11 @@ from exudyn_flexlink.observables.signals import (
     Signal,
     Vibration,
     on_axis,
-    own_columns,
     perturbation,
     signals,
     spectrum,
     strongest_line,
+    table_columns,
     unknown_signal,
     vibration,
 )

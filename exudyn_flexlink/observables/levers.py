@@ -73,7 +73,7 @@ class Measure:
         """Write a value without its unit."""
         return f"{value:{self.digits}}"
 
-    def told(self, value: float) -> str:
+    def text(self, value: float) -> str:
         """Write a value with its unit."""
         return f"{self.number(value)} {self.unit}"
 
@@ -142,7 +142,7 @@ def answer_of(scene: Scene, mechanism: Mechanism, contact: Contact, start: Float
     if joint is None:
         x, y = approach(contact, start, np.zeros_like(start)).normal.tolist()
         return Moved(contact.anchors[1][-1], (x, y))
-    second = joint.second.part in _moving_as_one(mechanism, body)
+    second = joint.second.part in _rigid_group(mechanism, body)
     if isinstance(joint, Slide):
         return Slid(joint, 1.0 if second else -1.0)
     hinge, other = (joint.second, joint.first) if second else (joint.first, joint.second)
@@ -166,13 +166,13 @@ def rest_of(answer: Answer, mechanism: Mechanism) -> float | None:
 
 def measures(scene: Scene) -> dict[str, Measure]:
     """By what the motion of every struck body is told."""
-    mechanism, measures_by = build_mechanism(scene), {}
+    mechanism, by_body = build_mechanism(scene), {}
     for contact in scene.contacts.values():
         body = contact.struck
         if body is not None:
             hinged = isinstance(carrying_joint(scene, mechanism, body), (Pin, CircleContact))
-            measures_by[body] = ANGLE if hinged else DISPLACEMENT
-    return measures_by
+            by_body[body] = ANGLE if hinged else DISPLACEMENT
+    return by_body
 
 
 def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | None:
@@ -180,7 +180,7 @@ def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | 
 
     One that holds it on the ground, else the first of the scene; None without one.
     """
-    fixed = _moving_as_one(mechanism, body)
+    fixed = _rigid_group(mechanism, body)
     joints = [
         joint
         for joint in _joints(scene, mechanism, fixed)
@@ -190,7 +190,7 @@ def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | 
     return next(grounded, joints[0] if joints else None)
 
 
-def _moving_as_one(mechanism: Mechanism, body: str) -> set[int]:
+def _rigid_group(mechanism: Mechanism, body: str) -> set[int]:
     """Parts of a body, and those welded to them; none if they are welded to the ground."""
     welds = [{weld.first.part, weld.second.part} for weld in mechanism.welds]
     fixed, reached = set[int](), set(mechanism.bodies[body])
@@ -374,15 +374,15 @@ class Watched:
     """
 
     def __init__(self, scene: Scene, mechanism: Mechanism, start: FloatArray) -> None:
-        self._scene, point, measures_by = scene, watched_point(scene), measures(scene).items()
+        self._scene, point, by_body = scene, watched_point(scene), measures(scene).items()
         self._anchor = point_anchor(scene, mechanism, point)
         self._answers = [
             answer_of(scene, mechanism, struck_by(mechanism, contact), start)
             for contact in struck_bodies(scene).values()
         ]
-        places = [f"{body}.{measure.name}" for body, measure in measures_by]
+        places = [f"{body}.{measure.name}" for body, measure in by_body]
         places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
-        speeds = [f"{body}.{measure.rate_name}" for body, measure in measures_by]
+        speeds = [f"{body}.{measure.rate_name}" for body, measure in by_body]
         self.names = (*places, *speeds, f"{point}.speed_m_per_s")
         self.contacts = tuple(contact.name for contact in mechanism.touching)
         # Distance and speed are watched as squares, which are smooth even where they are 0.
@@ -397,8 +397,8 @@ class Watched:
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Values at poses and rates (m, n, parts, 3): places, their rates, speeds, their slopes.
 
-        (m, n, places) twice and (m, n, speeds) twice, in the order of `names`; squared where `told`
-        takes the root. `slopes` differentiates velocities (m, n, c) within a step.
+        (m, n, places) twice and (m, n, speeds) twice, in the order of `names`; squared where
+        `unsquared` takes the root. `slopes` differentiates velocities (m, n, c) within a step.
         """
         at = anchor_position(self._anchor, poses)
         going = anchor_velocity(self._anchor, poses, rates)
@@ -429,6 +429,6 @@ class Watched:
         answers = [angle if answer.measure is ANGLE else far for answer in self._answers]
         return np.array([*answers, far, far, far**2])
 
-    def told(self, which: int, values: FloatArray) -> FloatArray:
+    def unsquared(self, which: int, values: FloatArray) -> FloatArray:
         """Values in the unit of their name."""
         return np.sqrt(np.maximum(values, 0.0)) if which in self._squared else values

@@ -92,8 +92,8 @@ def separations(
     first: Result, second: Result, time: FloatArray, points: Sequence[str]
 ) -> FloatArray:
     """Distances (N, points) m of points in two runs at instants (N,) s."""
-    one, other = (positions(result, points, time) for result in (first, second))
-    return np.asarray(np.linalg.norm(one - other, axis=-1))
+    first_places, second_places = (positions(result, points, time) for result in (first, second))
+    return np.asarray(np.linalg.norm(first_places - second_places, axis=-1))
 
 
 def farthest(points: Sequence[str], distances: FloatArray) -> str:
@@ -156,12 +156,12 @@ def force_deviations(
     for name, force in both[0].items():
         if name not in both[1]:
             continue
-        one, other = (
+        first_force, second_force = (
             straight_between(run.time, forces[name].values, time)
             for run, forces in zip((first, second), both, strict=True)
         )
         free, touched = (
-            _spread(time[part], one[part], other[part])
+            _spread(time[part], first_force[part], second_force[part])
             for part in (alike & ~in_touch, alike & in_touch)
         )
         instants = None
@@ -183,10 +183,10 @@ def _in_touches(
     instant is known better than `near` (m) takes at the fastest approach.
     """
     both = [run.contacts[name].touches for run in (first, second)]
-    one_by_one = [list(touches) for touches in both]
+    touches = [list(intervals) for intervals in both]
     instants, parts, fastest = [0.0], [], 0.0
     for k, m in _matched(both[0].begin, both[1].begin):
-        pair = one_by_one[0][k], one_by_one[1][m]
+        pair = touches[0][k], touches[1][m]
         begins = [touch.begin for touch in pair]
         ends = [touch.end for touch in pair]
         if max(begins) >= until or any(isinf(touch.peak_force) for touch in pair):
@@ -195,17 +195,19 @@ def _in_touches(
         instants.append(abs(begins[0] - begins[1]))
         if max(ends) < until:
             instants.append(abs(ends[0] - ends[1]))
-        after, one = _inside(first, name, begins[0], min(ends[0], until))
-        time, other = _inside(second, name, begins[1], min(ends[1], until))
+        after, first_force = _inside(first, name, begins[0], min(ends[0], until))
+        time, second_force = _inside(second, name, begins[1], min(ends[1], until))
         if len(after) > 1:
             time = time[time <= after[-1]]
-            between = _between(after, one)(time)
-            parts.append((begins[0] + time, between, other[: len(time)]))
+            between = _between(after, first_force)(time)
+            parts.append((begins[0] + time, between, second_force[: len(time)]))
     if not parts:
         return None, None
-    time, one, other = (np.concatenate(column) for column in zip(*parts, strict=True))
+    time, first_force, second_force = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
     instants.append(near / fastest if fastest > 0 else 0.0)
-    return _spread(time, one, other, MOST_SAMPLES), max(instants)
+    return _spread(time, first_force, second_force, MOST_SAMPLES), max(instants)
 
 
 def _between(time: FloatArray, values: FloatArray) -> Any:
@@ -215,11 +217,11 @@ def _between(time: FloatArray, values: FloatArray) -> Any:
     return PchipInterpolator(time, values)
 
 
-def _matched(one: FloatArray, other: FloatArray) -> Iterator[tuple[int, int]]:
+def _matched(first: FloatArray, second: FloatArray) -> Iterator[tuple[int, int]]:
     """Numbers of instants (n,) and (m,), increasing, each of which is the other's nearest."""
-    if len(one) and len(other):
-        there, back = _nearest(other, one), _nearest(one, other)
-        yield from ((k, m) for k, m in enumerate(there.tolist()) if back[m] == k)
+    if len(first) and len(second):
+        in_second, in_first = _nearest(second, first), _nearest(first, second)
+        yield from ((k, m) for k, m in enumerate(in_second.tolist()) if in_first[m] == k)
 
 
 def _nearest(instants: FloatArray, at: FloatArray) -> IndexArray:
@@ -258,23 +260,23 @@ def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
     for name, part in parts.items():
         unit = deviations[name].unit
         sizes[unit] = max(sizes.get(unit, NO_FORCE), part.size if part else 0.0)
-    kinds_told = {
+    relative = {
         name: part.relative
         for name, part in parts.items()
         if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[deviations[name].unit])
     }
-    return max(kinds_told.items(), key=lambda item: item[1], default=("", 0.0))
+    return max(relative.items(), key=lambda item: item[1], default=("", 0.0))
 
 
 def _spread(
-    time: FloatArray, one: FloatArray, other: FloatArray, share: float = 1.0
+    time: FloatArray, first: FloatArray, second: FloatArray, share: float = 1.0
 ) -> ForceSpread | None:
     """How far forces (n,) or (n, k) are apart in a `share` of samples, those that differ least."""
     if not len(time):
         return None
-    one, other = (values.reshape(len(time), -1) for values in (one, other))
-    apart = np.linalg.norm(one - other, axis=1)
-    size = max(float(np.linalg.norm(values, axis=1).max()) for values in (one, other))
+    first, second = (values.reshape(len(time), -1) for values in (first, second))
+    apart = np.linalg.norm(first - second, axis=1)
+    size = max(float(np.linalg.norm(values, axis=1).max()) for values in (first, second))
     count = ceil(share * len(apart))
     kept = np.argsort(apart)[:count]
     worst = int(kept[-1])
@@ -391,11 +393,11 @@ def joint_force(result: Result, joint: str) -> JointForce:
     known = [name for name in result.scene.joints if name in forces]
     if joint not in known:
         others = ("sleeves", "gear_forces", "gear_torques")
-        others_told = "".join(
+        elsewhere = "".join(
             f", but {key}['{joint}']" for key in others if joint in getattr(result, key)
         )
         raise ValueError(
-            f"no force of '{joint}' is kept{others_told}; of: {', '.join(known) or 'none'}"
+            f"no force of '{joint}' is kept{elsewhere}; of: {', '.join(known) or 'none'}"
         )
     kind = "joint" if joint in result.joint_forces else "slot"
     scene, torque = result.scene, result.drive_torques

@@ -52,7 +52,7 @@ class PointPath:
     velocity: FloatArray
 
     def __repr__(self) -> str:
-        return _told(self, self.point)
+        return _summary(self, self.point)
 
     @takes(time=instants)
     def at(self, time: ArrayLike) -> FloatArray:
@@ -85,10 +85,10 @@ class BodyMotion:
     rate: FloatArray
 
     def __repr__(self) -> str:
-        return _told(self, self.body)
+        return _summary(self, self.body)
 
 
-def _told(motion: PointPath | BodyMotion, name: str) -> str:
+def _summary(motion: PointPath | BodyMotion, name: str) -> str:
     until = f"{motion.time[-1]:.5g} s, " if len(motion.time) else ""
     return f"<{type(motion).__name__} of {name}: to {until}{len(motion.time)} samples>"
 

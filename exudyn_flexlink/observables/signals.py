@@ -62,7 +62,7 @@ def signals(scene: Scene) -> dict[str, Signal]:
     its first rod), ``BODY.rate``, ``BODY.POINT.x`` and ``.y``; of a struck body ``BODY.response``,
     its angle or displacement from the start on, as its own table has it.
     """
-    signals_of, measures_by = list[Signal](), measures(scene)
+    signals_of, by_body = list[Signal](), measures(scene)
     for body in scene.bodies:
         signals_of.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, body)))
         signals_of.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, body)))
@@ -72,7 +72,7 @@ def signals(scene: Scene) -> dict[str, Signal]:
                 Signal(f"{point}.{axis}", Dimension.LENGTH, partial(_place, point, i))
             )
     for body, contact in struck_bodies(scene).items():
-        kind = Dimension.ANGLE if measures_by[body] is ANGLE else Dimension.LENGTH
+        kind = Dimension.ANGLE if by_body[body] is ANGLE else Dimension.LENGTH
         signals_of.append(Signal(f"{body}.response", kind, partial(_response, contact)))
     return {signal.name: signal for signal in signals_of}
 
@@ -96,12 +96,12 @@ def _response(contact: str, run: Result) -> tuple[FloatArray, FloatArray]:
     return response.value, response.rate
 
 
-def own_columns(scene: Scene) -> dict[str, str]:
+def table_columns(scene: Scene) -> dict[str, str]:
     """Names of quantities by those that columns have in the tables of a run, without units."""
-    watched, measures_by = watched_point(scene), measures(scene)
+    watched, by_body = watched_point(scene), measures(scene)
     columns = {axis: f"{watched}.{axis}" for axis in "xy"}
-    if len(measures_by) == 1:  # of two struck bodies the tables have the same names of columns
-        columns |= {measure.word: f"{body}.response" for body, measure in measures_by.items()}
+    if len(by_body) == 1:  # of two struck bodies the tables have the same names of columns
+        columns |= {measure.word: f"{body}.response" for body, measure in by_body.items()}
     return columns
 
 

@@ -41,7 +41,7 @@ class State(IntEnum):
     OPPOSITE_SIDES = 3
 
     @property
-    def told(self) -> str:
+    def label(self) -> str:
         """In words, short enough for the head of a column."""
         return ("free", "one point", "two, same side", "two, opposite")[self]
 

@@ -21,7 +21,7 @@ from exudyn_flexlink.plots.frame import (
     save_figure,
 )
 from exudyn_flexlink.plots.motion import coordinates, lever, polar
-from exudyn_flexlink.plots.panels import Given, listed, told_apart
+from exudyn_flexlink.plots.panels import Given, labelled_run, listed
 from exudyn_flexlink.plots.studies import (
     against,
     bifurcation,

@@ -62,8 +62,8 @@ from exudyn_flexlink.plots.panels import (
     letter,
     required,
     sized,
+    time_text,
     title_at,
-    told_time,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, split_point
@@ -97,11 +97,9 @@ def mechanism(
     instants of a turn.
     What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
     """
-    every_strike = [
-        strike for name in result.scene.all_contacts for strike in strikes(result, name)
-    ]
+    all_strikes = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
     first = (
-        min(every_strike, key=lambda strike: strike.begin, default=None)
+        min(all_strikes, key=lambda strike: strike.begin, default=None)
         if instants is None
         else None
     )
@@ -221,7 +219,7 @@ def _draw_zoom(axes: Axes, sketch: Sketch, result: Result, zoom: _Zoom) -> None:
     sketch.draw_path(axes, slice(first, last + 1))
     sketch.name_points(axes, last, float(np.max(zoom.high - zoom.low)))
     sketch.window(axes, (zoom.low, zoom.high))
-    begin, end = (told_time(result, float(result.time[at])) for at in (first, last))
+    begin, end = (time_text(result, float(result.time[at])) for at in (first, last))
     axes.set_title(f"strike and vibration,\nt = {begin} to {end} s", loc="left")
 
 
@@ -381,7 +379,7 @@ def _name(axes: Axes, posed: Sketch) -> None:
     low, high = posed.box
     middle, near = (low + high) / 2, SAME * float(np.max(high - low))
     lines = {body: posed.lines(body, 0) for body in posed.scene.bodies}
-    every = [
+    polylines = [
         *(x for of in lines.values() for x in of),
         *(
             line.line.at(posed.poses[0])
@@ -389,8 +387,8 @@ def _name(axes: Axes, posed: Sketch) -> None:
         ),
     ]
     # Names keep away from points all along the lines.
-    spots = [np.linspace(a, b, SPOTS) for line in every for a, b in pairwise(line)]
-    alone = [line for line in every if len(line) == 1]
+    spots = [np.linspace(a, b, SPOTS) for line in polylines for a, b in pairwise(line)]
+    alone = [line for line in polylines if len(line) == 1]
     labels = Labels(axes, factor * np.concatenate([*spots, *alone]))
     marks = (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model))
     if marks:

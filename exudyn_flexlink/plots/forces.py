@@ -41,9 +41,9 @@ from exudyn_flexlink.plots.frame import (
     SCREEN,
     SERIES,
     Style,
+    error_text,
     new_figure,
     styled,
-    told_error,
 )
 from exudyn_flexlink.plots.outline import Viewpoint, through
 from exudyn_flexlink.plots.panels import (
@@ -109,7 +109,7 @@ def strip(axes: Axes, result: Result, joint: str) -> None:
     axes.set_yticks([row + 0.5 for row in range(len(names))], names)
     axes.grid(visible=False)
     handles = [
-        Patch(facecolor=colour, edgecolor=GREY, linewidth=0.5, label=state.told)
+        Patch(facecolor=colour, edgecolor=GREY, linewidth=0.5, label=state.label)
         for state, colour in STATE_COLOURS.items()
         if np.any(states.state == state)
     ]
@@ -289,7 +289,7 @@ def _draw_forces(axes: Axes, result: Result, panel: dict[str, Force], x: FloatAr
             (part.largest for part in (deviations.free, deviations.touching) if part), default=0.0
         )
         label = f"{force.name}{_place(result.scene, force)}"
-        label += f" \N{PLUS-MINUS SIGN} {told_error(error)}" if error > 0 else ""
+        label += f" \N{PLUS-MINUS SIGN} {error_text(error)}" if error > 0 else ""
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
         if deviations.free is not None:
             # While something touches, the largest error is that of a peak: none of an instant.

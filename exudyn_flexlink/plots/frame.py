@@ -328,7 +328,7 @@ def error_of(error: MeasuredError) -> str:
     about, known = "points off by at most ", f" up to t = {end:.4g} s" if isfinite(end) else ""
     if exceeds is not None and exceeds < end:
         about += f"{error.limit:.3g} m up to t = {exceeds:.4g} s, then by "
-    return f"{about}{told_error(error.largest)} m{known}"
+    return f"{about}{error_text(error.largest)} m{known}"
 
 
 def doubts_of(result: Result) -> str:
@@ -341,7 +341,7 @@ def doubts_of(result: Result) -> str:
     return f"{count} warning{'s' * (count > 1)}: see the run's summary" if count else ""
 
 
-def told_error(error: float) -> str:
+def error_text(error: float) -> str:
     """Return an error as text: one significant digit, rounded up."""
     if not (error > 0 and isfinite(error)):
         return f"{error:g}"

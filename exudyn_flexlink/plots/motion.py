@@ -59,12 +59,12 @@ from exudyn_flexlink.plots.panels import (
     legend_outside,
     length_unit,
     letter,
+    number_text,
     placed,
     position_error,
     shade_beyond,
     shown_in,
     sized,
-    told,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.stability import laps_of_cycle
@@ -130,14 +130,14 @@ def coordinates(
 
 def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> None:
     """Draw places (N, 2), in the unit that is shown, over the crank angle within each lap."""
-    cycle, every = laps_of_cycle(result.scene), list(by_lap(result))
-    shade_laps(axes, result, [lap.turned for lap in every], every, position)
+    cycle, laps = laps_of_cycle(result.scene), list(by_lap(result))
+    shade_laps(axes, result, [lap.turned for lap in laps], laps, position)
     for i, (name, colours) in enumerate((("$x$, ", X_COLOURS), ("$y$, ", Y_COLOURS))):
-        for lap in every:
-            look = lap_look(lap.number, cycle, every[-1].number, colours, name)
+        for lap in laps:
+            look = lap_look(lap.number, cycle, laps[-1].number, colours, name)
             axes.plot(lap.turned, position[lap.samples, i], **look)
     _mark_strikes(axes, result, position)
-    largest = max(float(np.max(lap.turned)) for lap in every)
+    largest = max(float(np.max(lap.turned)) for lap in laps)
     axes.set_xlim(0.0, largest or 2 * np.pi)  # a crank that stands still
     axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
     axes.xaxis.set_major_formatter(lambda x, _: f"{np.degrees(x):.0f}")
@@ -146,16 +146,14 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
     """Mark where the first touch of every strike is on the lines of places (N, 2)."""
-    every_strike = [
-        strike for name in result.scene.all_contacts for strike in strikes(result, name)
-    ]
-    begins = [strike.begin for strike in every_strike]
-    before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in every_strike])
+    all_strikes = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
+    begins = [strike.begin for strike in all_strikes]
+    before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in all_strikes])
     x = np.interp(begins, result.time, turned_since_start(result)) - before
     for series, label in zip(position.T, ("first contact", None), strict=True):
         y = np.interp(begins, result.time, series)
         axes.plot(x, y, "o", color=BLACK, markersize=sized(5), mfc="white", zorder=5,
-                  label=label if every_strike else None)  # fmt: skip
+                  label=label if all_strikes else None)  # fmt: skip
 
 
 @styled
@@ -195,11 +193,11 @@ def polar(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
 
 def draw_radius(axes: PolarAxes, result: Result, radius: FloatArray) -> None:
     """Draw a radius (N,) over the crank angle, lap by lap."""
-    angle, every = crank_angle(result), list(by_lap(result))
-    places = [angle[lap.samples] for lap in every]
-    shade_laps(axes, result, places, every, radius[:, None])
-    cycle, last = laps_of_cycle(result.scene), every[-1].number
-    for place, lap in zip(places, every, strict=True):
+    angle, laps = crank_angle(result), list(by_lap(result))
+    places = [angle[lap.samples] for lap in laps]
+    shade_laps(axes, result, places, laps, radius[:, None])
+    cycle, last = laps_of_cycle(result.scene), laps[-1].number
+    for place, lap in zip(places, laps, strict=True):
         axes.plot(place, radius[lap.samples], **lap_look(lap.number, cycle, last))
 
 
@@ -284,7 +282,7 @@ def lap_look(
 
 
 def shade_laps(
-    axes: Axes, result: Result, x: Sequence[FloatArray], every: Sequence[Lap], series: FloatArray
+    axes: Axes, result: Result, x: Sequence[FloatArray], laps: Sequence[Lap], series: FloatArray
 ) -> None:
     """Shade, along the lines of laps, what lies beyond the horizon.
 
@@ -294,7 +292,7 @@ def shade_laps(
     if extent is None:
         return
     begin, label = extent
-    for place, lap in zip(x, every, strict=True):
+    for place, lap in zip(x, laps, strict=True):
         beyond = result.time[lap.samples] >= begin
         for values in series[lap.samples].T if beyond.any() else ():
             axes.plot(place[beyond], values[beyond], label=label or None, linewidth=sized(BAND),
@@ -322,15 +320,15 @@ def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
         return None
     draw, names = list[Callable[[Axes], None]](), list[str]()
     for body, contact in bodies.items():
-        response, every_strike = lever_response(result, contact), strikes(result, contact)
+        response, all_strikes = lever_response(result, contact), strikes(result, contact)
         what: dict[str, Any] = {
             "result": result,
             "response": response,
-            "every_strike": every_strike,
+            "all_strikes": all_strikes,
         }
         draw.append(partial(_whole_run, **what, style=style))
         names.append(body)
-        if every_strike:
+        if all_strikes:
             draw.append(partial(_strike_by_strike, **what))
             names.append(f"{body}, strike by strike")
     subject, height = "Response of " + ", ".join(bodies), 2.9 * len(names)
@@ -342,13 +340,13 @@ def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
 
 
 def _whole_run(
-    axes: Axes, result: Result, response: LeverResponse, every_strike: list[Strike], style: Style
+    axes: Axes, result: Result, response: LeverResponse, all_strikes: list[Strike], style: Style
 ) -> None:
     shade_beyond(axes, result, result.time)
     factor, ylabel = _scale(response)
     values = factor * response.value
     axes.plot(response.time, values, color=engine_colour(result), linewidth=1.1)
-    for i, strike in enumerate(every_strike):
+    for i, strike in enumerate(all_strikes):
         span, mark = ("in contact", "first contact") if i == 0 else (None, None)
         axes.axvspan(strike.begin, strike.end, color=ORANGE, alpha=0.6, linewidth=0, label=span)
         at = float(np.interp(strike.begin, response.time, values))
@@ -399,9 +397,9 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
         error = None if off is None else _error_of(response, off)
         if error is not None and 0 < abs(value) <= error:
             continue  # no digit of it is known
-        text = f"{told(scale * value, error and scale * error, signed=True)} {shown}"
+        text = f"{number_text(scale * value, error and scale * error, signed=True)} {shown}"
         if tip_of:
-            moved = told(factor * float(tip_of[0](value)), off and factor * off, signed=True)
+            moved = number_text(factor * float(tip_of[0](value)), off and factor * off, signed=True)
             text += f" ({moved} {unit})"
         third, above = int(3 * time / response.time[-1]), value == response.greatest[0]
         axes.annotate(
@@ -466,14 +464,14 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
 
 
 def _strike_by_strike(
-    axes: Axes, result: Result, response: LeverResponse, every_strike: list[Strike]
+    axes: Axes, result: Result, response: LeverResponse, all_strikes: list[Strike]
 ) -> None:
     """Lay the first strikes over each other, from their first touch on."""
     factor, ylabel = _scale(response)
     thin = float(mpl.rcParams["lines.linewidth"])
-    count = min(len(every_strike), STRIKES_SHOWN)
-    for i, strike in enumerate(every_strike[:STRIKES_SHOWN]):
-        following = every_strike[i + 1].begin if i + 1 < len(every_strike) else np.inf
+    count = min(len(all_strikes), STRIKES_SHOWN)
+    for i, strike in enumerate(all_strikes[:STRIKES_SHOWN]):
+        following = all_strikes[i + 1].begin if i + 1 < len(all_strikes) else np.inf
         until = min(strike.begin + SHOWN_AFTER, following)
         shown = max(strike.begin - SHOWN_BEFORE, response.time[0]), min(until, response.time[-1])
         time = np.linspace(*shown, 1000)

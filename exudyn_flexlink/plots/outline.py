@@ -146,8 +146,8 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     yield from _drawn_faces(scene, model)
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
-    round_ones = [contact for contact in model.contacts if contact.name not in scene.ropes]
-    circles = [(contact.name, *circle) for contact in round_ones for circle in circles_of(contact)]
+    circular = [contact for contact in model.contacts if contact.name not in scene.ropes]
+    circles = [(contact.name, *circle) for contact in circular for circle in circles_of(contact)]
     circles += [(gear.name, *circle) for gear in model.gears for circle in pitch_circles(gear)]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
@@ -234,14 +234,22 @@ def pitch_circles(gear: Gear) -> list[tuple[Anchor, float]]:
 
 def strands(gear: Gear) -> Iterator[Line]:
     """Both strands of a belt, which touch its wheels from outside; none of gears in mesh."""
-    (first, second), (one, other) = (tie.near for tie in gear.ties), gear.radii
+    (first, second), (first_radius, second_radius) = (tie.near for tie in gear.ties), gear.radii
     apart = complex(second.x - first.x, second.y - first.y)
-    if gear.meshes or one is None or other is None or abs(apart) <= abs(one - other):
+    if (
+        gear.meshes
+        or first_radius is None
+        or second_radius is None
+        or abs(apart) <= abs(first_radius - second_radius)
+    ):
         return
-    lean = np.arccos((one - other) / abs(apart))
+    lean = np.arccos((first_radius - second_radius) / abs(apart))
     for side in (1.0, -1.0):
         way = apart / abs(apart) * np.exp(1j * side * lean)
-        ends = complex(first.x, first.y) + one * way, complex(second.x, second.y) + other * way
+        ends = (
+            complex(first.x, first.y) + first_radius * way,
+            complex(second.x, second.y) + second_radius * way,
+        )
         yield on_part(gear.name, first.part, np.array([[end.real, end.imag] for end in ends]))
 
 
@@ -340,8 +348,8 @@ def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
 def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:
     """Names of places (2,) m, those nearer than that to one another under the first of them."""
     names: dict[str, list[str]] = {}
-    for name, here in places.items():
-        beside = (first for first in names if np.max(np.abs(places[first] - here)) < near)
+    for name, place in places.items():
+        beside = (first for first in names if np.max(np.abs(places[first] - place)) < near)
         names.setdefault(next(beside, name), []).append(name)
     return names
 
@@ -353,8 +361,8 @@ def box_around(
 
     That `below` them may be larger, as a part of their size.
     """
-    every = np.concatenate([point.reshape(-1, 2) for point in points])
-    low, high = every.min(axis=0), every.max(axis=0)
+    all_points = np.concatenate([point.reshape(-1, 2) for point in points])
+    low, high = all_points.min(axis=0), all_points.max(axis=0)
     size = float(np.max(high - low)) or 1.0
     thin = np.maximum(THINNEST * size - (high - low), 0.0) / 2
     return low - thin - np.array([MARGIN, below]) * size, high + thin + MARGIN * size

@@ -65,13 +65,13 @@ def engine_colour(result: Result) -> str:
 
 def colours_of_both(first: Result, second: Result) -> tuple[str, str]:
     """Colours of two runs over each other: of their engines, or of one engine two others."""
-    one, other = engine_colour(first), engine_colour(second)
-    return (one, other) if one != other else (GREEN, BLACK)
+    first_colour, second_colour = engine_colour(first), engine_colour(second)
+    return (first_colour, second_colour) if first_colour != second_colour else (GREEN, BLACK)
 
 
 def title_at(result: Result, index: int, digits: int = 0) -> str:
     """Return the instant of a sample, and the crank's angle there, for a title."""
-    words = f"t = {told_time(result, float(result.time[index]))} s"
+    words = f"t = {time_text(result, float(result.time[index]))} s"
     if turns(result):
         words += f", crank {np.degrees(crank_angle(result)[index]):.{digits}f}°"
     return words.replace("-", "\N{MINUS SIGN}")
@@ -259,7 +259,9 @@ def shown_in(unit: str, values: ArrayLike) -> tuple[float, str]:
     return length_unit(values) if unit == "m" else (1.0, unit)
 
 
-def told(value: float, error: float | None, *, signed: bool = False, most: int = MOST) -> str:
+def number_text(
+    value: float, error: float | None, *, signed: bool = False, most: int = MOST
+) -> str:
     """Return a number whose last digit is no smaller than `error`, in the same unit.
 
     At most `most` significant digits; three if the error is not known (None).
@@ -291,7 +293,7 @@ def position_error(result: Result, time: float) -> float | None:
     return error.largest if time < error.known_until else None
 
 
-def told_time(result: Result, time: float) -> str:
+def time_text(result: Result, time: float) -> str:
     """Return an instant (s) as text: events near it are off by the error of positions over speed.
 
     To a tenth of a millisecond at best.
@@ -300,8 +302,10 @@ def told_time(result: Result, time: float) -> str:
     velocity = path(result, watched_point(result.scene)).velocity
     fastest = float(np.max(np.linalg.norm(velocity, axis=1)))
     if error is None or fastest == 0:
-        return told(time, None)
-    return told(time, max(error / fastest, FINEST * min(1.0, float(result.time[-1]))), most=9)
+        return number_text(time, None)
+    return number_text(
+        time, max(error / fastest, FINEST * min(1.0, float(result.time[-1]))), most=9
+    )
 
 
 Given = Axes | Sequence[Axes] | NDArray[np.object_] | None
@@ -317,13 +321,13 @@ def listed(ax: Given) -> list[Axes]:
 
     """
     many = isinstance(ax, Sequence | np.ndarray)
-    every: list[Any] = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
-    for name in every:
+    all_axes: list[Any] = list(np.ravel(np.array(ax, dtype=object))) if many else [ax]
+    for name in all_axes:
         if not isinstance(name, Axes):
             raise TypeError(
                 f"expected axes of matplotlib, or an array of them; got {in_words(name)}"
             )
-    return every
+    return all_axes
 
 
 def required(ax: Given, panels: Sequence[str]) -> list[Axes]:
@@ -333,12 +337,12 @@ def required(ax: Given, panels: Sequence[str]) -> list[Axes]:
         ValueError: there are more or less.
 
     """
-    every = listed(ax)
-    if len(every) not in (1, len(panels)):
+    all_axes = listed(ax)
+    if len(all_axes) not in (1, len(panels)):
         names = ", ".join(name.replace("\n", " ") for name in panels)
         about = f"one for the first, or {len(panels)} for all: {names}"
-        raise ValueError(f"ax: {len(every)} axes are given; needed are {about}")
-    return every
+        raise ValueError(f"ax: {len(all_axes)} axes are given; needed are {about}")
+    return all_axes
 
 
 def placed(
@@ -353,8 +357,8 @@ def placed(
     The last row of a new figure may have more axes than there are panels.
     """
     if ax is not None:
-        every = required(ax, panels)
-        return every[0].figure.figure, every
+        all_axes = required(ax, panels)
+        return all_axes[0].figure.figure, all_axes
     figure = new()
     grid = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False, **subplots)
     return figure, list(grid.flat)
@@ -366,14 +370,14 @@ def is_given(axes: Axes) -> bool:
 
 
 @contextmanager
-def told_apart(result: Result, every: Sequence[Axes], label: str | None) -> Iterator[None]:
+def labelled_run(result: Result, all_axes: Sequence[Axes], label: str | None) -> Iterator[None]:
     """Name what is drawn within by `label`; dash it where a run is in the axes already.
 
     Then these show both runs whole; they tell if this run stopped or is doubtful.
     """
-    before = [(len(axes.lines), axes.get_xlim(), axes.get_ylim()) for axes in every]
+    before = [(len(axes.lines), axes.get_xlim(), axes.get_ylim()) for axes in all_axes]
     yield
-    for axes, (count, x, y) in zip(every, before, strict=True):
+    for axes, (count, x, y) in zip(all_axes, before, strict=True):
         new = axes.lines[count:]
         # Lines of two points are marks and zeros, which belong to no run.
         curves = [line for line in new if len(np.ravel(line.get_xdata())) > 2]

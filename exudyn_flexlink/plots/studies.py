@@ -188,8 +188,8 @@ def _draw(axes: Axes, study: Study) -> None:
     low, high = axes.get_ylim()
     if study.floor > 0:
         low = min(low, study.floor / 3)
-        told = "below the floor"
-        axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=told)
+        label = "below the floor"
+        axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=label)
     if study.own is not None:
         place = (study.own.processor, _panels_of(study.own.errors, study.floor))
         axes.plot(*place, "o", color=ORANGE, markersize=sized(11), markerfacecolor="none",
@@ -590,11 +590,11 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
 
 def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
     """The first run is a broad pale band, on which the second is a thin line."""
-    one, other = colours_of_both(compared.first.result, compared.second.result)
+    first_colour, second_colour = colours_of_both(compared.first.result, compared.second.result)
     line = float(mpl.rcParams["lines.linewidth"])
     return (
-        {"color": one, "linewidth": 2.6 * line, "alpha": 0.45},
-        {"color": other, "linewidth": 0.8 * line},
+        {"color": first_colour, "linewidth": 2.6 * line, "alpha": 0.45},
+        {"color": second_colour, "linewidth": 0.8 * line},
     )
 
 

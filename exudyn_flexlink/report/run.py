@@ -64,7 +64,7 @@ def _part_of_time(state: State) -> Column[ContactTotals]:
 
 
 _COLUMNS: dict[str, Column[ContactTotals]] = {
-    **{state.told: _part_of_time(state) for state in State},
+    **{state.label: _part_of_time(state) for state in State},
     "touches": ("", lambda totals: str(totals.touches)),
     "impacts": ("", lambda totals: str(totals.impacts)),
     "impulse": ("N s", lambda totals: f"{totals.impulse:.3g}"),
@@ -228,7 +228,7 @@ def response_table(result: Result) -> Table:
         response = lever_response(result, contact)
         (low, _), (high, _) = response.least, response.greatest
         measure = response.measure
-        reach = f"from {measure.number(low)} to {measure.told(high)}"
+        reach = f"from {measure.number(low)} to {measure.text(high)}"
         rows.append([body, f"{measure.word} {reach}"])
     return Table("Motion of struck bodies", rows)
 

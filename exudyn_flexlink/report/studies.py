@@ -656,7 +656,7 @@ def _beyond(comparison: Comparison) -> list[str]:
             rows.append(
                 [
                     f"{measure.word} of {body}, {what}",
-                    *(measure.told(part.levers[body][k]) for part in (one, other)),
+                    *(measure.text(part.levers[body][k]) for part in (one, other)),
                 ]
             )
     about = f"Beyond the horizon: {comparison.point}, all but the mean relative to the mean"
@@ -670,7 +670,7 @@ def _levers(comparison: Comparison) -> list[str]:
         named, unit = f"{measure.word} of {body}", measure.unit
         for what in ("least", "greatest"):
             (one, t1), (other, t2) = (getattr(seen.levers[body], what) for seen in comparison.both)
-            values = [f"{measure.told(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
+            values = [f"{measure.text(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
             rows.append([f"{named}, {what}", *values, f"{one - other:+.2g} {unit}"])
         largest = f"{abs(apart).max():.2g} {unit}"
         rows.append([f"{named}, largest difference at one instant", "", "", largest])

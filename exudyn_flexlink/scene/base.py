@@ -26,19 +26,19 @@ Value = TypeVar("Value")
 class Part(BaseModel):
     """A named or nested part of a scene: frozen, and refusing keys it does not know.
 
-    One key of each row of `one_of` must be given, and at most one of each row of `one_or_none`.
+    One key of each row of `one_of` must be given, and at most one of each row of `at_most_one`.
     `belonging` are keys that mean something beside a certain one of `one_of` only.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    one_or_none: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    at_most_one: ClassVar[tuple[tuple[str, ...], ...]] = ()
     belonging: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
     @classmethod
     def excluded_by(cls, key: str) -> tuple[str, ...]:
         """Return the keys that can't stand beside this one."""
-        rows = [row for row in (*cls.one_of, *cls.one_or_none) if key in row]
+        rows = [row for row in (*cls.one_of, *cls.at_most_one) if key in row]
         others = [other for row in rows for other in row if other != key]
         return tuple(name for other in others for name in (other, *cls.belonging.get(other, ())))
 
@@ -60,7 +60,7 @@ class Part(BaseModel):
 
     @model_validator(mode="after")
     def _keys_that_exclude_each_other(self) -> Part:
-        for row in (*self.one_of, *self.one_or_none):
+        for row in (*self.one_of, *self.at_most_one):
             given = [key for key in row if getattr(self, key) is not None]
             if len(given) > 1:
                 message = f"'{given[0]}' and '{given[1]}' exclude each other; give one of them"

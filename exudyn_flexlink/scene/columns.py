@@ -60,19 +60,25 @@ def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[flo
 
     """
     _, above, separator, numbered, commas = _split(path, lambda which: which == [True, True])
-    swapped, (first, second) = _header(path.name, above, separator, columns)
+    swapped, (first_unit, second_unit) = _header(path.name, above, separator, columns)
     rows, by = list[list[float]](), None if separator == " " else separator
     for i, line in numbered:
         try:
-            one, other = map(float, (line.replace(",", ".") if commas else line).split(by))
+            first, second = map(float, (line.replace(",", ".") if commas else line).split(by))
         except ValueError:
-            one = other = float("nan")
-        if not isfinite(one + other) or "_" in line:  # which Python takes for nothing in a number
+            first = second = float("nan")
+        if (
+            not isfinite(first + second) or "_" in line
+        ):  # which Python takes for nothing in a number
             names = ", ".join(columns)
             raise BadFileError(
                 f"{path.name} line {i}: expected {names}, finite numbers; got '{line[:40]}'"
             )
-        rows.append([other * first, one * second] if swapped else [one * first, other * second])
+        rows.append(
+            [second * first_unit, first * second_unit]
+            if swapped
+            else [first * first_unit, second * second_unit]
+        )
     return [i for i, _ in numbered], rows
 
 
@@ -212,9 +218,9 @@ def _header(
 def _named(cells: list[str], columns: Columns) -> tuple[bool, list[float | None]]:
     """Tell whether cells name the columns the other way round, and return the columns' units."""
     words = [_words(cell) for cell in cells]
-    one, other = (_CALLED.get(name, set[str]()) for name in columns)
-    swapped = bool(one & words[1]) and not (one & words[0] or other & words[1])
-    if columns is PLACES and _POLAR & words[0] and not (one | other) & (words[0] | words[1]):
+    first, second = (_CALLED.get(name, set[str]()) for name in columns)
+    swapped = bool(first & words[1]) and not (first & words[0] or second & words[1])
+    if columns is PLACES and _POLAR & words[0] and not (first | second) & (words[0] | words[1]):
         raise BadFileError(f"'{cells[0]}' and '{cells[1]}' are polar: give x and y")
     units = [
         unit_of(*both)
@@ -239,25 +245,25 @@ def _words(cell: str) -> set[str]:
     return set(re.findall(r"[^\W\d_]+", _BRACKETED.sub("", cell).lower()))
 
 
-def unit_of(cell: str, measures: Sequence[Dimension]) -> float | None:
+def unit_of(cell: str, dimensions: Sequence[Dimension]) -> float | None:
     """Return the unit in SI that a header's cell names: in brackets, or behind a name, or alone."""
     bracketed = _BRACKETED.search(cell)
-    if not measures or (bracketed and bracketed[1] == _OF_TIME):
+    if not dimensions or (bracketed and bracketed[1] == _OF_TIME):
         return None
     begins = [0, *(gap.end() for gap in re.finditer(r"[_\s/]+", cell))]
     named = dict[str, Unit]()
     for text in [bracketed[1]] if bracketed else [cell[begin:] for begin in begins]:
         try:
-            named[text] = _find(text, measures[0])
+            named[text] = _find(text, dimensions[0])
         except UnknownUnitError as error:
             if bracketed or isinstance(error, AmbiguousUnitError):
                 raise BadFileError(f"'{cell[:40]}': {error}") from None
-    fitting = [unit for unit in named.values() if any(x.accepts(unit.powers) for x in measures)]
+    fitting = [unit for unit in named.values() if any(x.accepts(unit.powers) for x in dimensions)]
     if fitting and (bracketed or "in" not in named):  # which may be a word
         return fitting[0].factor
     if not named or len(cell) == 1:  # 't' is a time, no tonne
         return None
-    what = " or ".join(f"{measure.words} ({measure.si})" for measure in measures)
+    what = " or ".join(f"{dimension.words} ({dimension.si})" for dimension in dimensions)
     alone = "" if bracketed else "; a unit in brackets counts alone"
     raise BadFileError(f"'{cell[:40]}': '{next(iter(named))}' is no unit of {what}{alone}")
 
@@ -325,8 +331,8 @@ def read_point_files(document: Document, allow_outside: bool = False) -> PointFi
                 lines[path] = (value.pop("file"), numbers)
         return value
 
-    there = [key for key in ("curves", "springs", "drives") if key in document.data]
-    sections: dict[str, Any] = {key: filled(document.data[key], (key,)) for key in there}
+    keys = [key for key in ("curves", "springs", "drives") if key in document.data]
+    sections: dict[str, Any] = {key: filled(document.data[key], (key,)) for key in keys}
     return PointFiles(sections, lines, mistakes)
 
 
@@ -351,11 +357,11 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
 def _columns_of_table(document: Document, path: KeyPath) -> Columns:
     """Return the columns of a drive's table; what it gives is open where nothing tells it."""
     drive = _part(document.data["drives"], path[1])
-    measures = OF_DRIVES.get(str(drive.get("type")), ())
+    dimensions = OF_DRIVES.get(str(drive.get("type")), ())
     joint = _part(document.data.get("joints"), drive.get("joint")).get("type")
-    if len(measures) > 1 and joint is not None:
-        measures = measures[:1] if joint == "revolute" else measures[1:]
-    return {"time": (Dimension.TIME,), "value": measures}
+    if len(dimensions) > 1 and joint is not None:
+        dimensions = dimensions[:1] if joint == "revolute" else dimensions[1:]
+    return {"time": (Dimension.TIME,), "value": dimensions}
 
 
 def _part(section: Any, name: Any) -> dict[str, Any]:

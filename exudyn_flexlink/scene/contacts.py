@@ -306,9 +306,9 @@ class CircleOnCircle(Part):
     @model_validator(mode="after")
     def _two_bodies(self) -> CircleOnCircle:
         first, second = self.inner_and_outer
-        one, other = (split_point(circle.at)[0] for circle in (first, second))
-        if one == other:
-            where = "on the ground" if one == GROUND else f"of the body '{one}'"
+        first_body, second_body = (split_point(circle.at)[0] for circle in (first, second))
+        if first_body == second_body:
+            where = "on the ground" if first_body == GROUND else f"of the body '{first_body}'"
             refuse(f"both circles are {where}", "give circles of different bodies", at="circles")
         if first.inside and second.inside:
             refuse("each circle can't be inside the other", "leave one 'inside' out", at="circles")
@@ -378,7 +378,7 @@ class LineOnCurve(Part):
         return f"face from {self.line[0]} to {self.line[1]} on the curve {self.curve}"
 
     @model_validator(mode="after")
-    def _one_body(self) -> LineOnCurve:
+    def _line_and_law_fit(self) -> LineOnCurve:
         _require_line(self.line)
         refuse_misfit(self.law)
         return self
@@ -513,13 +513,13 @@ class Stop:
         """Where a scene says it."""
         return "joints", self.joint, "limits", self.end
 
-    def told(self, at: float) -> str:
+    def text(self, at: float) -> str:
         """Say an angle (rad) or length (m) of the joint, with its unit."""
         return f"{degrees(at):.6g} deg" if self.turns else f"{at:.6g} m"
 
     def __str__(self) -> str:
         """Say what is stopped where, in the words of a report."""
-        return f"{self.joint} stops at {self.told(self.at)}"
+        return f"{self.joint} stops at {self.text(self.at)}"
 
 
 @dataclass(frozen=True)

@@ -168,10 +168,10 @@ class Measured(float):
 
 
 class _OrTable(ABC):
-    """Annotation of a number or a text, which it reads, or of a table; `told` is for editors."""
+    """Annotation of a number or a text, which it reads, or of a table; `comment` is for editors."""
 
-    def __init__(self, table: type[_Rows], told: str) -> None:
-        self._table, self._told = table, told
+    def __init__(self, table: type[_Rows], comment: str) -> None:
+        self._table, self._comment = table, comment
 
     @abstractmethod
     def read(self, value: object) -> Any:
@@ -190,7 +190,7 @@ class _OrTable(ABC):
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         text, table = handler(schema)["oneOf"]
-        return {"anyOf": [{"type": "number"}, text, table], "$comment": self._told}
+        return {"anyOf": [{"type": "number"}, text, table], "$comment": self._comment}
 
 
 def _branch(value: Any) -> str:
@@ -236,7 +236,7 @@ class Varying(_OrTable):
         """Return a number in SI or an expression; raise pydantic's error if it is neither."""
         if isinstance(value, Expression):
             return value
-        if isinstance(value, str) and _is_meant_as_one(value):
+        if isinstance(value, str) and _is_meant_as_expression(value):
             return self._expression(value)
         if isinstance(value, str):
             for other in self.dimensions[1:]:
@@ -256,12 +256,12 @@ class Varying(_OrTable):
         return Measured(wanted, number) if several else number
 
 
-class ByOwn(_OrTable):
+class TableOrFormula(_OrTable):
     """Annotation of a table, or of a formula in which a spring's `own` length or angle stands."""
 
-    def __init__(self, where: str, table: type[_SpringTable], dimension: Dimension) -> None:
-        super().__init__(table, f"a table, or a formula of '{where}'")
-        self._own, self._dimension = where, dimension
+    def __init__(self, variable: str, table: type[_SpringTable], dimension: Dimension) -> None:
+        super().__init__(table, f"a table, or a formula of '{variable}'")
+        self._variable, self._dimension = variable, dimension
 
     def read(self, value: object) -> Expression:
         """Read a formula; raise pydantic's error if it is none."""
@@ -271,17 +271,17 @@ class ByOwn(_OrTable):
             si.to_si(value, self._dimension)  # which refuses what is not finite
             value = repr(value)
         if not isinstance(value, str):
-            refuse(f"expected a table or a formula of '{self._own}', got {si.in_words(value)}")
-        formula, _ = _parsed(value, [self._dimension], self._own)
+            refuse(f"expected a table or a formula of '{self._variable}', got {si.in_words(value)}")
+        formula, _ = _parsed(value, [self._dimension], self._variable)
         if any(sense.of for sense in formula.sensed) or any(
             x.text == "t" for x in tokens_of(value)
         ):
             hint = "a drive of type force or torque may be of time and state"
-            refuse(f"'{value}': may be of '{self._own}' alone", hint)
+            refuse(f"'{value}': may be of '{self._variable}' alone", hint)
         return formula
 
 
-def _is_meant_as_one(text: str) -> bool:
+def _is_meant_as_expression(text: str) -> bool:
     """Tell whether a text is an expression, or fails as one and not as a number with a unit."""
     if looks_like_expression(text):
         return True
@@ -305,7 +305,7 @@ Gravity = Annotated[
 class TorsionalSpring(Part):
     """A spring, a damper or both, that act on the angle of a revolute joint."""
 
-    one_or_none = (("stiffness", "frequency", "torque"), ("damping", "damping_ratio"))
+    at_most_one = (("stiffness", "frequency", "torque"), ("damping", "damping_ratio"))
     type: Literal["torsional"] = "torsional"
     joint: Annotated[Name, REVOLUTE] = Field(description="name of a revolute joint")
     stiffness: si.NonNegativeTorsionalStiffness | None = Field(
@@ -316,10 +316,12 @@ class TorsionalSpring(Part):
         description="undamped frequency of the body about its grounded joint, with what is welded "
         "to it; or 'stiffness'",
     )
-    torque: Annotated[TorqueLaw, ByOwn("angle", TorqueTable, Dimension.TORQUE)] | None = Field(
-        None,
-        description="in place of a stiffness: a table of torques by angle, or a formula of "
-        "'angle'; positive: it turns the second body back, clockwise",
+    torque: Annotated[TorqueLaw, TableOrFormula("angle", TorqueTable, Dimension.TORQUE)] | None = (
+        Field(
+            None,
+            description="in place of a stiffness: a table of torques by angle, or a formula of "
+            "'angle'; positive: it turns the second body back, clockwise",
+        )
     )
     damping: si.NonNegativeTorsionalDamping | None = Field(
         None, description="torque per angular speed; or 'damping_ratio'"
@@ -372,10 +374,12 @@ class LinearSpring(Part):
     preload: si.NonNegativeForce = Field(
         0.0, description="with 'acts': force with which it begins; left out: 0"
     )
-    force: Annotated[ForceLaw, ByOwn("length", ForceTable, Dimension.FORCE)] | None = Field(
-        None,
-        description="in place of a stiffness: a table of forces by length, or a formula of "
-        "'length'; positive: it pulls both ends together",
+    force: Annotated[ForceLaw, TableOrFormula("length", ForceTable, Dimension.FORCE)] | None = (
+        Field(
+            None,
+            description="in place of a stiffness: a table of forces by length, or a formula of "
+            "'length'; positive: it pulls both ends together",
+        )
     )
     length: si.Coordinate | None = Field(
         None,

@@ -178,20 +178,20 @@ def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
     """Fields of a part that may hold names, with their keys, and what these refer to."""
     references_to = []
     for key, info in part.model_fields.items():
-        hints = list(_told((info.annotation, *info.metadata)))
+        hints = list(_naming_hints((info.annotation, *info.metadata)))
         if hints:
             refers = next((hint for hint in hints if isinstance(hint, Refers)), None)
             references_to.append((key, info.alias or key, refers))
     return references_to
 
 
-def _told(hint: Any) -> Iterator[Any]:
+def _naming_hints(hint: Any) -> Iterator[Any]:
     """What in a type may hold names: parts and expressions; and to what names in it refer."""
     if isinstance(hint, Refers) or (isclass(hint) and issubclass(hint, (Part, Expression))):
         yield hint
     inner = hint if isinstance(hint, tuple) else get_args(hint)
     for item in (*inner, *getattr(hint, "__metadata__", ())):
-        yield from _told(item)
+        yield from _naming_hints(item)
 
 
 def _wanted(sensed: Sensed) -> Refers:
@@ -237,11 +237,11 @@ def _of_wrong_kinds(path: KeyPath, gear: Gear, kinds: list[str]) -> Iterator[Mis
 
 def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:
     """Refuse joints that no one arm carries, with clearance, or that rub by their force."""
-    (one, other), arms = gear.joints, arms_of(joints, gear)
-    if one == other:
-        yield Mistake((*path, "joints"), f"'{one}' can't mesh with itself")
+    (first, second), arms = gear.joints, arms_of(joints, gear)
+    if first == second:
+        yield Mistake((*path, "joints"), f"'{first}' can't mesh with itself")
     elif len(arms) != 1:
-        message = f"no one body carries '{one}' and '{other}'"
+        message = f"no one body carries '{first}' and '{second}'"
         hint = "both hang on one arm, or the ground; a sun turns where its planets' arm is hinged"
         yield Mistake((*path, "joints"), message, hint)
     for joint in gear.joints:
@@ -264,14 +264,16 @@ def _contradicting(
     """
     arm, meshes = meshes_of(joints, gear)
     sides = [_side(joints[mesh.joint], mesh.body, arm) for mesh in meshes]
-    one, other = (f"{mesh.body} on {arm}" for mesh in meshes)
+    first_body, second_body = (f"{mesh.body} on {arm}" for mesh in meshes)
     weights = gear.weights((joints[gear.joints[0]], joints[gear.joints[1]]))
     by_weight = [weight * side for weight, side in zip(weights, sides, strict=True)]
-    (train, speed), (second, behind) = (ties.setdefault(body, (body, 1.0)) for body in (one, other))
+    (train, speed), (second, behind) = (
+        ties.setdefault(body, (body, 1.0)) for body in (first_body, second_body)
+    )
     wanted = -by_weight[0] / by_weight[1] * speed  # of the other, by that of the train's first
     if train == second:
         if abs(wanted - behind) > SAME * abs(wanted):
-            message = f"contradicts other gears of {one} and {other}: none could turn"
+            message = f"contradicts other gears of {first_body} and {second_body}: none could turn"
             turned = f"{behind / speed:.6g} by the gears above, {wanted / speed:.6g} by this one"
             yield Mistake(path, message, f"turns of the second for one: {turned}", on_key=True)
         return
@@ -425,10 +427,10 @@ def _reachable(parts: Parts, name: str) -> set[str]:
     reached: set[str] = set()
     queue = [name]
     while queue:
-        here = queue.pop()
-        if here not in reached:
-            reached.add(here)
-            pieces = _pieces((), parts.get("curves", here))
+        current = queue.pop()
+        if current not in reached:
+            reached.add(current)
+            pieces = _pieces((), parts.get("curves", current))
             queue += [inner for _, inner in pieces if isinstance(inner, str)]
     return reached
 
@@ -448,9 +450,9 @@ def _joints(parts: Parts) -> Iterator[Mistake]:
     for name, joint in parts.valid("joints"):
         path = ("joints", name)
         if isinstance(joint, PointsJoint):
-            one, other = (split_point(text)[0] for text in joint.points)
-            if one == other:
-                yield Mistake((*path, "points"), f"joins the body '{one}' to itself")
+            first, second = (split_point(text)[0] for text in joint.points)
+            if first == second:
+                yield Mistake((*path, "points"), f"joins the body '{first}' to itself")
         elif isinstance(joint, SlotJoint):
             yield from _carried_along(parts, path, joint)
         elif isinstance(joint, SleeveJoint):

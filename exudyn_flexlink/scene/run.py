@@ -79,7 +79,7 @@ class Initial(Part):
     )
 
     @model_validator(mode="after")
-    def _says_one_thing(self) -> Initial:
+    def _is_consistent(self) -> Initial:
         """Whole states stand alone, what rests has no speeds, and an angle is held or guessed."""
         speeds = ("speeds", "velocities", "speeds_along")
         for key in ("positions", "angles", "guesses", "along", *speeds):

@@ -1,23 +1,19 @@
-"""A recognised mechanism in numbers: constants of its equations, and coordinates to poses.
+"""The hand-written equations of motion: the scenes that have them, and their numbers.
 
-Which scenes have hand-written equations, and the numbers of those that do.
+Such a scene has one guide pinned to the ground, one link in its sleeve that starts in a slot, and
+any number of levers pinned to the ground. Whatever else a scene has is refused by name.
 
-One guide pinned to the ground, one link in its sleeve that starts in a slot, any number of levers
-pinned to the ground. Whatever else a scene has is refused by name.
-
-Equations of motion of guide, link and levers: the paper's eq. 1, ``M q'' + h = Q``.
-
-Coordinates are angles: the guide's theta, which is also that of rod 1, the absolute angles of the
-other rods, and those of the levers. With ``e`` the unit vector of an angle, a point of the link is
-at
+The equations are the paper's eq. 1, ``M q'' + h = Q``. Coordinates are angles: the guide's theta,
+which is also that of rod 1, the absolute angles of the other rods, and those of the levers.
+With ``e`` the unit vector of an angle, a point of the link is at
 
     r = gamma(theta) + sum_j a_j e(Theta_j)
 
-``gamma`` is the place of P, which the guide's angle determines (see `track`); a_j is the length of
-each rod before the point, and how far along its own rod it is. By the coordinates its place has the
-derivatives ``r_k``, so that it moves with ``sum_k r_k q_k'``. Where no coordinate accelerates, it
-does with ``b = gamma'' theta'^2 - sum_j a_j e(Theta_j) Theta_j'^2``. Lagrange's equations of the
-kinetic energy then are, summed over the centres of the rods, of masses m,
+``gamma`` is the place of P, which the guide's angle determines (see `track`). a_j is the length of
+each rod before the point, and on the point's own rod its distance from the rod's start. With r_k
+the derivatives of r by the coordinates, the point's velocity is ``sum_k r_k q_k'``. Without q'' its
+acceleration is ``b = gamma'' theta'^2 - sum_j a_j e(Theta_j) Theta_j'^2``. Summed over the centres
+of the rods, of masses m, Lagrange's equations then have
 
     M_jk = sum m r_j . r_k + J_j delta_jk,    h_j = sum m r_j . b
 
@@ -90,8 +86,8 @@ class Pivot:
 class Layout:
     """Which parts are guide, link (its rods in order) and levers, what drives and what is struck.
 
-    With `play` between link and guide rod 1 has an angle of its own, and so has P a place on its
-    track, the last coordinate: `track_coordinate`. Without, the guide's angle determines both.
+    With `play` between link and guide, the angle of rod 1 and P's place on its track (the last
+    coordinate) are coordinates. Without it, the guide's angle determines both.
     """
 
     guide: Pivot
@@ -162,7 +158,7 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
 
 
 def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Parts of a scene that no mechanism of this engine has, and what it lacks for them."""
+    """Paths of what this engine does not know in a scene, and a message for each."""
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
     for stop in scene.stops.values():
@@ -288,10 +284,10 @@ def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) ->
 
 @dataclass(frozen=True)
 class Numbers:
-    """What stands in the equations beside coordinates: N coordinates, n rods.
+    """Constants of the equations, for N coordinates and n rods.
 
-    Points of the link are the ends of its rods from P on, their centres, and those that may be
-    struck.
+    Points of the link are the ends of its rods from P on, the rods' centres, and the points of its
+    contacts.
     """
 
     arms: FloatArray  # (points, n): a_j of each point, m
@@ -304,7 +300,7 @@ class Numbers:
     gravity: complex  # m/s^2
     reaches: FloatArray  # (N,): of guide and levers from their pivots, m
     rods: slice  # the rods' coordinates
-    track: int  # the coordinate that decides where P is
+    track: int  # the coordinate that determines P's place
 
     @property
     def ends(self) -> slice:
@@ -318,11 +314,11 @@ class Numbers:
 
 
 class Frame(NamedTuple):
-    """Where guide and link are at instants (m,).
+    """Places and velocities of guide and link at instants (m,).
 
-    `axes` (m, N) are unit vectors of the coordinates' angles; `points` (m, points) of the link,
-    which are `going` so fast, `by` (m, points, N) are derivatives by the coordinates, and `bends`
-    (m, points) accelerations where no coordinate accelerates.
+    `axes` (m, N) are unit vectors of the coordinates' angles. `points` (m, points) are those of the
+    link, `going` their velocities, `by` (m, points, N) their derivatives by the coordinates, and
+    `bends` (m, points) their accelerations without those of the coordinates.
     """
 
     q: FloatArray
@@ -334,7 +330,7 @@ class Frame(NamedTuple):
     bends: ComplexArray
 
     def pick(self, which: int | slice | None) -> Frame:
-        """Return one of several instants, some, or (None) the only one as one of one."""
+        """Return the frame at one of several instants, at some, or (None) with an axis added."""
         return Frame._make(column[which] for column in self)
 
 
@@ -371,7 +367,7 @@ def momentum_rate(numbers: Numbers, at: Frame, a: FloatArray) -> ComplexArray:
 
 
 def moved_by(numbers: Numbers, at: Frame) -> ComplexArray:
-    """How far each coordinate moves ends of rods, the guide's end and levers' ends (points, N).
+    """Derivatives (points, N) by the coordinates of ends of rods, guide and levers.
 
     At the first of the instants.
     """
@@ -382,8 +378,8 @@ def moved_by(numbers: Numbers, at: Frame) -> ComplexArray:
 class Model:
     """The mechanism, its parts' roles, the constants of its equations.
 
-    Of all `contacts` the first are those of levers, the others the pairs of link and guide;
-    `struck` are the points of the link that some of them have.
+    The first `contacts` are those of levers, the others are the pairs of link and guide. `struck`
+    has the numbers of the link's points that are in contacts.
     """
 
     assembly: Assembly
@@ -399,7 +395,7 @@ class Model:
 
     @property
     def first(self) -> int:
-        """First free coordinate: the guide's angle is not, under a speed drive."""
+        """First free coordinate: a speed drive prescribes the guide's angle, which is number 0."""
         return 0 if self.layout.motor is None else 1
 
     @cached_property
@@ -482,7 +478,7 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
 def _arms(
     mechanism: Mechanism, rods: tuple[int, ...], contacts: tuple[FaceContact, ...]
 ) -> tuple[FloatArray, dict[Anchor, int]]:
-    """Arms (points, n) of ends and centres of rods and of what else is struck, and which those are.
+    """Arms (points, n) of the link's points, see `Numbers`, and numbers of those in contacts.
 
     All lie on the rods' axes.
     """

@@ -173,7 +173,7 @@ class Forces:
     kept: Kept
 
     @property
-    def _own(self) -> LinkKept:
+    def _link(self) -> LinkKept:
         kept: LinkKept = self.kept.of_engine
         return kept
 
@@ -181,7 +181,7 @@ class Forces:
         """Torque of each drive on its joint's second part, N m."""
         torques, layout = {}, self.model.layout
         if layout.motor is not None:
-            torques[layout.motor.name] = layout.way * self._own.motor
+            torques[layout.motor.name] = layout.way * self._link.motor
         for torque, ramp in layout.torques:
             torques[torque.name] = ramp.values(self.kept.t)
         return torques
@@ -195,7 +195,7 @@ class Forces:
             rows = self.kept.press[:, k] != 0
             if not rows.any():
                 continue
-            at = self._own.poses[rows], self._own.rates[rows]
+            at = self._link.poses[rows], self._link.rates[rows]
             push = push_of(contact, *at, self.kept.press[rows, k])
             pushes[k, rows] = push if contact.point.part in rods else -push
         return pushes
@@ -214,18 +214,18 @@ class Forces:
     @cached_property
     def slot(self) -> FloatArray:
         """Force of the track on P: all that the link lacks, or what it lacks along the guide."""
-        lacking = _plane(self._own.momentum_rate) - self._on_link
+        lacking = _plane(self._link.momentum_rate) - self._on_link
         if self.model.layout.play:
             return np.asarray(lacking)
         normal = self.model.mechanism.slots[0].curve.normal(self.kept.places[:, 0])
-        along = _plane(np.exp(1j * self._own.poses[:, self.model.layout.guide.part, 2]))
+        along = _plane(np.exp(1j * self._link.poses[:, self.model.layout.guide.part, 2]))
         left = np.sum(lacking * along, axis=1)
         return np.asarray((left / np.sum(normal * along, axis=1))[:, None] * normal)
 
     def joints(self) -> dict[str, FloatArray]:
         """Force of each pivot on its joint's second point."""
         layout = self.model.layout
-        on_guide = _plane(self._own.momentum_rate) - self._on_link - self.slot + self._of_walls
+        on_guide = _plane(self._link.momentum_rate) - self._on_link - self.slot + self._of_walls
         forces = {layout.guide.joint: self._pivot(layout.guide, on_guide)}
         for lever in layout.levers:
             pushes = np.zeros((len(self.kept.t), 2))
@@ -238,8 +238,8 @@ class Forces:
     def _pivot(self, pivot: Pivot, given_on: FloatArray) -> FloatArray:
         """Force of a pivot whose part gives the force `given_on` on to others."""
         k, numbers = self.model.layout.coordinate(pivot.part), self.model.numbers
-        a, mass = self._own.accelerations[:, k], self.model.mechanism.parts[pivot.part].mass
-        angle, speed = (column[:, pivot.part, 2] for column in (self._own.poses, self._own.rates))
+        a, mass = self._link.accelerations[:, k], self.model.mechanism.parts[pivot.part].mass
+        angle, speed = (column[:, pivot.part, 2] for column in (self._link.poses, self._link.rates))
         swing = (1j * a - speed**2) * numbers.moments[k] * np.exp(1j * angle)
         force = _plane(swing - mass * numbers.gravity) + given_on
         return np.asarray(force if pivot.second else -force)
@@ -570,11 +570,11 @@ class Problem(HybridProblem):
             happening += [Crossing(time, FaceGuard(self, k)) for time, k in lifted]
         return happening
 
-    def _changed(self, time: float, there: int | None = None) -> BoolArray:
+    def _changed(self, time: float, contact: int | None = None) -> BoolArray:
         """Walls' pairs that now (s) begin or cease to press, or did so unseen, (c,)."""
         contacts = self.system.contacts
         seen = self.system.from_sides(self.seen)
-        begun = changed(seen, contacts.length, self.touches.pressed, time, there)
+        begun = changed(seen, contacts.length, self.touches.pressed, time, contact)
         begun[: contacts.faces] = False
         return begun
 
@@ -654,9 +654,9 @@ class Problem(HybridProblem):
             self.q[-1] = track.u
             self.v[-1] *= abs(before) / abs(after)
 
-    def settle_walls(self, time: float, there: int | None = None) -> None:
-        """Let all pairs that do so at an event of `there` begin or cease to press."""
-        for k in np.flatnonzero(self._changed(time, there)).tolist():
+    def settle_walls(self, time: float, contact: int | None = None) -> None:
+        """Let all pairs that do so at an event of this `contact` begin or cease to press."""
+        for k in np.flatnonzero(self._changed(time, contact)).tolist():
             self.change(time, k, self._happening(k), self.seen)
 
     def _happening(self, k: int) -> Change:

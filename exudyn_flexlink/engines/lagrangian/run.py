@@ -1,8 +1,8 @@
 """Run a scene by the hand-written equations of motion.
 
 A scene's `accuracy.tolerance` is the error that the whole run may make in positions, m. The
-implicit method of order 9 keeps it, or SciPy's explicit DOP853, as the scene asks; where speeds
-jump, the explicit one.
+implicit method of order 9 or SciPy's explicit DOP853 keeps it, as the scene asks. If speeds jump,
+it is the explicit one.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from exudyn_flexlink.scene import Scene
 
 PACKAGES = "scipy", "numpy"
 DOP853 = Integrator("DOP853", 8)
-WITHOUT_TOLERANCE = 1e-7  # m: where the scene gives a step, of which the Lagrangian has no use
+WITHOUT_TOLERANCE = 1e-7  # m: if the scene gives a step instead, which this engine can't use
 TIGHTEN = "tighten the tolerance, since more energy is missing than there is; then "
 ADVICE = (
     "look at the mechanism there: the guide's axis may touch the track (a dead centre), or a "
@@ -43,7 +43,7 @@ ADVICE = (
 
 @dataclass
 class Prepared:
-    """Everything a solve needs, and what is left of it afterwards."""
+    """Everything that a solve needs and changes."""
 
     scene: Scene
     model: Model
@@ -69,8 +69,8 @@ def run(
 ) -> Result:
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
-    Limits of steps, but that by their error, are `limits` times as long as usual. With `seed` it is
-    off by what rounding may be: see `finer`.
+    Limits of steps, except that by their error, are `limits` times as long as usual. With `seed` it
+    starts off by as much as rounding may be: see `finer`.
 
     Raises:
         NotRepresentableError: the scene is not one guide, its link, and levers.
@@ -87,7 +87,7 @@ def prepare(
     *,
     seed: bool = False,
 ) -> Prepared:
-    """Build the equations, the event loop and what records it."""
+    """Build the equations, the events, the recorder and the stepper."""
     assembly = assemble_scene(scene)
     mechanism, model = assembly.mechanism, build_model(scene, assembly)
     end, laps = end_of_run(scene, mechanism), list[Event]()
@@ -114,7 +114,7 @@ def prepare(
 def explicit(scene: Scene, mechanism: Mechanism) -> bool:
     """Tell whether SciPy's explicit method is to solve a scene: asked for, or where speeds jump.
 
-    Bounces that get lower and lower need errors small against the bounce, not against a length.
+    Ever lower bounces need errors that are small beside the bounce, not beside a length.
     """
     asked = scene.solver.integrator == "dop853" or scene.accuracy.tolerance is None
     return asked or any(isinstance(contact.law, Impulse) for contact in mechanism.contacts)

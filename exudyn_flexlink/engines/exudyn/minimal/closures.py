@@ -1,6 +1,6 @@
-"""Joints that close loops: by how much they are open, and the derivatives of that.
+"""Joints that close loops of a tree: their residuals, and all coordinates by the independent ones.
 
-All of them hold parts of the same vector, the gap from a joint's first point to its second in axes
+All closures hold parts of the same vector, the gap from a joint's first point to its second in axes
 e that its first part carries, or the angle between both parts:
 
     w = e* (p_2 - p_1) - gamma(u),      theta = theta_2 - theta_1
@@ -11,14 +11,10 @@ prescribe theta, or along a slide the real part. Gears hold sums of the tree's o
 coordinates y are those of the tree, then the slots' places u. Rows are the real parts (m), then the
 imaginary ones (m), then the angles (rad), then the gears (m; rad without pitch circles).
 
-Which coordinates follow others where loops close, and where they are: by Newton's method.
-
-All coordinates of a tree whose loops are closed, from the independent ones.
-
-Generalised coordinate partitioning (R. A. Wehage and E. J. Haug, J. Mech. Des. 104 (1982) 247):
-with residuals c(y, t) of the closures, pivoting their Jacobian splits the coordinates y, those of
-the tree and the slots' places, into dependent ones w, for which c = 0 is solved by Newton's method,
-and independent ones z:
+Generalised coordinate partitioning (R. A. Wehage and E. J. Haug, J. Mech. Des. 104 (1982) 247)
+tells which coordinates depend on others. With residuals c(y, t) of the closures, pivoting their
+Jacobian splits the coordinates y into dependent ones w, for which Newton's method solves c = 0, and
+independent ones z:
 
     w' = -(c_w)^-1 (c_z z' + c_t),      w'' = -(c_w)^-1 (c_z z'' + gamma)
 
@@ -62,11 +58,11 @@ class Track(NamedTuple):
     bend: ComplexArray
 
 
-class Where(NamedTuple):
-    """Where everything is at coordinates x of the tree (n, links).
+class Configuration(NamedTuple):
+    """Places of links, and gaps of joints, at coordinates x of the tree (n, links).
 
-    `points` (n, 2 gaps) are the first of all gaps, then the second, `between` (n, gaps) the vectors
-    between them; `axes` (n, gaps) those in which gaps are seen.
+    `points` (n, 2 gaps) are the first points of all gaps, then the second ones; `between` (n, gaps)
+    are the vectors between them, and `axes` (n, gaps) those in which gaps are measured.
     """
 
     x: FloatArray
@@ -81,7 +77,7 @@ class Closures:
     """Residuals of a layout's closures, their Jacobian, and their second derivatives.
 
     `joints` are all closures but motors and gears, `parts` the first and the second part of each.
-    `motors` and `gears` have the number of their row, `angles` (rows,) tells which rows are angles.
+    `motors` and `gears` come with the number of their row; `angles` (rows,) is True for angles.
     """
 
     def __init__(
@@ -129,7 +125,7 @@ class Closures:
             self._rest[row] = slide.angle - layout.turn(slide.first.part, slide.second.part)
         # Motors turn and slide on from where they start, and gears mesh as they do there.
         at_start = np.append(start, [point.u for point in followed])
-        moved = self.residual(np.zeros(1), self.where(at_start[None]))[0]
+        moved = self.residual(np.zeros(1), self.configuration(at_start[None]))[0]
         self._rest[rows] = moved[rows]
         self._rest[meshed:] = moved[meshed:]
 
@@ -155,31 +151,31 @@ class Closures:
 
     # --- at instants --------------------------------------------------------------------------
 
-    def where(self, y: FloatArray) -> Where:
-        """Where everything is at coordinates (n, coordinates), slots on their present pieces."""
+    def configuration(self, y: FloatArray) -> Configuration:
+        """Configuration at coordinates (n, coordinates), slots on their present pieces."""
         if not self._tracked:
-            return self.where_on(y, None)
+            return self.configuration_on(y, None)
         track = np.empty((3, len(y), len(self._followed)), dtype=complex)
         for k, point in enumerate(self._followed):
             track[:, :, k] = point.together(y[:, self._links + k])
-        return self.where_on(y[:, : self._links], Track(*track))
+        return self.configuration_on(y[:, : self._links], Track(*track))
 
-    def where_on(self, x: FloatArray, track: Track | None) -> Where:
-        """As `where`, at coordinates of the tree (n, links) and with slots so on their curves."""
+    def configuration_on(self, x: FloatArray, track: Track | None) -> Configuration:
+        """As `configuration`, at coordinates of the tree (n, links), with slots at `track`."""
         places = self._kinematics.places(x)
         points = self._points.places(places)
         axes = places.axis.take(self._bases, axis=1) * self._axes
-        return Where(x, places, points, self._between(points), axes, track)
+        return Configuration(x, places, points, self._between(points), axes, track)
 
     def _between(self, points: ComplexArray) -> ComplexArray:
         return np.asarray(points[:, self._gaps :] - points[:, : self._gaps])
 
     def _rows(self, gaps: ComplexArray, turns: FloatArray) -> FloatArray:
-        """Rows (n, rows, ...) of what is known of gaps (n, gaps, ...) and angles."""
+        """Rows (n, rows, ...) by gaps (n, gaps, ...) and angles."""
         real, imaginary = gaps.real.take(self._real, axis=1), gaps.imag[:, : len(self.joints)]
         return np.concatenate([real, imaginary, turns], axis=1)
 
-    def residual(self, t: FloatArray, at: Where) -> FloatArray:
+    def residual(self, t: FloatArray, at: Configuration) -> FloatArray:
         """By how much closures are open at instants (n,) s: (n, rows)."""
         gaps = at.axes.conj() * at.between
         if at.track is not None:
@@ -189,7 +185,7 @@ class Closures:
             open_by[:, row] -= motor.speed.integrals(t)
         return open_by
 
-    def jacobian(self, at: Where) -> FloatArray:
+    def jacobian(self, at: Configuration) -> FloatArray:
         """Derivatives of the residuals by the coordinates (n, rows, coordinates)."""
         moves = self._kinematics.carries(at.places, at.points) * self._moved
         moved = self._between(moves)
@@ -214,7 +210,7 @@ class Closures:
             columns[:, row] = -motor.speed.values(t)
         return columns
 
-    def bends(self, t: FloatArray, at: Where, v: FloatArray, a: FloatArray) -> FloatArray:
+    def bends(self, t: FloatArray, at: Configuration, v: FloatArray, a: FloatArray) -> FloatArray:
         """Second derivatives of the residuals (n, rows), at speeds and accelerations."""
         tree, places = slice(0, self._links), at.places
         rates = self._kinematics.rates(places, at.x, v[:, tree])
@@ -234,7 +230,7 @@ class Closures:
             accelerated[:, row] -= motor.speed.rates(t)
         return accelerated
 
-    def forces(self, at: Where, multipliers: FloatArray) -> ComplexArray:
+    def forces(self, at: Configuration, multipliers: FloatArray) -> ComplexArray:
         """Forces (n, joints) of joints on their second points, N, by multipliers (n, rows)."""
         real, joints = len(self._real), len(self.joints)
         gaps = np.zeros(at.axes.shape, dtype=complex)
@@ -265,15 +261,15 @@ def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor]:
 
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 CLOSE = 1e-9  # of a step: instants so little before it are within
-FARTHEST = 2.0  # lengths of a step beyond its end: so far its polynomial tells places
+FARTHEST = 2.0  # lengths of a step: so far beyond its end its polynomial predicts coordinates
 DEGREES = np.arange(STAGES)
 BY_STAGES = np.linalg.inv(C[:, None] ** DEGREES)  # coefficients of the polynomial through stages
 MOST_ITERATIONS = 12
-QUADRATIC = (
-    1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
-)
+# Of the mechanism's size: after so small a change Newton's method, which is quadratic except right
+# at a dead centre, has converged.
+QUADRATIC = 1e-9
 OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
-LENGTH_ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
+LENGTH_ROUNDING = 1e-14  # of the mechanism's size: rounding of sums of lengths
 
 NOT_CLOSED = "the joints of a loop can't all stay closed"
 
@@ -314,9 +310,9 @@ class StepStages(NamedTuple):
     reach: FloatArray
 
     def near(self, t: FloatArray, z: FloatArray) -> FloatArray | None:
-        """Coordinates (n, all) about those at instants (n,) with these independent ones.
+        """Guess at all coordinates (n, all) at instants (n,), by the independent ones `z` there.
 
-        None where those are far: there another way of closing the loops may be nearer.
+        None if an instant is far from the step: another way of closing the loops may be nearer.
         """
         if t is self.t or np.array_equal(t, self.t):
             return np.asarray(self.y + (self.reach @ (z - self.z)[:, :, None])[:, :, 0])
@@ -339,7 +335,7 @@ class Placed(NamedTuple):
     """
 
     y: FloatArray
-    at: Where
+    at: Configuration
     jacobian: FloatArray
     inverse: FloatArray
     reach: FloatArray
@@ -369,11 +365,11 @@ class ClosureSolver:
 
     def _closed(
         self, t: FloatArray, y: FloatArray, split: Partition, lengths: FloatArray
-    ) -> tuple[Where, FloatArray, FloatArray]:
-        """Where everything is, the Jacobian of the rows in use, and the dependent ones' inverse."""
+    ) -> tuple[Configuration, FloatArray, FloatArray]:
+        """Configuration, Jacobian of the rows in use, and inverse of its dependent columns."""
         closures, size = self._closures, np.inf
         for rounds in count():
-            at = closures.where(y)
+            at = closures.configuration(y)
             residual = closures.residual(t, at)
             jacobian = closures.jacobian(at).take(split.rows, axis=1)
             try:
@@ -395,12 +391,12 @@ class ClosureSolver:
 
 
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
-DEAD_CENTRE_GAIN = (
-    1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
-)
+# Gain from residuals to dependent coordinates: the relative error of accelerations grows with its
+# square.
+DEAD_CENTRE_GAIN = 1e2
 JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
-UNSEEN = 1e-5  # as DEAD_CENTRE: nearer to one accelerations have lost ten digits, and are not shown
-CALM = 1e1  # likewise: where all stages have less, no dead centre lies between them
+UNSEEN = 1e-5  # as DEAD_CENTRE: below it accelerations have lost ten digits, and are not shown
+CALM = 1e1  # as DEAD_CENTRE_GAIN: if all stages have less, no dead centre lies between them
 DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
 
 AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
@@ -433,7 +429,7 @@ class ClosedCoordinates:
         self._y = np.concatenate([start[0], [point.u for point in self.points]])
         self._v = np.append(start[1], self._place_rates(start[1]))
         self._a = np.zeros(len(self._y))
-        self._scale_here = self._scale(self._y)
+        self._present_scale = self._scale(self._y)
         self._split = self._chosen()
         self._last: StepStages | None = None  # of the last step tried
         self._gains = np.zeros(1)  # m by residuals of 1 m, at those stages
@@ -443,7 +439,7 @@ class ClosedCoordinates:
 
     def _place_rates(self, v: FloatArray) -> FloatArray:
         """Rates of the slots' places at time 0, from the tree's speeds (links,)."""
-        jacobian = self.closures.jacobian(self.closures.where(self._y[None]))[0]
+        jacobian = self.closures.jacobian(self.closures.configuration(self._y[None]))[0]
         passing = jacobian[:, : self._links] @ v + self.closures.rates(np.zeros(1))[0]
         return np.asarray(np.linalg.lstsq(jacobian[:, self._links :], -passing, rcond=None)[0])
 
@@ -456,7 +452,7 @@ class ClosedCoordinates:
 
     def _jacobian(self, y: FloatArray) -> FloatArray:
         """Scaled Jacobian (rows, coordinates) of the unknown ones; columns of known ones are 0."""
-        matrix = self.closures.jacobian(self.closures.where(y[None]))[0]
+        matrix = self.closures.jacobian(self.closures.configuration(y[None]))[0]
         matrix *= self._solver.row_scale[:, None] / self._scale(y)
         matrix[:, self._known] = 0.0
         return np.asarray(matrix)
@@ -478,7 +474,7 @@ class ClosedCoordinates:
             i = self._links + k
             self._v[i] *= _stretch(at, self._y[i]) / _stretch(point.at, point.u)
             self._pieces[k], self._y[i] = (point.changes, point.at), point.u
-        self._scale_here = self._scale(self._y)
+        self._present_scale = self._scale(self._y)
         rank = len(self._split.dependent)
         split = self._chosen()
         # At a singular position the Jacobian has less rank than elsewhere.
@@ -488,13 +484,14 @@ class ClosedCoordinates:
 
     def _gain_at_end(self) -> float:
         """How much more dependent coordinates move than independent ones where the tree is now."""
-        split, scale = self._split, self._scale_here
+        split, scale = self._split, self._present_scale
         if not len(split.free):
             return 0.0
         if self._last is not None:
             reach = self._last.reach[-1, split.dependent]
         else:
-            matrix = self.closures.jacobian(self.closures.where(self._y[None]))[0, split.rows]
+            at = self.closures.configuration(self._y[None])
+            matrix = self.closures.jacobian(at)[0, split.rows]
             reach = np.linalg.solve(matrix[:, split.dependent], matrix[:, split.free])
         gains = np.abs(reach * scale[split.dependent, None] / scale[split.free])
         return float(gains.max(initial=0.0))
@@ -518,13 +515,13 @@ class ClosedCoordinates:
             raise
         inner = slice(STAGES)  # the stages, without what lies beside one
         self._last = StepStages(t[inner], z[inner], placed.y[inner], placed.reach[inner])
-        lengths = self._scale_here[self._split.dependent]
+        lengths = self._present_scale[self._split.dependent]
         self._gains = np.abs(placed.inverse[inner] * lengths[:, None]).max((1, 2), initial=0.0)
         return self._moving(t, v, placed)
 
     def _placed(self, t: FloatArray, near: FloatArray) -> Placed:
         """All coordinates, searched from those `near` (n, all) on, which are overwritten."""
-        return self._solver.placed(t, near, self._split, self._scale_here[self._split.dependent])
+        return self._solver.placed(t, near, self._split, self._present_scale[self._split.dependent])
 
     def _moving(self, t: FloatArray, v: FloatArray, placed: Placed) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
@@ -551,10 +548,10 @@ class ClosedCoordinates:
         )
 
     def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
-        """Coordinates near those at the independent ones.
+        """Guess at all coordinates (n, all) by the independent ones `z`.
 
-        From the last round of the same step, by the stages of the last step tried, or ahead of
-        where the last one ended.
+        By the stages of the last step tried, which may be the last round of this one; or, without
+        those, by the state and the accelerations at the end of the last step.
         """
         y = None if self._last is None else self._last.near(t, z)
         if y is None:
@@ -568,32 +565,32 @@ class ClosedCoordinates:
     # --- steps --------------------------------------------------------------------------------
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
-        """A step ended here, with these accelerations of the independent coordinates."""
+        """Keep the end of a step, with the accelerations `a` of the independent coordinates."""
         self._time = time
         self._a = np.zeros(len(self._y))
         self._a[: self._links] = end.b + end.transform.expanded(a)
         self._y = np.concatenate([end.x, end.places])
         self._v = np.concatenate([end.v, end.place_rates])
-        self._scale_here = self._scale(self._y)
+        self._present_scale = self._scale(self._y)
         self._gain = self._gain_at_end()
         if time == 0.0:
             self._gain_chosen = self._gain
 
     def longest(self, at: TreeState) -> float:
-        """Limit of a step, s: links turn a little."""
+        """Limit of a step, s: links turn by LARGEST_TURN at most."""
         fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
         return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
-        """How far what follows others, or a motor, ended a step from where its speeds take it.
+        """How far (m) dependent and driven coordinates ended from where their speeds take them.
 
-        It jumped to another way of closing the loops, or went round a bend that the step does not
-        resolve: neither shows in the error of the coordinates solved for.
+        They jumped to another way of closing the loops, or went round a bend that the step does not
+        resolve: neither shows in the error of the independent coordinates.
         """
         before, after = (np.append(at.x, at.places) for at in (start, stages.pick(-1)))
         speeds = np.hstack([stages.v, stages.place_rates])
-        off = np.abs(after - before - h * (weights @ speeds)) * self._scale_here
-        # Near a dead centre dependent coordinates are known to so much only.
+        off = np.abs(after - before - h * (weights @ speeds)) * self._present_scale
+        # Near a dead centre rounding blurs dependent coordinates by this much.
         blur = LENGTH_ROUNDING * self._size * float(self._gains.max())
         followed = np.concatenate([self._split.dependent, self._known])
         slip = max(0.0, float(off[followed].max(initial=0.0)) - blur)
@@ -606,20 +603,21 @@ class ClosedCoordinates:
         y, split = np.append(at.x, at.places), self._split
         push = np.zeros((self.closures.count, 2))
         push[self.closures.rows_of_slot(k)] = np.eye(2)
-        matrix = self.closures.jacobian(self.closures.where(y[None]))[0]
+        matrix = self.closures.jacobian(self.closures.configuration(y[None]))[0]
         square = matrix[np.ix_(split.rows, split.dependent)]
         moved = np.zeros((len(y), 2))
         moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
         return moved[: self._links]
 
     def held_by_loops(self, at: TreeState, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What `forces` (n, k, links) of constraints leave on coordinates but for the closures'.
+        """Split `forces` (n, k, links) of constraints into those of closures and the rest.
 
-        Those are told as well: (n, k, joints, 2) on the second points of joints that close loops.
+        Returns the rest, and the forces (n, k, joints, 2) on the second points of joints that close
+        loops.
         """
         y, split = np.hstack([at.x, at.places]), self._split
-        where = self.closures.where(y)
-        jacobian = self.closures.jacobian(where)
+        at_state = self.closures.configuration(y)
+        jacobian = self.closures.jacobian(at_state)
         square = jacobian[:, split.rows][:, :, split.dependent]
         whole = np.pad(forces, [(0, 0), (0, 0), (0, y.shape[1] - self._links)])
         multipliers = np.zeros((*forces.shape[:2], self.closures.count))
@@ -627,7 +625,7 @@ class ClosedCoordinates:
         multipliers[:, :, split.rows] = whole[:, :, split.dependent] @ np.linalg.inv(square)
         left = forces - multipliers @ jacobian[:, :, : self._links]
         forces_held = [
-            self.closures.forces(where, multipliers[:, k]) for k in range(forces.shape[1])
+            self.closures.forces(at_state, multipliers[:, k]) for k in range(forces.shape[1])
         ]
         return left, np.stack([np.real(forces_held), np.imag(forces_held)], axis=-1).swapaxes(0, 1)
 
@@ -640,7 +638,7 @@ class ClosedCoordinates:
     def _turned_over(self) -> bool:
         """Tell whether the determinant of the Jacobian changed its sign within the last step."""
         y = np.vstack([self._y, *([] if self._last is None else [self._last.y])])
-        matrix = self.closures.jacobian(self.closures.where(y))[:, self._split.rows]
+        matrix = self.closures.jacobian(self.closures.configuration(y))[:, self._split.rows]
         return len(np.unique(np.linalg.slogdet(matrix[:, :, self._split.dependent])[0])) > 1
 
     def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:
@@ -651,8 +649,8 @@ class ClosedCoordinates:
         if self._gains.max() < CALM:
             return np.zeros(len(t), dtype=bool)
         dependent = self._split.dependent
-        matrix = self.closures.jacobian(self.closures.where(self._guess(t, step.at(t)[0])))
-        square = matrix[:, self._split.rows][:, :, dependent] / self._scale_here[dependent]
+        matrix = self.closures.jacobian(self.closures.configuration(self._guess(t, step.at(t)[0])))
+        square = matrix[:, self._split.rows][:, :, dependent] / self._present_scale[dependent]
         return np.asarray(np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf) < UNSEEN)
 
     def locked(self, at: TreeState) -> str:

@@ -165,7 +165,7 @@ class Rows(NamedTuple):
     along: FloatArray
 
 
-class SomeContacts:
+class ContactGroup:
     """Some of the contacts of a tree (c,), by their numbers."""
 
     def __init__(self, tree: TreeContacts, which: Sequence[int], *, places: bool = False) -> None:
@@ -231,7 +231,7 @@ class ContactPush(NamedTuple):
     rows: Rows
 
 
-class ActingContacts(SomeContacts):
+class ActingContacts(ContactGroup):
     """Contacts that press, by laws with a force.
 
     Those of the scene (`ends`) have none where their gap is open: as one ends a trial state may be
@@ -247,8 +247,8 @@ class ActingContacts(SomeContacts):
     ) -> None:
         super().__init__(tree, which)
         self.which = np.array(which, dtype=int)
-        self.of_scene = int(np.count_nonzero(self.which < tree.count))  # they are the first
-        self.laws, self._by_laws, self._every = laws, Laws(laws), np.arange(len(which))
+        self.scene_count = int(np.count_nonzero(self.which < tree.count))  # they are the first
+        self.laws, self._by_laws, self._numbers = laws, Laws(laws), np.arange(len(which))
         lets_go = np.array([not isinstance(law, Impulse) and law.lets_go for law in laws])
         walls = self.which >= tree.count
         self._always = lets_go | walls
@@ -258,7 +258,7 @@ class ActingContacts(SomeContacts):
 
     def pressing(self, gap: FloatArray, rate: FloatArray, approach: FloatArray) -> Pressing:
         """Forces and their slopes by gaps and rates (..., a), by how fast touches began (a,)."""
-        pushes = self._by_laws.pressing(self._every, gap, rate, approach)
+        pushes = self._by_laws.pressing(self._numbers, gap, rate, approach)
         if not self._any_ends:
             return pushes
         acts = (gap < 0) | self._always
@@ -317,12 +317,12 @@ class TreeContacts:
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
-        self.all = mechanism.every_contact
+        self.all = mechanism.contacts_and_pairs
         self.count = len(mechanism.touching)
         self.layout, self.kinematics = layout, kinematics
         self.curves: dict[int, CurveFollower] = {}
         self.tables: dict[int, TableFollower] = {}
-        self.some = lru_cache(lambda which: SomeContacts(self, which))
+        self.group = lru_cache(lambda which: ContactGroup(self, which))
         self._acting = lru_cache(self._acting_by)
         for k, contact in enumerate(self.all):
             if isinstance(contact, CurveContact | FlatContact):
@@ -339,8 +339,8 @@ class TreeContacts:
         self.length = np.array([contact.length for contact in self.all])
         self._channels = [channel for channel in mechanism.channels for _ in channel.contacts]
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
-        self.every = SomeContacts(self, range(len(self.all)), places=True)
-        self.of_scene = self.some(tuple(range(self.count)))
+        self.whole_group = ContactGroup(self, range(len(self.all)), places=True)
+        self.scene_group = self.group(tuple(range(self.count)))
 
     # --- where they are -----------------------------------------------------------------------
 
@@ -350,7 +350,7 @@ class TreeContacts:
 
     def touch(self, k: int, x: FloatArray, v: FloatArray) -> Touch:
         """Where contact k is at coordinates and speeds of the tree."""
-        return self.touch_of(k, self.some((k,)).seen(self.poses(x, v)).of(0))
+        return self.touch_of(k, self.group((k,)).seen(self.poses(x, v)).of(0))
 
     def touch_of(self, k: int, seen: Seen) -> Touch:
         """Where contact k is, of a single one that is seen."""
@@ -363,10 +363,10 @@ class TreeContacts:
 
     def _view(self, k: int, x: FloatArray, _: FloatArray) -> ComplexArray:
         """What is seen from the axes of contact k's curve, at coordinates (n, links)."""
-        return self.some((k,)).view(self.poses(x, np.zeros_like(x)))[:, 0]
+        return self.group((k,)).view(self.poses(x, np.zeros_like(x)))[:, 0]
 
     def _depth(self, k: int, x: FloatArray, _: FloatArray) -> FloatArray:
-        return -self.some((k,)).seen(self.poses(x, np.zeros_like(x))).gap[:, 0]
+        return -self.group((k,)).seen(self.poses(x, np.zeros_like(x))).gap[:, 0]
 
     def broken(self, gap: FloatArray, pressed: BoolArray) -> Channel | None:
         """Channel whose wall the link has broken through, by all gaps and which of them press."""
@@ -442,7 +442,7 @@ class TreeContacts:
         Each of them alone would let its gap swing with the angular frequency 1/`swing`, 1/s. `mass`
         (n, n) is that of the independent coordinates.
         """
-        rows = self.some(tuple(touched)).look(moving)[1].across @ transform.matrix
+        rows = self.group(tuple(touched)).look(moving)[1].across @ transform.matrix
         mobility = np.sum(rows * np.linalg.solve(mass, rows.T).T, axis=1)
         free = mobility > MOBILE * mobility.max(initial=0.0)
         rows, mobility = rows[free], mobility[free]

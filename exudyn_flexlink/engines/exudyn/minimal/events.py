@@ -449,7 +449,7 @@ class EventFinder:
         self._pairs = slice(self._count, None)  # of link and guide: they follow the scene's
         self._poses = model.contacts.poses
         self.x, self._v = x, v
-        self.seen = self._contacts.every.seen(self._poses(x, v))
+        self.seen = self._contacts.whole_group.seen(self._poses(x, v))
         self.kinks = KinkWatch(model, changes)
         self.frictions = FrictionWatch(model, changes)
         self._looks: dict[float, TreeState] = {}  # within the present step
@@ -508,7 +508,7 @@ class EventFinder:
         if not self._contacts.all:
             return self.seen
         if self._ahead is None or self._ahead[0] is not end:
-            self._ahead = end, self._contacts.every.seen(self._poses(end.x, end.v))
+            self._ahead = end, self._contacts.whole_group.seen(self._poses(end.x, end.v))
         return self._ahead[1]
 
     def _inside(self, seen: Seen) -> FloatArray:
@@ -519,11 +519,11 @@ class EventFinder:
 
     # --- pairs of link and guide --------------------------------------------------------------
 
-    def changed_pairs(self, time: float, there: int | None = None) -> list[int]:
-        """Pairs that now (s), at an event of contact `there`, begin or cease to press."""
+    def changed_pairs(self, time: float, contact: int | None = None) -> list[int]:
+        """Pairs that now (s), at an event of this `contact`, begin or cease to press."""
         pairs, first = self._pairs, self._count
         now = self.seen.of(pairs).closed(self._held[pairs])
-        at = None if there is None else there - first
+        at = None if contact is None else contact - first
         which = changed(now, self._lengths[pairs], self._sides.pressed[pairs], time, at)
         return [first + k for k in np.flatnonzero(which).tolist()]
 
@@ -608,21 +608,21 @@ class EventFinder:
 
     def _path(self, nodes: Poses, end: TreeState) -> tuple[Seen, IndexArray]:
         """Contacts at nodes, and which these are: all but free ones on curves, which take long."""
-        every = range(len(self._contacts.all))
+        numbers = range(len(self._contacts.all))
         curves = self._contacts.curves
-        watched = [k for k in every if k not in curves or self.presses(k) or self.let_go(k)]
-        if len(watched) < len(every):
-            return self._contacts.some(tuple(watched)).seen(nodes), np.array(watched, dtype=int)
-        path = self._contacts.every.seen(nodes)
+        watched = [k for k in numbers if k not in curves or self.presses(k) or self.let_go(k)]
+        if len(watched) < len(numbers):
+            return self._contacts.group(tuple(watched)).seen(nodes), np.array(watched, dtype=int)
+        path = self._contacts.whole_group.seen(nodes)
         self._ahead = end, path.pick(-1)
         return path, np.array(watched, dtype=int)
 
     def _changes_of_contacts(
         self, step: Step, nodes: Poses, end: TreeState, path: tuple[Seen, IndexArray]
     ) -> list[Crossing]:
-        every = range(self._count)
-        free = [not self.presses(k) and not self.let_go(k) for k in every]
-        held = [k for k in every if not free[k]]
+        numbers = range(self._count)
+        free = [not self.presses(k) and not self.let_go(k) for k in numbers]
+        held = [k for k in numbers if not free[k]]
         times = [(self._change(k, step), k) for k in self._restless(step, *path, held)]
         for k, search in self._flights(step, nodes, end, np.flatnonzero(free)):
             times.append((self._closing(k, first_part(search), step), k))
@@ -653,7 +653,7 @@ class EventFinder:
         place, rate = self._places(step.h, nodes, free)
         moved = POLYNOMIAL.coefficients(place, rate, 1)
         along, across = (np.abs(part).sum(axis=1) for part in (moved.real, moved.imag))
-        straight = self._contacts.of_scene.shapes.straight[free]
+        straight = self._contacts.scene_group.shapes.straight[free]
         way = np.where(straight, across, np.abs(moved).sum(axis=1))
         ends = self.seen, self._seen_at(end)
         gap = (ends[0].gap + ends[1].gap)[free]
@@ -670,7 +670,7 @@ class EventFinder:
         paths = zip(*self._places(step.h, exact, near), strict=True)
         for k, flown in zip(near.tolist(), paths, strict=True):
             glimpse, feature = (
-                self._contacts.of_scene.shapes.glimpse(k),
+                self._contacts.scene_group.shapes.glimpse(k),
                 self._contacts.all[k].feature,
             )
             yield k, Flight(glimpse, feature, flown, self._way(k))
@@ -679,7 +679,7 @@ class EventFinder:
         self, h: float, nodes: Poses, which: IndexArray
     ) -> tuple[ComplexArray, ComplexArray]:
         """Places (c, n) of contacts at the nodes of a step of h (s), m, and rates, m per step."""
-        place, rate = self._contacts.of_scene.path(nodes)
+        place, rate = self._contacts.scene_group.path(nodes)
         return place.T[which], h * rate.T[which]
 
     def _restless(self, step: Step, path: Seen, watched: IndexArray, held: list[int]) -> list[int]:

@@ -1,9 +1,8 @@
-"""What holds bodies of a tree at each other: dry friction in joints, rigid contacts that last.
+"""Forces of a tree that follow from its equations: friction in joints, rigid contacts, impacts.
 
-Dry friction brakes what slides, and holds what rests.
-
-With z the independent coordinates, v = g z' the speed at which a joint turns or slides, and b the
-bound of its friction,
+Dry friction in a joint brakes it while it slides, and holds it while it rests. With z the
+independent coordinates, v = g z' the speed at which a joint turns or slides, and b the bound of its
+friction,
 
     M z'' = f + sum(g^T T),      v > 0: T = -b,   v < 0: T = b,   v = 0: -b <= T <= b.
 
@@ -17,17 +16,16 @@ use the least part of their bounds: they slide when none other would hold.
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
 There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
 
-Rigid contacts that last have reactions, and friction that goes with these. Pushing leaves no gap.
-With g the gaps and G their gradients by the independent coordinates, which accelerate by z'',
+Rigid contacts that last have reactions, and friction in proportion to these. With g the gaps and G
+their gradients by the independent coordinates, which accelerate by z'',
 
     M z'' = f + (G - mu tanh(s/s_0) T)^T r,      G z'' + c = -2 BAUMGARTE g' - BAUMGARTE^2 g
 
-for the reactions r (N); c is what gaps bend without z''. The right side lets die out what gaps
-are off by (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1). Friction is that of
-`laws.Friction`, regularised, with s the slip and T its gradient.
+for the reactions r (N); c is the part of g'' that does not depend on z''. The right side lets
+errors of gaps die out (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1). Friction is that
+of `laws.Friction`, regularised, with s the slip and T its gradient.
 
-Friction in the impact of one contact, by Coulomb: both impulses grow together until it is over.
-
+In the impact of one contact with Coulomb's friction both impulses grow together until it is over.
 With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of the gap follow
 
     u = u_a + k_t P_t + k_tn P_n,      w = w_a + k_n P_n + k_tn P_t
@@ -35,8 +33,8 @@ With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of t
 as P_n grows (E. J. Routh, *Dynamics of a System of Rigid Bodies*, part 1, 1897; Y. Wang and
 M. T. Mason, J. Appl. Mech. 59 (1992) 635). While it slides dP_t = -mu sgn(u) dP_n; where u comes to
 zero it sticks if friction is enough, and else slides back. The gap closes until w = 0, at P_c, and
-the touch is over at (1 + e) P_c: Poisson's restitution, out of which no energy can come. What is
-round about the contact has k_tn = 0: there this is Newton's.
+the touch is over at (1 + e) P_c: this is Poisson's restitution, which never adds energy. With
+k_tn = 0, as of a round body, it is the same as Newton's.
 """
 
 from __future__ import annotations
@@ -61,9 +59,8 @@ from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.raising import Sendable
 
-OPENED_BY_ROUNDING = (
-    1e-9  # of sqrt(k_t k_n): less of k_tn is rounding, and so is less of k_n in what it opens
-)
+# Of sqrt(k_t k_n): a smaller k_tn is rounding. Of k_n: so is a smaller change of the gap's rate.
+OPENED_BY_ROUNDING = 1e-9
 
 
 class Meeting(NamedTuple):
@@ -86,7 +83,7 @@ class Meeting(NamedTuple):
 
 
 class JammedError(Sendable, ArithmeticError):
-    """Friction presses a contact together by more than its force opens it: it has no answer."""
+    """Friction presses a contact together by more than its force opens it: no solution exists."""
 
     advice = "a smaller 'friction', or a law with stiffness"
 
@@ -122,13 +119,13 @@ def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, f
 def _ways(at: Meeting, both: float, friction: float) -> tuple[float, float]:
     """Return dP_t/dP_n at first, and once the slip has come to zero."""
     sticks = at.along > 0 and abs(both) <= friction * at.along
-    # What can't be moved along rubs without an effect; at rest it needs no force.
+    # Where nothing can move along the face friction has no effect; at rest it needs no force.
     then = -both / at.along if sticks else -copysign(friction, both) if both else 0.0
     return (-copysign(friction, at.slip) if at.slip else then), then
 
 
 def turned_back(at: Meeting, friction: float, pressed: float, returns: float) -> float:
-    """Return P_t (N s) of what is round, where the part `returns` of the slip comes back."""
+    """Return P_t (N s) of a round body, where the part `returns` of the slip comes back."""
     if at.along == 0:
         return 0.0
     bound = friction * pressed
@@ -143,9 +140,9 @@ class Gaps(NamedTuple):
     """Gaps of some contacts at one instant, or at several: then with one axis more, the first.
 
     `rows` (c, links) are gradients by all coordinates, `free` (c, independent) by the independent
-    ones; `bend` (c,), m/s^2, second derivatives where those do not accelerate. `touching` (c, 2)
-    are gaps and rates, `slides` (c, links) gradients of the ways slid, 0 of what is smooth, and
-    `slip` (c,) their rates (m/s).
+    ones; `bend` (c,), m/s^2, are second derivatives where those do not accelerate. `touching`
+    (c, 2) are gaps and rates; `slides` (c, links) are gradients of the sliding distances, 0 without
+    friction, and `slip` (c,) their rates (m/s).
     """
 
     rows: FloatArray
@@ -156,12 +153,12 @@ class Gaps(NamedTuple):
     slip: FloatArray
 
     def pick(self, which: int) -> Gaps:
-        """Return those of one of several instants."""
+        """Return the gaps at one of several instants."""
         return Gaps._make(column[which] for column in self)
 
 
 def mobility(gaps: Gaps, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Accelerations (..., independent, c) by 1 N in each contact, and those (..., c, c) of gaps."""
+    """Accelerations (..., independent, c), and of gaps (..., c, c), by 1 N in each contact."""
     arms = np.asarray(np.linalg.solve(mass, np.swapaxes(gaps.free, -1, -2)), dtype=np.float64)
     return arms, gaps.free @ arms
 
@@ -188,7 +185,7 @@ class RigidContact(NamedTuple):
 
 
 class RigidContacts:
-    """Those of a model's contacts that are rigid, by their numbers."""
+    """The rigid contacts of a model, by their numbers."""
 
     def __init__(self, contacts: TreeContacts, touches: Touches) -> None:
         self._touches, self._contacts = touches, contacts
@@ -201,12 +198,12 @@ class RigidContacts:
         }
 
     def closed(self) -> list[int]:
-        """Numbers of those that press."""
+        """Numbers of the rigid contacts that press."""
         return [k for k in self.all if self._touches.pressed[k]]
 
     def gaps(self, which: Sequence[int], state: TreeState) -> Gaps:
         """Gaps at instants (n,)."""
-        contacts = self._contacts.some(tuple(which))
+        contacts = self._contacts.group(tuple(which))
         moving = self._contacts.kinematics.moving(state.x, state.v)
         look, (rows, slides) = contacts.look(moving)
         bend = contacts.gap_bends(moving, look) + (rows @ state.b[:, :, None])[:, :, 0]
@@ -225,14 +222,14 @@ class RigidContacts:
     def pushing(
         self, which: Sequence[int], gaps: Gaps, state: TreeState
     ) -> tuple[FloatArray, FloatArray]:
-        """What each pushes that presses by 1 N: on all coordinates, on the independent ones."""
+        """Forces of contacts that press by 1 N: on all coordinates, and on the independent ones."""
         if all(self.all[k].friction is None for k in which):
             return gaps.rows, gaps.free
         rows = gaps.rows + self.rubbed(which, gaps.slip)[..., None] * gaps.slides
         return rows, rows @ state.transform.matrix
 
     def with_reactions(self, at: Evaluation) -> Evaluation:
-        """Return evaluations at instants (n,) with the reactions of those that last."""
+        """Return evaluations at instants (n,) with the reactions of the contacts that last."""
         which, kept = self.closed(), at.kept
         gaps = self.gaps(which, kept.state)
         arms = mobility(gaps, at.mass)[0]
@@ -272,7 +269,7 @@ class RigidContacts:
         return np.asarray(np.linalg.pinv(moved, rcond=RANK, hermitian=smooth))
 
     def slopes(self, at: Evaluation) -> FloatArray | float:
-        """Damping (independent, independent) by friction of those that last, at one state."""
+        """Damping (independent, independent) by friction of contacts that last, at one state."""
         which = [k for k in self.closed() if self.all[k].friction is not None]
         if not which:
             return 0.0
@@ -290,7 +287,7 @@ class RigidContacts:
         return np.asarray((slid.T * steep) @ slid)
 
     def projector(self, at: Evaluation) -> Projector | None:
-        """What those that last let through at one state; None if none does."""
+        """Projector of forces past the contacts that last, at one state; None if none lasts."""
         which = self.closed()
         if not which:
             return None
@@ -304,7 +301,7 @@ class RigidContacts:
 
 SOLVED = 1e-15  # of a sum of squares: a search that gains less is over
 COUPLED = 1e-9  # of joints that move each other: less is rounding
-LEAST_BOUND = 1e-30  # N m or N: of what no force presses together
+LEAST_BOUND = 1e-30  # N m or N: bound of a joint without any force in it
 
 
 def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> FloatArray:
@@ -328,7 +325,7 @@ def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> 
 
 
 def scaled_inverse(mobility: FloatArray) -> FloatArray:
-    """Inverse of mobilities (..., c, c), least where joints depend; zero where none can move."""
+    """Inverse of mobilities (..., c, c), the least one if joints depend; 0 for what can't move."""
     diagonals = np.diagonal(mobility, axis1=-2, axis2=-1)
     scale = np.divide(1.0, np.sqrt(diagonals), where=diagonals > 0, out=np.zeros(diagonals.shape))
     both = scale[..., :, None] * scale[..., None, :]
@@ -336,7 +333,7 @@ def scaled_inverse(mobility: FloatArray) -> FloatArray:
 
 
 def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
-    """Joints at rest that move each other, where more do than there are freedoms between them."""
+    """Groups of coupled joints at rest in which there are more joints than degrees of freedom."""
     held = held[np.diag(mobility)[held] > 0]
     if len(held) < 2:
         return
@@ -351,10 +348,10 @@ def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
 
 
 def least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArray:
-    """T (n, block) that do the same as some, by the least largest part of their bounds.
+    """T (n, block) with the effect of `torque` whose largest part of a bound is least.
 
-    `g` (n, block, independent) is what each does. Where joints have one freedom between them all
-    take the same part; else that is a linear programme.
+    `g` (n, block, independent) is the effect of a unit of each. If the joints share one degree of
+    freedom all take the same part of their bounds; else a linear programme tells the parts.
     """
     bound = np.maximum(bound, LEAST_BOUND)
     arms = g * bound[..., None]
@@ -368,7 +365,10 @@ def least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArr
 
 
 def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Parts (block,) of bounds that move as some do, `ways` (block, motions), by the least one."""
+    """Parts (block,) of bounds with the effect of `part`, the largest of which is least.
+
+    `ways` (block, motions) and `sizes` are of the singular value decomposition.
+    """
     arms = ways[:, sizes > COUPLED * sizes[0]].T
     count, whole = len(part), arms @ part
     within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
@@ -380,12 +380,12 @@ def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> Flo
 
 
 STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
-HELD_STILL = 1e-5  # likewise, of a joint that is held: by how much steps err there, and more
+HELD_STILL = 1e-5  # likewise, of a joint that is held: more than the error of steps there
 NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
-AT_BOUND = 1e-6  # of a bound: friction so near to it slides with that which reaches it
-DRIVEN = 1e-12  # of the row of a joint: less of an independent coordinate is rounding
-MOST_ROUNDS, SEARCH_ROUNDING = 100, 1e-13  # in search for friction by forces that depend on it
-FEW_ROUNDS = 8  # likewise, where each tells some digits more
+AT_BOUND = 1e-6  # of a bound: a joint so near to it slides as soon as another reaches its own
+DRIVEN = 1e-12  # of the largest entry of a joint's row: smaller entries are rounding
+MOST_ROUNDS, SEARCH_ROUNDING = 100, 1e-13  # of the iteration for friction and forces in joints
+FEW_ROUNDS = 8  # likewise, where each round adds some digits
 
 
 class LockedError(Sendable, ArithmeticError):
@@ -402,9 +402,10 @@ class LockedError(Sendable, ArithmeticError):
 class _Known(NamedTuple):
     """All joints at instants (n,), with what T does.
 
-    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations that no T gives, and
-    `mobility` (n, joints, joints) those by a unit of each T; `rate` and `place` are of joints. R
-    are `felt` (n, joints, 2) without T, and `by` (n, joints, joints, 2) a unit of each, the last.
+    `free` (n, joints, independent) is g; `away` (n, joints) are accelerations without T, and
+    `mobility` (n, joints, joints) those by a unit of each T; `rate` and `place` are of joints. The
+    forces R are `felt` (n, joints, 2) without T, and `by` (n, joints, joints, 2) by a unit of each
+    T, which the last axis but one counts.
     """
 
     free: FloatArray
@@ -417,7 +418,7 @@ class _Known(NamedTuple):
 
 
 class JointFrictions:
-    """Those of a layout: which way (joints,) each slides, +1 or -1; 0 where it rests."""
+    """Friction in a layout's joints: `way` (joints,) is 0 of a joint at rest, else 1 or -1."""
 
     def __init__(
         self, layout: TreeLayout, frictions: tuple[JointFriction, ...], coordinates: TreeCoordinates
@@ -437,9 +438,9 @@ class JointFrictions:
         closing = [joint.name for joint in layout.closures]
         self._closing = {k: closing.index(name) for name, k in sharing.items() if name in closing}
         self.way = np.zeros(count)
-        self.side = np.ones(count)  # of a slide, on which its force presses
+        self.side = np.ones(count)  # sign of a slide's force across its line
         self._place = np.full(count, np.nan)  # where joints rest
-        self.since = np.zeros(count)  # speed with which each left its rest: what steps err there
+        self.since = np.zeros(count)  # speed with which each left its rest: the error of steps
         self.stopped: int | None = None  # number of the joint that has just come to rest
 
     @property
@@ -459,7 +460,7 @@ class JointFrictions:
         return ~np.asarray(self._free(state).any(axis=-1))
 
     def _free(self, state: TreeState) -> FloatArray:
-        """Return g (..., joints, independent); of what a drive prescribes without rounding: 0."""
+        """Return g (..., joints, independent), exactly 0 for joints that a drive prescribes."""
         free = self.rows @ state.transform.matrix
         largest = np.abs(self.rows).max(axis=1, initial=0.0)[:, None]
         return np.asarray(np.where(np.abs(free) > DRIVEN * largest, free, 0.0))
@@ -486,9 +487,9 @@ class JointFrictions:
         return _Known(free, away, mobility, *places, felt[:, 0], by)
 
     def _force(self, state: TreeState, excess: FloatArray) -> FloatArray:
-        """Forces R (n, k, joints, 2) by what accelerations leave of the forces (n, k, links).
+        """Forces R (n, k, joints, 2) by the constraint forces `excess` (n, k, links).
 
-        Of a pin both components, in axes of its own; of a slide that across its line alone.
+        A pin has both components, in its axes; a slide only the one across its line.
         """
         total = np.zeros((*excess.shape[:2], len(self.all), 2))
         if isinstance(self._coordinates, ClosedCoordinates):
@@ -530,22 +531,22 @@ class JointFrictions:
                 bound = self._bound(known, torque)
         felt = _felt(known, torque)
         rests = np.broadcast_to(self.way == 0, torque.shape)
-        told = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
+        friction = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
         whole = kept.force + torque @ self.rows
         free = at.force + (torque[:, None] @ known.free)[:, 0]
-        return at._replace(force=free, kept=kept._replace(force=whole, friction=told))
+        return at._replace(force=free, kept=kept._replace(force=whole, friction=friction))
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
         felt = np.linalg.norm(_felt(known, torque), axis=-1)
         return np.asarray(self._constant + self._share * felt)
 
     def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
-        """T (n, moving) of joints that slide, by Newton's method: bounds and T follow each other.
+        """T (n, moving) of joints that slide, by Newton's method, since bounds depend on T.
 
-        R are `known` (n, moving, 2) without them, and `by` (n, moving, moving, 2) a unit of each.
+        R are `known` (n, moving, 2) without T, and `by` (n, moving, moving, 2) by a unit of each.
         """
         share, way, side = self._share[which], self.way[which], self.side[which]
-        self._require_one(share, by, which)
+        self._require_unique(share, by, which)
         of_slide = np.stack([side, np.zeros(len(side))], axis=-1)
         braked = np.tile(-way * self._constant[which], (len(known), 1))
         for _ in range(MOST_ROUNDS):
@@ -560,8 +561,8 @@ class JointFrictions:
                 return braked
         raise LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
 
-    def _require_one(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
-        """Require that bounds grow by less than T does, in whatever units."""
+    def _require_unique(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
+        """Require that bounds grow more slowly than T, in whatever units: then T is unique."""
         grown = share[:, None] * np.linalg.norm(by, axis=-1)
         if not share.any() or np.abs(np.linalg.eigvals(grown)).max(initial=0.0) < 1:
             return
@@ -569,7 +570,7 @@ class JointFrictions:
         raise LockedError(self.all[which[worst]].name)
 
     def projector(self, at: Evaluation) -> Projector | None:
-        """What the joints that rest let through at one state; None if none does."""
+        """Projector of forces past the joints that rest, at one state; None if none rests."""
         held = self.held
         if not len(held):
             return None
@@ -587,18 +588,18 @@ class JointFrictions:
             LockedError: friction by the forces in joints has no answer, or more than one.
 
         """
-        before, known, every = self.way, self._look(at), np.arange(len(self.all))
-        self._require_one(self._share, known.by, every)
+        before, known, joints = self.way, self._look(at), np.arange(len(self.all))
+        self._require_unique(self._share, known.by, joints)
         rate = known.rate[0]
         still = np.abs(rate) <= np.where(before == 0, HELD_STILL, STILL)
-        still |= every == self.stopped
+        still |= joints == self.stopped
         way = np.where(still, 0.0, np.sign(rate))
         driven = self.driven(at.kept.state.pick(0))
         by_drives = at.kept.state.b[0]
         given = self.rows @ by_drives
         pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
-        resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(every)))
+        resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(joints)))
         for _ in range(MOST_ROUNDS):
             bound = self._bound(known, torque)
             limits = -way * bound

@@ -204,22 +204,22 @@ class Points:
     def __init__(self, layout: TreeLayout, anchors: Sequence[Anchor]) -> None:
         places = [layout.place(anchor) for anchor in anchors]
         self.links = np.array([link for link, _, _ in places], dtype=int)  # -1: the ground
-        self._own = np.array([complex(x, y) for _, x, y in places])
+        self._arms = np.array([complex(x, y) for _, x, y in places])
 
     def places(self, at: Places) -> ComplexArray:
         """Return the points (..., points)."""
-        arms = at.axis.take(self.links, axis=-1) * self._own
+        arms = at.axis.take(self.links, axis=-1) * self._arms
         return np.asarray(at.origin.take(self.links, axis=-1) + arms)
 
     def rates(self, at: Places, rates: Rates) -> ComplexArray:
         """First derivatives (..., points)."""
-        turned = (rates.spin * at.axis).take(self.links, axis=-1) * self._own
+        turned = (rates.spin * at.axis).take(self.links, axis=-1) * self._arms
         return np.asarray(rates.origin.take(self.links, axis=-1) + turned)
 
     def bends(self, at: Places, rates: Rates, bends: Rates) -> ComplexArray:
         """Second derivatives (..., points)."""
         turned = ((bends.spin - rates.angle**2) * at.axis).take(self.links, axis=-1)
-        return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._own)
+        return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._arms)
 
 
 def poses(moving: Moving) -> Poses:

@@ -1,9 +1,9 @@
-"""The tree as one Exudyn item: mass matrix and forces come from it, reduced to free coordinates.
+"""The tree as one Exudyn item, whose mass matrix and forces are reduced to free coordinates.
 
-Exudyn evaluates the tree's mass matrix, its inertial forces, springs, dampers and weight; here
-those coordinates that motors, slots and loops tie to others are eliminated: with
-``x'' = T z'' + b`` the independent coordinates z obey ``T^T M T z'' = T^T (f - M b)``, and what is
-left over in the other rows are the constraint forces, those of motors, slots and loops.
+Exudyn evaluates the tree's mass matrix, its inertial forces, springs, dampers and weight. Here the
+coordinates that motors, slots and loops tie to others are eliminated. With ``x'' = T z'' + b`` the
+independent coordinates z obey ``T^T M T z'' = T^T (f - M b)``. The residual ``M x'' - f`` of the
+full equations is the constraint forces of motors, slots and loops.
 """
 
 from __future__ import annotations
@@ -59,19 +59,19 @@ States = Callable[[FloatArray, FloatArray, FloatArray], TreeState]
 
 
 class TreeForces(NamedTuple):
-    """What Exudyn says of the tree at one instant, or at several: then with one axis more."""
+    """Mass matrix and forces of the tree at one instant, or at several: then with one axis more."""
 
     t: FloatArray
     state: TreeState
     mass: FloatArray  # (links, links)
     force: FloatArray  # (links,)
     pushes: FloatArray  # (contacts and pairs, 2): pressing force, N, and the power it takes, W
-    friction: FloatArray  # (joints, 4): torque or force of friction, bound, press, if it rests
-    push: ContactPush | None  # what contacts and pairs of link and guide do that press
+    friction: FloatArray  # (joints, 4): torque or force of friction, bound, press, 1 if it rests
+    push: ContactPush | None  # of the contacts and pairs of link and guide that press
     supply: FloatArray  # power of torques and forces, W
 
     def pick(self, which: Which) -> TreeForces:
-        """Return one of several instants, or some of them: see `coordinates.TreeState`."""
+        """Return the forces at one of several instants, or at some: see `coordinates.TreeState`."""
         return TreeForces._make(picked(column, which) for column in self)
 
 
@@ -85,7 +85,7 @@ class MinimalModel:
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
-        # Parts may turn about any point that is referred to: no single one tells of an angle.
+        # Parts may turn about any point that is referred to: an angle can move every one of them.
         outlines = [((0.0, 0.0), *part.points) for part in mechanism.parts]
         self._points = Points(
             layout, [Anchor(i, *at) for i, all_of in enumerate(outlines) for at in all_of]
@@ -151,7 +151,7 @@ class MinimalModel:
     # --- coordinates --------------------------------------------------------------------------
 
     def state(self, t: float, z: FloatArray, v: FloatArray) -> TreeState:
-        """All coordinates, speeds, and accelerations but for those of the independent ones."""
+        """All coordinates and speeds, and the accelerations b without those of independent ones."""
         return self.states(np.array([t]), z[None], v[None]).pick(0)
 
     def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
@@ -163,13 +163,15 @@ class MinimalModel:
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force of the independent coordinates."""
         states = self.coordinates.states
-        return self._found(states, np.array([t]), q[None], v[None]).pick(0)
+        return self._evaluation(states, np.array([t]), q[None], v[None]).pick(0)
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """As `evaluate`, at the stages (n,) of a step that is tried."""
-        return self._found(self.coordinates.states_at_stages, t, q, v)
+        return self._evaluation(self.coordinates.states_at_stages, t, q, v)
 
-    def _found(self, states: States, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+    def _evaluation(
+        self, states: States, t: FloatArray, q: FloatArray, v: FloatArray
+    ) -> Evaluation:
         t = self.window.all_inside(t)
         try:
             return self.forces_at(t, states(t, q, v))
@@ -201,9 +203,9 @@ class MinimalModel:
             push = acting.push(self.kinematics.moving(state.x, state.v), approach)
             force += push.force
             pushes[:, acting.which, 0], pushes[:, acting.which, 1] = push.press, push.power
-            touching = np.empty((len(t), acting.of_scene, 2))
-            touching[..., 0] = push.look.gap[:, : acting.of_scene]
-            touching[..., 1] = push.look.gap_rate[:, : acting.of_scene]
+            touching = np.empty((len(t), acting.scene_count, 2))
+            touching[..., 0] = push.look.gap[:, : acting.scene_count]
+            touching[..., 1] = push.look.gap_rate[:, : acting.scene_count]
         rubbed = np.zeros((len(t), len(self.frictions.all), 4))
         kept = TreeForces(t, state, mass, force, pushes, rubbed, push, supply)
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
@@ -226,15 +228,16 @@ class MinimalModel:
         return mass, force
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Springs, dampers, loads, walls, friction, round contacts, and what rigid ones hold.
+        """Stiffness and damping matrix of springs, dampers, loads, walls, friction, round contacts.
 
-        What else turns with the mechanism is left to the iteration.
+        Rigid contacts, and joints that rest, hold part of them. Other slopes, as of directions that
+        turn with the mechanism, are left to the iteration.
         """
         giving, projector = self._giving(at), self._projector(at)
         return giving if projector is None else projector.slopes(*giving)
 
     def _projector(self, at: Evaluation) -> Projector | None:
-        """What closed gaps, or joints that rest, let through; the loader refuses both together."""
+        """Projector past closed gaps, or joints that rest; the loader refuses both together."""
         return self.frictions.projector(at) if self.frictions.all else self.rigid.projector(at)
 
     def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
@@ -268,15 +271,15 @@ class MinimalModel:
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
         acting, push = self.contacts.acting(self.touches.pressing), at.kept.push
-        if acting is None or not acting.of_scene:
+        if acting is None or not acting.scene_count:
             return None
         state: TreeState = at.kept.state
-        rows = state.transform.reduced_rows(push.rows.across[: acting.of_scene])
+        rows = state.transform.reduced_rows(push.rows.across[: acting.scene_count])
         # Closed gaps let a force through to the same motions by which they let a gap open.
         projector = self._projector(at)
         rows = rows if projector is None else rows @ projector.free.T
-        which = acting.which[: acting.of_scene]
-        return rows, press_by(acting.laws[: acting.of_scene], self.touches.approach[which])
+        which = acting.which[: acting.scene_count]
+        return rows, press_by(acting.laws[: acting.scene_count], self.touches.approach[which])
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move any point, at most."""

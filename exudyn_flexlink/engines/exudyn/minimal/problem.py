@@ -44,12 +44,12 @@ GIVE_WAY = "a law with stiffness"
 NO_HELD_SPEED = ", or a torque in place of a drive that holds a speed"
 
 
-class _Looked(NamedTuple):
+class _StepStates(NamedTuple):
     """A step, all coordinates at its end, and those at its `TreeRecorder.instants`."""
 
     step: Step
     end: TreeState
-    found: TreeState
+    at_instants: TreeState
 
 
 @dataclass
@@ -69,7 +69,7 @@ class MinimalProblem:
     reached: bool = False
     stop_reason: str = ""
     stop_advice: str = ""
-    _looked: _Looked | None = None  # the last step looked at
+    _states: _StepStates | None = None  # the last step looked at
     _first: float = inf  # s: limit of the first step after a contact has closed
     _jumped: bool = False  # a contact's force, or speeds, where the last step ended
 
@@ -180,15 +180,15 @@ class MinimalProblem:
             self.stop_reason = self.bounds.passed(-gaps * pressed)
             self.stop_advice = TOO_DEEP_ADVICE
 
-    def _look(self, step: Step) -> _Looked:
+    def _look(self, step: Step) -> _StepStates:
         """All coordinates at the end of a step, and within it."""
-        if self._looked is None or self._looked.step is not step:
+        if self._states is None or self._states.step is not step:
             times = self.recorder.instants(step)
             q, v = step.at(times)
             q[-1], v[-1] = step.finish.q, step.finish.v
             states = self.model.states(times, q, v)
-            self._looked = _Looked(step, states.pick(-1), states)
-        return self._looked
+            self._states = _StepStates(step, states.pick(-1), states)
+        return self._states
 
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from."""
@@ -278,9 +278,9 @@ class MinimalProblem:
         now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
         self.model.touches.change(k, what, now)
 
-    def change_walls(self, time: float, there: int | None = None) -> None:
-        """Let all pairs that do so at an event of `there` begin or cease to press."""
-        for k in self.finder.changed_pairs(time, there):
+    def change_walls(self, time: float, contact: int | None = None) -> None:
+        """Let all pairs that do so at an event of this `contact` begin or cease to press."""
+        for k in self.finder.changed_pairs(time, contact):
             touch = self.finder.touch(k)
             what = self.model.touches.crossing(k, touch.gap, touch.inside)
             self.change(time, k, what, touch)
@@ -341,11 +341,11 @@ class ContactGuard(Guard):
         touch = finder.touch_at(k, self.problem.end_of(step))
         slid = contacts.left_since(k, touch) if finder.presses(k) else 0.0
         beside = touch.inside < 0 or touch.gap_rate == 0
-        if slid or beside or self._force_tells() or meets(touch, step.end):
+        if slid or beside or self._force_decides() or meets(touch, step.end):
             return slid
         return touch.gap / touch.gap_rate
 
-    def _force_tells(self) -> bool:
+    def _force_decides(self) -> bool:
         """Tell that the instant is that of a force, which begins at zero, or ends there.
 
         The force of a law begins at zero, however near that instant is. A reaction tells by itself

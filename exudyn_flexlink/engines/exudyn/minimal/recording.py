@@ -1,11 +1,11 @@
-"""The recorder of trees: what is known at steps' nodes and samples, found for many steps together.
+"""The recorder of trees, which evaluates the nodes and samples of many steps together.
 
-Samples lie on the polynomial between steps; accelerations and reactions there follow from the
-equations of motion, since derivatives of the polynomial are of a lower order, which a force shows
-that is small beside those it balances.
+Samples lie on the step's polynomial. Accelerations and reactions there follow from the equations of
+motion: derivatives of the polynomial have a lower order, and a small force, which is the difference
+of large ones, would show that.
 
-No error keeps steps short in which drives decide on everything, or prescribe motions by formulas:
-such steps count as several, which end at samples, for what is summed up or looked for within.
+No error limits a step in which drives prescribe all motion, or motions by formulas. For sums and
+extremes such a step counts as several, which end at its samples.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Ramp
 
 MOST_PARTS = 128  # of a step that is cut at its samples
-MOST_INSTANTS = 512  # that wait: more take memory, and little less time
+MOST_INSTANTS = 512  # that wait: more take more memory, and hardly save time
 
 
 class TreeKept(NamedTuple):
@@ -62,8 +62,8 @@ class TreeRecorder(BlockRecorder):
         mechanism = model.assembly.mechanism
         super().__init__(mechanism, grid, seeker, model.touches)
         self.model = model
-        # How far a motor turns within a step is limited where anything is solved for: that is
-        # enough for a constant speed and its ramp, but a motion may shake a little, fast.
+        # If anything is solved for, the limit of a motor's turn within a step is enough for
+        # constant speeds and ramps. Other motions may shake fast, though by little.
         self._shaken = any(not isinstance(m.speed, Ramp) for m, _ in model.layout.motors.values())
         self._waiting: list[_Waiting] = []
         names = [point.slot.name for point in model.coordinates.points]
@@ -81,9 +81,9 @@ class TreeRecorder(BlockRecorder):
     # --- steps --------------------------------------------------------------------------------
 
     def instants(self, step: Step) -> FloatArray:
-        """Instants (n,) in the last step tried, s, at which it has to be known, the last its end.
+        """Instants (n,) in the last step tried, s, that are evaluated; the last one is its end.
 
-        Samples that it would have on a dead centre are left out, but for that of the run's end.
+        Samples on a dead centre are left out, except that of the run's end.
         """
         last = min(self._until(step.end), len(self.grid) - 1)
         wanted = self.grid[self._next : last]
@@ -126,7 +126,7 @@ class TreeRecorder(BlockRecorder):
         for step in (wait.step for wait in waiting):
             begin = step.begin.pick(None)
             evaluations += [begin, step.stages]
-            # At the stages those of the polynomial: so energies are balanced as the motion is.
+            # At the stages those of the polynomial: energies are then balanced as the motion is.
             free += [begin.accelerations, step.accelerations]
         state = joined([wait.states for wait in waiting])
         t = np.concatenate([wait.t for wait in waiting])
@@ -138,13 +138,13 @@ class TreeRecorder(BlockRecorder):
         whole: Evaluation = joined(evaluations)
         known = self._known(whole, np.concatenate(free))
         rates, steps, ends = self._rates(whole, known), _steps(waiting), state.pick(last)
-        # What is kept of the ends of steps are accelerations and forces of the equations, too.
+        # At ends of steps, too, accelerations and forces are those of the equations.
         rows = steps.nodes[:, -1]
         solved = whole.pick(rows)
-        for column, found_there in zip(
+        for column, values in zip(
             known.of_engine, self._known(solved, solved.accelerations).of_engine, strict=True
         ):
-            column[rows] = found_there
+            column[rows] = values
         # The last round of a step's iteration moved its end away from the last stage.
         at = known.pick(rows)
         which = np.cumsum([len(wait.edges) - 1 for wait in waiting]) - 1
@@ -158,7 +158,7 @@ class TreeRecorder(BlockRecorder):
     # --- what is known ------------------------------------------------------------------------
 
     def _known(self, at: Evaluation, free: FloatArray) -> Kept:
-        """What is known at instants, but for the totals, with accelerations (m, independent)."""
+        """Rows of the record at instants, without totals, by accelerations (m, independent)."""
         whole: TreeForces = at.kept
         state, count = whole.state, len(whole.t)
         a = state.b + state.transform.expanded(free)
@@ -195,9 +195,9 @@ class TreeRecorder(BlockRecorder):
 
 
 def _steps(waiting: list[_Waiting]) -> Steps:
-    """Number the nodes of steps, and of parts of those that are cut, and the samples in them.
+    """Number the nodes and samples of steps; a step that is cut counts as several.
 
-    Known are starts and stages of all steps, and then the instants within them but for their ends.
+    Rows are first the starts and stages of all steps, then the instants within them, without ends.
     """
     begins, lengths, nodes, samples, of = [], [], [], [], []
     count, row = 0, len(waiting) * len(ROWS)
@@ -211,7 +211,7 @@ def _steps(waiting: list[_Waiting]) -> Steps:
         lengths.append(np.diff(wait.edges) if parts > 1 else np.array([wait.step.h]))
         nodes.append(nodes_of)
         samples.append(inner)
-        # A sample where one part ends is in that one.
+        # A sample at the end of a part belongs to that part.
         part = np.searchsorted(wait.edges[1:-1], wait.t[: wait.samples])
         of.append(count + part)
         count, row = count + parts, row + len(wait.t) - 1

@@ -123,7 +123,7 @@ def _of_closures(
     coordinates = model.coordinates
     assert isinstance(coordinates, ClosedCoordinates)
     closures, motors = coordinates.closures, model.layout.motors
-    at = closures.where_on(x, _track(coordinates, places))
+    at = closures.configuration_on(x, _track(coordinates, places))
     multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
     reactions = Reactions()
     reactions.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}

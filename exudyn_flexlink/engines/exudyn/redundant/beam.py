@@ -152,9 +152,9 @@ class CubicBeam:
         return np.asarray(self.elastic.mass * (rows.T * spread) @ rows)
 
 
-def cross(one: FloatArray, other: FloatArray) -> FloatArray:
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Cross product of plane vectors (..., 2)."""
-    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def _hermite(x: FloatArray, length: float, derivative: int) -> FloatArray:

@@ -157,7 +157,7 @@ class BeamCoordinates(Coordinates):
         self, q: FloatArray, v: FloatArray, places: FloatArray, time: float
     ) -> FloatArray:
         """Accelerations without what bends beams: it is nothing at time 0, and never jumps."""
-        poses, rates = self._at_one(q, v)
+        poses, rates = self._at_state(q, v)
         spread = self._spread(q)
         forces = spread.T @ applied_forces(self.mechanism, poses, rates, time)
         for beam in self._beams:
@@ -184,12 +184,12 @@ class BeamCoordinates(Coordinates):
 
     def _joints(self, q: FloatArray, places: FloatArray) -> FloatArray:
         """Jacobian of all joints and motors, (rows, coordinates)."""
-        poses, _ = self._at_one(q, q)
+        poses, _ = self._at_state(q, q)
         joints = constraints_at(self.mechanism, poses, places)
         return joints.jacobian() @ self._spread(q)
 
     def _mass(self, q: FloatArray) -> FloatArray:
-        poses, _ = self._at_one(q, q)
+        poses, _ = self._at_state(q, q)
         spread = self._spread(q)
         rows = spread.reshape(-1, 3, len(q))
         mass = np.einsum("pik,pij,pjl->kl", rows, mass_blocks(self.mechanism, poses), rows)
@@ -214,7 +214,7 @@ class BeamCoordinates(Coordinates):
     def half_period(self, contact: Contact | Channel) -> float:
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
         assert not isinstance(contact.law, Impulse)  # refused
-        poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
+        poses, spread = self._at_state(self._q, self._v)[0], self._spread(self._q)
         moving, _ = self._moving(self._q, self.assembly.state.places)
         first, second = (
             max(_mobility(moving, anchor_jacobian(anchor, poses) @ spread) for anchor in each)
@@ -242,7 +242,7 @@ class BeamCoordinates(Coordinates):
             rates[end], rates[end + 1] = v[last], v[last + 1]
         return poses, rates
 
-    def _at_one(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _at_state(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         poses, rates = self.at_joints(q[None], v[None])
         return poses[0], rates[0]
 

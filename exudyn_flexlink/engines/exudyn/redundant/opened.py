@@ -1,4 +1,4 @@
-"""The door for users: a scene as an Exudyn system of their own. Nothing in the program uses it."""
+"""A scene as an Exudyn system for users to work on; nothing in the program uses it."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class ExudynSystem:
     """A scene as Exudyn's items, assembled: `SC`, `mbs`, and item numbers by the scene's names.
 
     SI units; coordinates of a rigid body's node are x, y and angle, without reference values.
-    `accelerations` (coordinates,) are those at time 0 of the scene alone. Exudyn's own leave out
-    what depends on time alone; with ``computeInitialAccelerations = False`` set these::
+    `accelerations` (coordinates,) are those of the scene at time 0. Exudyn's own leave out what
+    depends on time alone; so give it these, with ``computeInitialAccelerations = False``::
 
         mbs.systemData.SetODE2Coordinates_tt(system.accelerations, exu.ConfigurationType.Initial)
 
-    `not_followed` says what of the scene does not happen by itself when Exudyn solves alone: the
-    program does it between steps. Items of one's own need another ``mbs.Assemble()``.
+    `not_followed` says what of the scene is missing when Exudyn solves alone: the program does it
+    between steps. If you add items, call ``mbs.Assemble()`` again.
     """
 
     SC: Any
@@ -41,8 +41,8 @@ class ExudynSystem:
     title: str
     bodies: Numbers  # objects: one of a rigid body, of a flexible one those of its rods or elements
     nodes: Numbers
-    joints: Numbers  # objects; of a slot one for each kind of piece, of which one is active
-    springs: Numbers  # objects; here and at joints, hinges are called 'link hinge 1'
+    joints: Numbers  # objects; a slot has one for each kind of piece, of which one is active
+    springs: Numbers  # objects; hinges have names as 'link hinge 1', here and in `joints`
     motors: Numbers  # objects of drives that prescribe a motion
     contacts: Numbers  # objects: of contacts, and of joints with play
     loads: Numbers  # loads of drives by torque or force
@@ -73,8 +73,8 @@ def opened(scene: Scene) -> ExudynSystem:
     """Build and assemble a scene, in redundant coordinates, or with beams if it asks for them.
 
     Raises:
-        NotRepresentableError: of what Exudyn's own solver does not know, and of a slot whose curve
-            has laps; it tells the line.
+        NotRepresentableError: Exudyn's own solver lacks something, or a slot's curve has laps; the
+            message names the line.
         SceneError: the scene can't be put together.
 
     """
@@ -87,7 +87,8 @@ def opened(scene: Scene) -> ExudynSystem:
         system, slots, contacts = built(scene, assembly, [])
     except NotRepresentableError as error:
         raise NotRepresentableError(error.path, error.message + _where(scene, error)) from None
-    # The functions that Exudyn calls must live as long as `mbs`, also where that alone is kept.
+    # Exudyn calls functions of these objects: they must live as long as `mbs`, even if the user
+    # keeps nothing else.
     system.mbs.variables[__name__] = system, slots, contacts
     points = _points(system)
     system.mbs.Assemble()
@@ -116,7 +117,7 @@ def _where(scene: Scene, error: NotRepresentableError) -> str:
 
 
 def _points(system: System) -> dict[str, tuple[int, ...]]:
-    """Add markers of all points but those within beams."""
+    """Add markers of all points, except those within beams."""
     ends = {end for beam in system.beams for end in (beam.start, beam.end)}
     return {
         name: (system.point_marker(anchor),)
@@ -133,7 +134,7 @@ def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int
 
 def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:
     welds = {weld.name for weld in system.mechanism.welds}
-    # What holds the angle of a weld is the object behind its pin.
+    # A weld is two objects: its pin, and the next one, which holds the angle.
     markers = {n: (i, i + 1) if n in welds else (i,) for n, i in system.joints.items()}
     return markers | {each.slot.name: tuple(dict.fromkeys(each.item_of_piece)) for each in slots}
 
@@ -149,7 +150,7 @@ def _contacts(contacts: Contacts) -> dict[str, tuple[int, ...]]:
 def _not_followed(
     scene: Scene, mechanism: Mechanism, slots: Sequence[SlotItems], contacts: Contacts
 ) -> list[str]:
-    """What the stepping of a run does between steps of the solver; see `stepping`."""
+    """What a run does between steps of the solver, which Exudyn alone does not; see `stepping`."""
     reasons = [f"slot '{slot.slot.name}': {why}" for slot in slots for why in _of_slot(slot)]
     if pressing := ", ".join(_contacts(contacts)):
         reasons.append(

@@ -144,10 +144,10 @@ class _RunReader:
 
     def _shortened(self) -> Iterator[str]:
         contacts = self.prepared.loop.contacts
-        every = [
+        durations = [
             (contact.resolution.half_period, contact.resolution.step) for contact in contacts.all
         ]
-        touched = every if contacts.touches.ever else []
+        touched = durations if contacts.touches.ever else []
         return shortened(self.prepared.scene.accuracy.step, touched)
 
     def _creeping(self) -> Iterator[str]:

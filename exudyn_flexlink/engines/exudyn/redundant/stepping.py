@@ -221,7 +221,7 @@ class Loop:
         self.steps += 1
         self.largest = max(self.largest, now.step)
         self.smallest = min(self.smallest, now.step)
-        self.progress.tell(now.time)
+        self.progress.update(now.time)
 
     def _cut(self, now: StepEnd, step: float) -> float:
         """Shorten a step so that whatever happens next happens at its end."""

@@ -363,12 +363,12 @@ def _add_speed_motor(system: System, motor: Motor) -> int:
     start, prescribed = float(motor_place(motor, system.assembly.state.q)), motor.speed
 
     def place(_mbs: Any, time: float, _item: int, six: Any) -> Any:
-        return told(start + prescribed.integral(system.window.inside(time)), six)
+        return offset(start + prescribed.integral(system.window.inside(time)), six)
 
     def speed(_mbs: Any, time: float, _item: int, six: Any) -> Any:
-        return told(prescribed.at(system.window.inside(time)), six)
+        return offset(prescribed.at(system.window.inside(time)), six)
 
-    def told(value: float, six: Any) -> Any:
+    def offset(value: float, six: Any) -> Any:
         return [value, *six[1:]] if motor.slide else value
 
     functions = {"offsetUserFunction": place, "offsetUserFunction_t": speed}
