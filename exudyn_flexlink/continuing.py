@@ -1,11 +1,9 @@
-"""A scene that goes on from where a run was.
+"""Scenes that continue a run from one of its instants, and one result of a run and its sequel.
 
-The state of a mechanism is where its parts are and how fast they move, in which lap the points in
-slots are, and what time it is for its drives. A contact that presses has begun, too: when, where,
-and how fast, which some laws ask for (see `laws`), and under an impulse law that it lasts. So a run
-goes on from instants at which nothing presses.
-
-One result of a run and of another that goes on from its end.
+The state of a mechanism is the poses and velocities of its parts, the laps of points in slots, and
+the time of its drives. A contact that presses has more: when, where and how fast its touch began,
+which some laws ask for (see `laws`), and under an impulse law that it lasts. So a run can be
+continued only from instants at which nothing presses.
 """
 
 from __future__ import annotations
@@ -32,7 +30,7 @@ from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodi
 from exudyn_flexlink.result import Checks, FrictionHistory, Result, later
 from exudyn_flexlink.scene import FrozenMapping, Initial, Run, Scene, Spring
 
-BESIDE = 1e-6  # of a curve's size: so near its seam, rounding decides on the side
+BESIDE = 1e-6  # of a curve's size: nearer to its seam, rounding decides on the side
 DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
 
 
@@ -43,9 +41,9 @@ class CannotContinueError(ValueError):
 def continued(result: Result, at: float | None = None) -> Scene:
     """Return the scene that begins with the state of a run at its sample next to `at` (s).
 
-    Left out, `at` is the end. All else stays: accuracy, and how long it runs. Times of its runs
-    count from its own begin, which drives know as ``initial.clock``; springs that were at rest as
-    assembled stay at rest there.
+    Left out, `at` is the end. All else stays, such as accuracy and duration. Times of the new run
+    begin at 0; drives know the time before it by ``initial.clock``. Springs that rest in the
+    assembled position keep that rest position.
 
     Raises:
         CannotContinueError: something presses at that instant, or it is not in the run.
@@ -75,8 +73,8 @@ def continued(result: Result, at: float | None = None) -> Scene:
 def moved(scene: Scene, state: FloatArray) -> Scene:
     """Return a scene that goes on, from `continued`, with another state (parts, 6) at that time.
 
-    Parts move as little as joints and drives demand: what a drive prescribes stays as it was, for
-    a neighbour that were ahead of its drive would stay ahead for ever.
+    Parts move from it as little as joints and drives demand. Prescribed angles and lengths stay as
+    they were: a state ahead of its drive would stay ahead for ever.
 
     Raises:
         CannotAssembleError: the joints do not close near that state.
@@ -98,7 +96,7 @@ def moved(scene: Scene, state: FloatArray) -> Scene:
 def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
     """Laps of slots on curves with laps, at coordinates near those of the assembly.
 
-    A point just behind the place where a lap begins is at the end of the lap before.
+    A point just before the begin of a lap is at the end of the lap before.
     """
     laps_near, state = {}, assembly.state
     slots = zip(assembly.mechanism.slots, state.places.tolist(), state.laps, strict=True)
@@ -135,7 +133,7 @@ def free_spans(result: Result) -> FloatArray:
 
 
 def _require_free(result: Result, time: float) -> None:
-    """Refuse an instant at which something presses; begins and ends of touches count as such."""
+    """Refuse an instant at which something presses; begins and ends of touches are such, too."""
     pressing = [
         name
         for name, interval in result.intervals.items()
@@ -152,18 +150,18 @@ def _require_free(result: Result, time: float) -> None:
 
 
 def _span_text(begin: float, end: float) -> str:
-    """Tell a span (s) by so many digits that its two ends differ."""
+    """Text of a span (s), with so many digits that its two ends differ."""
     texts = ((f"{begin:.{digits}g}", f"{end:.{digits}g}") for digits in range(6, 18))
     first, last = next(pair for pair in texts if pair[0] != pair[1])
     return f"from {first} to {last} s"
 
 
 class _PointOnLaps:
-    """A slot's point on a curve with laps, in a run up to sample k: in which lap it is there.
+    """The lap of a slot's point on a curve with laps, at sample k of a run.
 
-    Beside the seam rounding decides whether the engine counts it as passed. There the way on which
-    the point came tells which lap begins at this seam. The point is in that lap if it is on the
-    seam or ahead of it, and else in the one before.
+    Near the seam, rounding decides whether the engine counts it as passed. There the direction from
+    which the point came tells which lap begins at this seam. The point is in that lap if it is on
+    the seam or ahead of it, and else in the one before.
     """
 
     def __init__(self, result: Result, assembly: Assembly, number: int, k: int) -> None:
@@ -192,7 +190,7 @@ class _PointOnLaps:
         away = np.flatnonzero(off > self._beside)
         last = float(max(passed, *self._time[-2:-1], 0.0))
         if abs(self._speed()) * (self._time[-1] - last) > 2 * self._beside:
-            # It ran here since the last sample or pass, perhaps from half a lap away.
+            # It came here since the last sample or pass, perhaps from half a lap away.
             came_forwards = self._speed() > 0
         elif len(away):
             came_forwards = bool(ahead[away[-1]] < 0)
@@ -223,10 +221,10 @@ class _PointOnLaps:
 def springs_as_assembled(scene: Scene) -> dict[str, Spring]:
     """Return a scene's springs, all with the angle or length at which they rest.
 
-    What the scene leaves out is as the mechanism is assembled.
+    If the scene leaves that out, it is the one of the assembled mechanism.
     """
     mechanism = assemble_scene(scene).mechanism
-    # Ropes, tables and formulas say it themselves.
+    # Ropes, tables and formulas have it already.
     fields = {
         spring.name: ("rest_angle", spring.rest_angle)
         for spring in mechanism.springs
@@ -248,8 +246,8 @@ SERIES = (
     *("spring_forces", "gear_forces", "gear_torques", "contacts", "bearings", "sleeves"),
     *("energy", "extremes"),
 )
-"""Fields of a result that go on from one run to the next."""
-CLOCK_ROUNDING = 1e-12  # s: of the clock at which a run goes on
+"""Fields of a result that are joined along time."""
+CLOCK_ROUNDING = 1e-12  # s: error of the clock at which a run goes on
 
 
 def joined(first: Result, second: Result) -> Result:
@@ -269,7 +267,7 @@ def joined(first: Result, second: Result) -> Result:
         if m.name in SERIES
     }
     energy, tail = first.energy, second.energy
-    for name in ("stored", "dissipated", "supplied"):  # of a table or a formula: from its start on
+    for name in ("stored", "dissipated", "supplied"):  # which each run may count from its start
         values, more = getattr(energy, name), getattr(tail, name)
         both = np.concatenate([values, values[-1] + (more[1:] - more[0])])
         fields_given["energy"] = replace(fields_given["energy"], **{name: both})
@@ -286,7 +284,7 @@ def joined(first: Result, second: Result) -> Result:
         checks=_checks(first, second),
         warnings=tuple(dict.fromkeys([*first.warnings, *second.warnings])),
         outcome=replace(second.outcome, time=second.outcome.time + end),
-        # What the second run makes of the first one's error nobody measured.
+        # How the first run's error grows in the second was not measured.
         error=first.error if unknown else replace(first.error, stopped=end),
     )
     return replace(whole, scene=first.scene.changed(run=_run(whole)))
@@ -318,9 +316,9 @@ def _require_following(first: Result, second: Result) -> None:
 
 
 def _joined(first: Any, second: Any, variable: Variable | None) -> Any:
-    """Join arrays over time, and columns of touches and extremes, in whatever holds them.
+    """Join arrays over time, and columns of touches and extremes, in mappings and dataclasses.
 
-    The sample at which both meet is that of the first run.
+    The sample at which both runs meet is that of the first.
     """
     if isinstance(first, Mapping):
         return {key: _joined(value, second[key], variable) for key, value in first.items()}
@@ -339,7 +337,7 @@ def _joined(first: Any, second: Any, variable: Variable | None) -> Any:
 
 
 def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> FrictionHistory:
-    """Dry friction of both, which meet at an instant (s): a rest that goes on there is one."""
+    """Dry friction of both runs, which meet at an instant (s); a rest across it counts once."""
     begin = np.concatenate([first.begin, second.begin])
     end = np.concatenate([np.minimum(first.end, at), second.end])
     goes_on = np.flatnonzero((end[:-1] == at) & (begin[1:] == at))
@@ -352,7 +350,7 @@ def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> Frict
 
 
 def _checks(first: Result, second: Result) -> Checks:
-    """Of every step of both; what the balance misses in the first is missed from there on."""
+    """Checks of both runs; the energy that the first one's end misses is missing in the second."""
     missed = abs(float(first.energy.residual[-1])) + second.checks.energy_residual
     both = {
         name: (value, getattr(second.checks, name)) for name, value in vars(first.checks).items()
@@ -364,7 +362,7 @@ def _checks(first: Result, second: Result) -> Checks:
 
 
 def _run(whole: Result) -> Run:
-    """How long both took, as the first one's scene counts it."""
+    """Duration of both runs, in the key that the first one's scene uses."""
     run, end = whole.scene.run, float(whole.time[-1])
     if run.of is not None and (turned := np.ptp(joint_angle(whole, run.of)[[0, -1]])) > 0:
         most = None if run.at_most is None else end

@@ -2,11 +2,10 @@
 
 A force follows from the penetration ``d`` (m, positive inside), its rate ``d'`` (m/s, positive
 while approaching) and the approach speed ``v0`` (m/s) with which this touch began. That speed is
-all the history that is kept: it belongs to the touch, and stays as it is until the touch ends. The
-energy that a contact stores follows from ``d`` alone. That parameters are within their ranges is
-checked where they are read, in the scene.
+all the history that a law needs: it does not change until the touch ends. The energy that a contact
+stores follows from ``d`` alone. The scene checks the ranges of parameters as it reads them.
 
-Restitution of damped contact laws: which factor gives which, and the factors of some authors.
+The restitution of a damped law follows from its factor; `FACTORS` has those of some authors.
 """
 
 from __future__ import annotations
@@ -24,16 +23,16 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 
-ELASTIC = 1e-6  # of a factor: below it closed forms lose more digits than their series leaves out
+ELASTIC = 1e-6  # a factor: below it the series is more exact than closed forms, which lose digits
 BELOW_ONE = 1 - 1e-15
 
 
 def restitution_of(factor: float) -> float:
     """Speed after an impact over speed before, by the factor a of `laws.PowerPenalty`.
 
-    It solves ``a (1 + e) = ln[(1 + a)/(1 - a e)]``: the same penetration is reached from both
-    speeds in the plane of depth and rate (D. W. Marhefka, D. E. Orin, IEEE Trans. Syst. Man Cybern.
-    A 29 (1999) 566). Stiffness, exponent, mass and speed have no part in it.
+    It solves ``a (1 + e) = ln[(1 + a)/(1 - a e)]``: in the plane of depth and rate the same
+    penetration belongs to the speeds before and after (D. W. Marhefka, D. E. Orin, IEEE Trans.
+    Syst. Man Cybern. A 29 (1999) 566). It does not depend on stiffness, exponent, mass and speed.
     """
     if factor < ELASTIC:
         return 1 - 2 * factor / 3
@@ -50,8 +49,8 @@ def _unbalanced(factor: float, restitution: float) -> float:
 
 
 def _exact(restitution: float) -> float:
-    """Factor that returns the restitution asked."""
-    low = 1.5 * (1 - restitution)  # returns more than asked
+    """Factor with which an impact has exactly this restitution."""
+    low = 1.5 * (1 - restitution)  # gives a larger restitution
     high = BELOW_ONE / restitution
     if low < ELASTIC or _unbalanced(high, restitution) <= 0:
         return low if low < ELASTIC else high
@@ -81,13 +80,13 @@ al., Multibody Syst. Dyn. 11 (2004) 209.
 
 Slopes = tuple[FloatArray, FloatArray, FloatArray]
 """Forces (N), and how they rise with penetration (N/m) and with its rate (N s/m)."""
-NEAREST = 1e-3  # to the greatest depth of `LineContact`, as a part of it: from there on it is over
+NEAREST = 1e-3  # of the greatest depth of `LineContact`: a run ends so near to it
 
 
 class GivingWay(ABC):
-    """What gives way: a force of the penetration d, its rate d' and the approach speed v0.
+    """A compliant contact: its force depends on d, d' and the approach speed v0.
 
-    Where it `lets_go`, its touch ends with its force, else with the penetration.
+    If it `lets_go`, a touch ends when the force is zero, else when the penetration is.
     """
 
     lets_go: ClassVar[bool] = False
@@ -96,9 +95,9 @@ class GivingWay(ABC):
     def pressing(
         self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
     ) -> Slopes:
-        """Force and slopes, of one shape; the force goes on smoothly where a touch has ended.
+        """Force and slopes, of one shape.
 
-        That is within a step.
+        Within a step the force goes on smoothly after a touch has ended.
         """
 
     @abstractmethod
@@ -123,7 +122,7 @@ class GivingWay(ABC):
 
     @property
     def exponent(self) -> float:
-        """Power of the penetration, near enough for slopes of friction."""
+        """Approximate power of the penetration, for slopes of friction."""
         return 1.0
 
 
@@ -146,8 +145,8 @@ class RestitutionPenalty(GivingWay):
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
         """Force and slopes, whatever the approach speed.
 
-        With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
-        once it recedes.
+        With e = 0 a mass still leaves, at a few ``v_s``: only while it recedes does the force fade,
+        as ``exp(-2 v/v_s)``.
         """
         d, rising = np.asarray(penetration), np.tanh(np.asarray(rate) / self.transition_speed)
         stiffness = self.elastic + self.lossy * rising
@@ -169,7 +168,7 @@ class RestitutionPenalty(GivingWay):
 
     @property
     def elastic(self) -> float:
-        """Part of the stiffness that gives back what it takes, N/m."""
+        """Conservative part of the stiffness, N/m."""
         return 0.5 * self.stiffness * (1 + self.restitution**2)
 
     @property
@@ -183,11 +182,11 @@ class PowerPenalty(GivingWay):
     """``F = K d^n (1 + (a/v0) d')`` where that is positive, else 0: Hertz's law with damping.
 
     Parameters are ``stiffness`` K (N/m^n, > 0), ``exponent`` n (1 or more), ``factor`` a (0 or
-    more, see `restitution.FACTORS`) and ``transition_speed`` (m/s, > 0), the least v0 that counts:
-    without it a touch that begins softly would be damped without bounds.
+    more, see `FACTORS`) and ``transition_speed`` (m/s, > 0), the least v0 that counts: without it
+    the damping of a slow touch would grow without bounds.
 
-    An impact faster than that returns `restitution`. Its force never turns negative, but it would
-    where something else drags the bodies apart faster than v0/a.
+    A faster impact has the speed ratio `restitution`. The formula is negative only if something
+    else drags the bodies apart faster than v0/a.
     """
 
     stiffness: float
@@ -231,10 +230,10 @@ class PowerPenalty(GivingWay):
 class LineContact(GivingWay):
     """Two cylinders side by side: ``d = q/(pi E) ln(c/q)`` with the load q = F/length, no losses.
 
-    Parameters are ``modulus`` E, both bodies' together (Pa, > 0), ``length`` (m, > 0) and ``bound``
-    c (N/m, > 0), in which Johnson's and Radzimovsky's formulas differ. The depth d grows with the
-    load up to ``c/(pi E exp(1))`` alone: beyond `deepest` a run fails. Steps that are tried there
-    see the tangent.
+    Parameters are ``modulus`` E, that of both bodies together (Pa, > 0), ``length`` (m, > 0) and
+    ``bound`` c (N/m, > 0), in which Johnson's and Radzimovsky's formulas differ. The depth d grows
+    with the load only up to ``c/(pi E exp(1))``: beyond `deepest` a run fails. Trial steps beyond
+    it get the tangent.
     """
 
     modulus: float
@@ -244,7 +243,7 @@ class LineContact(GivingWay):
 
     @property
     def deepest(self) -> float:
-        """Penetration (m) up to which there is a force, but for a thousandth."""
+        """Penetration (m) up to which there is a force, less a thousandth."""
         return (1 - NEAREST) * self.bound / (math.pi * self.modulus * math.e)
 
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
@@ -265,7 +264,7 @@ class LineContact(GivingWay):
         return np.asarray(self.length * load**2 / (2 * math.pi * self.modulus) * (logarithm - 0.5))
 
     def half_period(self, mass: float) -> float:
-        """How long (s) a contact of `mass` (kg) lasts at least, however deep it is."""
+        """Least duration (s) of a contact of `mass` (kg), at any depth."""
         return math.pi * math.sqrt(mass / (math.pi * self.modulus * self.length))
 
     def _logarithm(self, depth: FloatArray) -> FloatArray:
@@ -278,15 +277,15 @@ class LineContact(GivingWay):
 
 @dataclass(frozen=True)
 class SpringDamper(GivingWay):
-    """Spring with a damper that acts on one side and lets go before it would pull (Kelvin-Voigt).
+    """Spring and damper that act on one side, and let go before they would pull (Kelvin-Voigt).
 
     ``F = F_0 + k d + c d'`` while ``d > 0`` and ``F > 0``, else 0: a touch ends where its force
     does (T. Schwager and T. Poeschel, Granular Matter 9 (2007) 465). Without ``F_0``, and with
     ``z = c/(2 sqrt(k m)) < 1``, an impact returns ``exp(-2 z arccos(z)/sqrt(1 - z^2))`` of the
-    speed. What the spring still holds where it lets go is lost.
+    speed. The energy left in the spring when it lets go is lost.
 
-    Parameters are ``stiffness`` k (N/m, > 0), ``damping`` c (N s/m) and ``preload`` F_0 (N); of
-    what turns N m/rad, N m s/rad and N m.
+    Parameters are ``stiffness`` k (N/m, > 0), ``damping`` c (N s/m) and ``preload`` F_0 (N); at
+    hinges in N m/rad, N m s/rad and N m.
     """
 
     stiffness: float
@@ -295,7 +294,7 @@ class SpringDamper(GivingWay):
     lets_go: ClassVar[bool] = True
 
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
-        """Force and slopes, whatever the approach speed: straight on, also where it has let go."""
+        """Force and slopes, whatever the approach speed: linear, also after it has let go."""
         d, rate = np.broadcast_arrays(penetration, rate)
         force = self.preload + self.stiffness * d + self.damping * rate
         return force, np.full(d.shape, self.stiffness), np.full(d.shape, self.damping)
@@ -312,7 +311,7 @@ class SpringDamper(GivingWay):
 
 @dataclass(frozen=True)
 class SpringTable(GivingWay):
-    """As `SpringDamper`, with a force that is straight between rows: `forces` (N) at `depths` (m).
+    """As `SpringDamper`, with `forces` (N) at `depths` (m), and linear interpolation between them.
 
     `depths` begin at 0 and increase; the table ends at the last one.
     """
@@ -323,7 +322,7 @@ class SpringTable(GivingWay):
     lets_go: ClassVar[bool] = True
 
     def piece(self, number: int) -> SpringDamper:
-        """Law between two rows, which goes on straight beyond them."""
+        """Linear law through two rows of the table."""
         (d, after), (force, next_force) = (
             column[number : number + 2] for column in (self.depths, self.forces)
         )
@@ -335,7 +334,7 @@ class SpringTable(GivingWay):
         return min(max(bisect_right(self.depths, penetration) - 1, 0), len(self.depths) - 2)
 
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
-        """Force and slopes, whatever the approach speed: straight on beyond the first row."""
+        """Force and slopes, whatever the approach speed: linear beyond the first and last row."""
         d, rate = np.broadcast_arrays(penetration, rate)
         k, slopes = self._rows(d), np.diff(self.forces) / np.diff(self.depths)
         begin, force = np.take(self.depths, k), np.take(self.forces, k)
@@ -365,7 +364,7 @@ class SpringTable(GivingWay):
 
 
 OneSided = SpringDamper | SpringTable
-"""What lets go before it would pull."""
+"""Laws of contacts that let go before they would pull."""
 Penalty = RestitutionPenalty | PowerPenalty | LineContact | OneSided
 """Laws of contacts that give way."""
 
@@ -388,7 +387,7 @@ class Friction:
 
 @dataclass(frozen=True)
 class Impulse:
-    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); pushing leaves no gap.
+    """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); a closed gap stays 0.
 
     `tangential` is the part of the slip's speed that comes back, if friction is enough for that.
     """

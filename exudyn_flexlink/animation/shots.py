@@ -24,24 +24,25 @@ from exudyn_flexlink.mechanism import anchor_position
 from exudyn_flexlink.observables import crank_angle, turns
 from exudyn_flexlink.plots.outline import walled
 
-PRECISE = 1 / 4000  # of the picture: nothing is drawn finer than a pixel of a large screen
-OF_CLEARANCE = 1 / 40  # of a clearance, which is drawn larger
+PRECISE = 1 / 4000  # of the picture: error of a path, a pixel of a large screen
+OF_CLEARANCE = 1 / 40  # of a clearance: the same, as clearances are drawn larger
 MOST = 1_000_000  # numbers of all poses: a page of some 6 megabytes
-LOOSER = 1.6  # times the error that is allowed, until they are no more
+LOOSER = 1.6  # factor of the allowed error, again and again until there are no more than MOST
 SECONDS = 9.0  # of a film
-OF_A_TURN = 3.0  # s: a crank that goes round faster can't be followed by the eye
-SLOW_SECONDS = 4.0  # of a film, that a stretch of slow motion lasts
-GLOW_SECONDS = 0.45  # of the film: how long a touch is seen after its end
-LABELLED = 0.12  # of the largest force: a weaker touch in a joint is not told in numbers
+OF_A_TURN = 3.0  # s: the eye can't follow a crank that turns faster
+SLOW_SECONDS = 4.0  # duration of a stretch of slow motion in the film
+GLOW_SECONDS = 0.45  # time in the film for which a touch is seen after its end
+LABELLED = 0.12  # of the largest force: a weaker touch in a joint has no number beside it
 MOST_FRAMES = 50_000  # half an hour
 STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
 
 
 @dataclass(frozen=True)
 class Frames:
-    """Instants (K,) s of the run that the frames show, and `seconds` (K,) of the film at which.
+    """Instants (K,) s of the run that frames show, and the `seconds` (K,) of the film they show at.
 
-    `speeds` (K,) are those of the film there, s of the run per s; `speed` that without slow motion.
+    `speeds` (K,) are those of the film there, s of the run per s; `speed` is the one without slow
+    motion.
     """
 
     times: FloatArray
@@ -56,7 +57,7 @@ class Frames:
 
 
 def usual_speed(film: Film) -> float:
-    """Return the speed at which a film is seen best, 1, 2 or 5 times a power of ten.
+    """Return the usual speed of a film, 1, 2 or 5 times a power of ten.
 
     The film lasts some seconds, and longer where a crank makes many turns.
     """
@@ -75,7 +76,7 @@ def frames_of(film: Film, fps: float, speed: float) -> Frames:
     """Return the frames of a film, `fps` in a second; the last shows its end.
 
     Raises:
-        FilmError: they are too many.
+        FilmError: there are too many frames.
 
     """
     edges, speeds = _paces(film, speed)
@@ -93,7 +94,7 @@ def frames_of(film: Film, fps: float, speed: float) -> Frames:
 
 
 def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
-    """Edges (K + 1,) s of the times of one speed, and these (K,): slower in slow motion."""
+    """Edges (K + 1,) s of intervals with one speed, and their speeds (K,)."""
     ends = (end for interval in film.slow for end in (interval.begin, interval.end))
     edges = np.unique([film.begin, *ends, film.end])
     speeds = np.full(len(edges) - 1, speed)
@@ -104,15 +105,15 @@ def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
 
 
 def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
-    """Instants (K,) s of a take, and how far (m) straight lines between them are off at most.
+    """Instants (K,) s of a take, and the largest error (m) of straight lines between them.
 
-    In a strike that a zoom shows they are off by less, as much as it is larger.
+    In a strike that a zoom shows the error is smaller by the zoom's factor.
     """
     instants = take.result.time
     inside = instants[(instants > film.begin) & (instants < film.end)]
     times = np.concatenate([[film.begin], inside, [film.end]])
     poses = take.poses(times)
-    # An angle counts as what it moves at the end of its part.
+    # An angle counts as the distance by which it moves the end of its part.
     scales = np.array([(1.0, 1.0, part.reach) for part in take.model.parts])
     values = (poses * scales).reshape(len(times), -1)
     plays = [channel.clearance for channel in walled(take.model)]
@@ -128,7 +129,7 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
 
 
 def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
-    """Parts (N,) of the error allowed elsewhere that are allowed at instants."""
+    """Error allowed at instants (N,), as a part of that outside strikes."""
     faces = [zoom.length for zoom in zooms_of(film, take) if zoom.channel is None]
     part = min(faces, default=film.size) / film.size
     striking = np.zeros(len(times), dtype=bool)
@@ -138,10 +139,10 @@ def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
 
 
 def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> IndexArray:
-    """Indices of samples (N,) between which `values` (N, k) are straight to `allowed` (N,).
+    """Indices of samples (N,) that join `values` (N, k) by straight lines, to `allowed` (N,).
 
-    The farthest sample from a line is kept, and both parts are looked at again (Ramer, Douglas and
-    Peucker).
+    By the algorithm of Ramer, Douglas and Peucker: the sample farthest from a line is kept, and
+    both parts are treated likewise.
     """
     kept = {0, len(times) - 1}
     left = [(0, len(times) - 1)]
@@ -164,7 +165,7 @@ def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> 
 class Glow:
     """A touch as a frame shows it: at `place` (2,) m, `strength` and how `fresh` it is, 0 to 1.
 
-    `name` is that of what touches, `frame` the one at which it was there.
+    `name` is that of the contact or joint, `frame` the one whose place it has.
     """
 
     name: str
@@ -195,36 +196,36 @@ class Shots:
 
     @cached_property
     def path(self) -> tuple[FloatArray, FloatArray]:
-        """Where S goes within the film: instants (N,) s, places (N, 2) m; straight between them."""
+        """Path of S in the film: instants (N,) s, places (N, 2) m; straight between them."""
         times, _ = kept_instants(self.film, self.take)
         return times, anchor_position(self.take.watched, self.take.poses(times))
 
     @cached_property
     def watched(self) -> FloatArray:
-        """Where S is (K, 2), m."""
+        """Places (K, 2) of S, m."""
         return anchor_position(self.take.watched, self.poses)
 
     @cached_property
     def touching(self) -> list[Touching]:
-        """All that can touch."""
+        """Contacts and joints that may touch."""
         return touching_of(self.film, self.take)
 
     @cached_property
     def zooms(self) -> dict[str, Zoom]:
-        """What is drawn larger, by name."""
+        """Zooms, which are drawn larger, by name."""
         return {zoom.name: zoom for zoom in zooms_of(self.film, self.take)}
 
     def forces(self, touching: Touching, frame: int) -> FloatArray:
-        """Forces (pairs,) of what touches, at a frame."""
+        """Forces (pairs,) of a contact or joint at a frame."""
         return np.asarray(touching.forces(self.take, self.frames.times[frame : frame + 1])[0])
 
     def glows(self, frame: int) -> list[Glow]:
-        """Touches that a frame shows: those that touch, and for a while those that did."""
+        """Touches that a frame shows: the present ones, and for a while those that ended."""
         lights: list[Glow] = []
         for touching in self.touching:
             values, shown = strength(touching.touches), list(self._shown(touching, frame))
             parts = {k: self.film.part(float(values[k])) for k, _ in shown}
-            # Of a burst of touches one is told in numbers.
+            # Of a burst of touches only the brightest has a number beside it.
             brightest = max(shown, key=lambda seen: parts[seen[0]] * seen[1], default=(None, 0.0))[
                 0
             ]
@@ -247,7 +248,7 @@ class Shots:
             yield k, float(fresh[k])
 
     def _seen_at(self, touching: Touching, k: int, frame: int) -> int:
-        """Frame whose place a touch has: what has ended in a contact stays where it was."""
+        """Frame whose place a touch has: a touch that has ended in a contact stays there."""
         if touching.places is not None:
             return frame
         last = int(np.searchsorted(self.frames.times, touching.touches.end[k], side="right")) - 1
@@ -255,7 +256,7 @@ class Shots:
 
 
 def _label(value: float, pressing: float | None, unit: str) -> str:
-    """The force now, and once nothing presses the largest, too; of an impact the impulse."""
+    """Text of a touch: the present force, after its end the largest, or an impact's impulse."""
     if value == 0:
         return ""
     if value < 0:

@@ -1,10 +1,9 @@
-"""Films to files: a GIF in few colours, which every page shows, and a video with ffmpeg.
+"""Films as files: a GIF, a video by ffmpeg, and a player as HTML.
 
-An interactive player as HTML: data, style and program in one text that loads nothing.
-
-The data are names and short lists as JSON, and long rows of numbers as base64, little-endian:
-``f4`` and ``f8`` are 32 and 64 bits of a float, ``i4`` of an integer. `player/film.js` reads them.
-Lengths in m, times in s, forces in N, torques of stops in N m.
+A GIF has few colours, and every page can show it. The player is one text with data, style and
+program, which loads nothing. Its data are names and short lists as JSON, and long rows of numbers
+as base64, little-endian: ``f4`` and ``f8`` are floats of 32 and 64 bits, ``i4`` integers of 32.
+`player/film.js` reads them. Lengths are in m, times in s, forces in N, torques of stops in N m.
 """
 
 from __future__ import annotations
@@ -57,9 +56,9 @@ _PROGRAM = ("film", "drawing", "zoom", "guide", "timeline", "controls", "begin")
 def player(film: Film, speed: float | None = None) -> str:
     """Return the player of a film as a fragment of HTML, a ``<div>``.
 
-    Several may stand on one page. Its style is bounded by its class, ``flexlink-player``; it is as
-    wide as what it stands in, and as light or dark as the page. It loads nothing, and starts when
-    the reader asks for it; at `speed`, s of the run in a second, by default one to see it well.
+    Several may be on one page. Its style applies only to its class, ``flexlink-player``. It is as
+    wide as the element around it, and as light or dark as the page. It loads nothing, and starts
+    when the reader asks for it, at `speed`, s of the run in a second (by default `usual_speed`).
     """
     return _fragment(film, speed, at_once=False)
 
@@ -97,7 +96,7 @@ def _packaged_file(name: str) -> str:
 
 
 def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
-    """Return what the player shows of a film, at first at `speed`, s of the run in a second."""
+    """Return the player's data of a film; it starts with `speed`, s of the run in a second."""
     low, high = film.box
     factor, unit = length_unit(film.size)
     beyond = film.horizon
@@ -146,7 +145,7 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
 
 
 def _line(line: Line) -> dict[str, Any]:
-    """A line through points of one part has that part's number alone."""
+    """Data of a line; if all its points are on one part, that part's number stands for all."""
     alike = len(set(line.parts.tolist())) == 1
     parts = int(line.parts[0]) if alike else row(line.parts, "i4")
     return {"name": line.name, "parts": parts, "places": row(line.places)}
@@ -157,9 +156,9 @@ def _anchor(anchor: Anchor) -> dict[str, Any]:
 
 
 def _touching(take: Take, touching: Touching, times: FloatArray) -> dict[str, Any]:
-    """Touches in columns; the forces that press at the kept instants, one after the other.
+    """Touches in columns, and one after the other the forces that press at the kept instants.
 
-    ``first[i]`` to ``first[i + 1]`` are the places of those of instant i in ``pair`` and ``force``.
+    Those of instant i are entries ``first[i]`` to ``first[i + 1]`` of ``pair`` and ``force``.
     """
     touches = touching.touches
     force = touching.forces(take, times)
@@ -180,7 +179,7 @@ def _touching(take: Take, touching: Touching, times: FloatArray) -> dict[str, An
 
 
 def _zoom(zoom: Zoom) -> dict[str, Any]:
-    """A zoom; of a guide also its walls, the link's nodes, and sides of the pairs."""
+    """Data of a zoom; for a guide also its walls, the link's nodes, and sides of the pairs."""
     channel = zoom.channel
     guide = None if channel is None else {
         "length": channel.length,
@@ -203,9 +202,9 @@ Progress = Callable[[float], None]
 
 GIF_FPS, VIDEO_FPS = 20.0, 30.0
 GIF_WIDTH, VIDEO_WIDTH = 640, 1280
-GIF_TICK = 0.01  # s: the time that a frame of a GIF is shown counts in these
-LOOKED_AT = 24  # frames that the colours are taken from
-MOST_PIXELS = 600_000_000  # of a GIF, whose frames are kept until it is written
+GIF_TICK = 0.01  # s: unit of the duration of a GIF's frame
+LOOKED_AT = 24  # frames that the palette of colours is made of
+MOST_PIXELS = 600_000_000  # of a GIF: its frames are in memory until it is written
 FORMATS = ("mp4", "gif", "html")
 MOST_FPS = {"mp4": 240.0, "gif": 50.0}  # players show frames of a GIF for 0.02 s at least
 LEAST_WIDTH, MOST_WIDTH = 160, 4096
@@ -218,9 +217,10 @@ COLOURS = 128  # of a GIF: more are not seen, and take room
 
 @dataclass(frozen=True)
 class Filming:
-    """How a film is written: None is what suits the format.
+    """Options of a film's file; None is the format's usual value.
 
-    `fps` frames in a second and `width` pixels, of pictures; `speed`, s of the run in a second.
+    Pictures have `fps` frames in a second and a `width` in pixels; `speed` is in s of the run in a
+    second.
     """
 
     fps: float | None = None
@@ -228,7 +228,7 @@ class Filming:
     width: int | None = None
 
     def mistakes(self, suffix: str) -> list[str]:
-        """Say what can't be in a format, by the ending of its files."""
+        """Say which options a format can't have, by the ending of its files."""
         most = MOST_FPS.get(suffix, inf)
         texts = []
         if self.fps is not None and not 0 < self.fps <= most:
@@ -248,7 +248,8 @@ def film_bytes(
     """Return a film as the content of a file: ``"mp4"``, ``"gif"`` or ``"html"``.
 
     Raises:
-        FilmError: there is no such format, it can't be written so, is too long, or ffmpeg failed.
+        FilmError: there is no such format, an option does not suit it, the film is too long, or
+            ffmpeg failed.
 
     """
     if suffix not in FORMATS:
@@ -340,7 +341,7 @@ def ffmpeg() -> str | None:
 
 
 def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
-    """Hand frames to a program, which ends with them, or before; return its exit code."""
+    """Pipe frames to a program, which may end before the last one; return its exit code."""
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
     ) as program:

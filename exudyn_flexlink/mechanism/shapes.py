@@ -5,11 +5,12 @@ and its stop. Each class looks at many contacts and many instants at once, by th
 Laws, states and events are the same for all shapes.
 
 Vectors in the plane are complex numbers. With C the point of the first part, S that of the second,
-e the direction of the axes in which the first is seen and w their angular velocity,
+e the x-axis of the frame in which C is seen (the second part's, turned along a face), and w its
+angular velocity, a gap follows from
 
-    z = e* (C - S),      z' = e* (C' - S') - i w z
+    z = e* (C - S),      z' = e* (C' - S') - i w z.
 
-tell all of a gap: along a face it is Re z, to its left Im z.
+Of a face, Re z is the place along it, and Im z the distance to its left.
 """
 
 from __future__ import annotations
@@ -36,16 +37,16 @@ from exudyn_flexlink.mechanism.model import (
     TurnStop,
 )
 
-ALWAYS_CLOSED = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
-TINY = 1e-150  # m: so far apart are centres of circles that coincide, to have a direction
-BESIDE = 1e-12  # m: so far beyond its end a point is beside a curve
+ALWAYS_CLOSED = -1.0  # m: gap of a point that is held on its line from both sides
+TINY = 1e-150  # m: distance of centres that coincide, so that it has a direction
+BESIDE = 1e-12  # m: a point that is farther beyond a curve's end is beside the curve
 
 
 class Poses(NamedTuple):
-    """Where parts, or the links that carry them, are, and how they move: (..., n + 1) each.
+    """Poses and velocities of parts, or of the links that carry them: (..., n + 1) each.
 
     Origins (m), axes ``exp(i angle)``, angles (rad), velocities of origins (m/s), and angular
-    speeds (rad/s), also times i. The last is the ground.
+    speeds (rad/s): `turning` is i times `spin`. The last is the ground.
     """
 
     origin: ComplexArray
@@ -57,7 +58,7 @@ class Poses(NamedTuple):
 
 
 def poses_of(q: FloatArray, v: FloatArray) -> Poses:
-    """Take coordinates and velocities, (..., parts, 3) that broadcast."""
+    """Poses by coordinates and velocities, (..., parts, 3) that broadcast."""
     q, v = np.broadcast_arrays(q, v)
     shape = (*q.shape[:-2], q.shape[-2] + 1)
     origin, velocity = np.zeros(shape, dtype=complex), np.zeros(shape, dtype=complex)
@@ -90,7 +91,7 @@ class Seen(NamedTuple):
         return Seen(*(column[..., contacts] for column in self))
 
     def closed(self, which: BoolArray) -> Seen:
-        """The same with some as if behind a face that never opens: what is held from both sides."""
+        """The same, with a gap that is always closed for those that are held from both sides."""
         gap = np.where(which, ALWAYS_CLOSED, self.gap)
         return self._replace(gap=gap, gap_rate=np.where(which, 0.0, self.gap_rate))
 
@@ -100,12 +101,13 @@ class Look(NamedTuple):
 
     `normal` is the direction in which a contact pushes its first part, `along` that of the slip;
     both act at the place `at`, m. `bend` (1/m) is the second derivative of the gap as `at` moves
-    past the second part's `centre`, across the normal; 0 where nothing is round.
+    past the second part's `centre`, across the normal; it is 0 between straight shapes.
 
-    Friction of round parts acts where the distance of their centres is divided as their radii are:
-    what rolls there has rims of one speed, however deep. In a hollow that is outside the rims: with
-    the part `grip` of mu F, and of slip, and by an `arm` (m) about the first part's centre,
-    friction turns nothing by more than mu F times its radius.
+    Friction of round parts acts at the point that divides the distance of their centres as their
+    radii do: parts that roll have one speed of their rims there, at any penetration. In a hollow
+    this point is outside the rims. There `grip` is the part of mu F, and of slip, that counts, and
+    `arm` (m) the lever about the first part's centre, so that no torque of friction is more than
+    mu F times the radius.
     """
 
     gap: FloatArray
@@ -131,7 +133,7 @@ class Look(NamedTuple):
 
 
 class Glimpse(NamedTuple):
-    """Gap (m) and its rate (m/s) of a contact; beside its face, how far (m) that is."""
+    """Gap (m) of a contact and its rate (m/s); `beside` (m) is how far it is beside its face."""
 
     gap: float
     gap_rate: float
@@ -148,7 +150,7 @@ OnCurve = TypeVar("OnCurve", bound=CurveContact | FlatContact)
 
 
 class Relative(NamedTuple):
-    """What is at the head of this file (..., c): z (m) and its rate, the axes, and the place C."""
+    """z (m) and its rate, e, and C of the module's formulas, (..., c) each."""
 
     place: ComplexArray
     rate: ComplexArray
@@ -159,14 +161,15 @@ class Relative(NamedTuple):
 class Shape(ABC, Generic[AnyContact]):
     """Contacts (c,) of one shape.
 
-    Where they are `straight` the gap is the place across. `moment` (c,) is the torque on the first
-    part by a unit of pressing force, of what has no direction. `links` (2, c) carry both parts.
+    If the shape is `straight`, the gap is the place across. `moment` (c,) is the torque on the
+    first part by a unit of pressing force, of shapes that press by a torque. `links` (2, c) carry
+    both parts.
     """
 
     straight: ClassVar[bool] = False
 
     def __init__(self, contacts: Sequence[AnyContact], frame: Callable[[int], Frame]) -> None:
-        """`frame` tells in which axes of which link a part is."""
+        """`frame` returns the frame of a part: its link, and its axes there."""
         self.contacts = contacts
         firsts, seconds, turned = zip(*map(self.between, contacts), strict=True)
         self._links, self._arms, _ = _carried(firsts, frame)
@@ -181,7 +184,7 @@ class Shape(ABC, Generic[AnyContact]):
 
     @abstractmethod
     def between(self, contact: AnyContact) -> tuple[Anchor, Anchor, float]:
-        """What is seen from what, in the axes of whose part, turned by an angle (rad)."""
+        """C, S, and the angle (rad) by which e is turned against the axes of S's part."""
 
     @abstractmethod
     def look(self, at: Poses) -> Look:
@@ -189,20 +192,20 @@ class Shape(ABC, Generic[AnyContact]):
 
     @abstractmethod
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """How near contact number c is, by its `path` and the rate of that."""
+        """Gap of contact number c and its rate, by its `path` and the rate of that."""
 
     def seen(self, at: Poses) -> Seen:
         """Gaps and places, and their rates, alone."""
         return self.look(at).seen
 
     def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """Places (..., c), m, by which `glimpse` tells how near it is, and their rates, m/s."""
+        """Places (..., c), m, by which `glimpse` tells the gap, and their rates, m/s."""
         return self._relative(at)[:2]
 
     def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
         """Second derivatives (..., c), m/s^2, of the gaps, by accelerations of the origins.
 
-        `bends` (..., n + 1), m/s^2, are those where no speed of turning changes.
+        `bends` (..., n + 1), m/s^2, are the accelerations of origins; angular speeds are constant.
         """
         return _gap_bends(look, self.links, at, bends)
 
@@ -220,7 +223,7 @@ class Shape(ABC, Generic[AnyContact]):
     def _grips(
         self, radius: FloatArray, touching: FloatArray, pressed: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """As `grips`; of contacts that are all smooth those of a touch without penetration."""
+        """As `grips`; without friction in any contact, as of a touch without penetration."""
         if self._rubs:
             return grips(radius, touching, pressed)
         ones = np.ones(pressed.shape)
@@ -247,7 +250,7 @@ def _carried(
 
 
 def _carried_rate(links: IndexArray, place: ComplexArray, at: Poses) -> ComplexArray:
-    """Velocities (..., c) of what links carry at places."""
+    """Velocities (..., c) of the material points of links at these places."""
     arms = place - at.origin.take(links, axis=-1)
     return np.asarray(at.velocity.take(links, axis=-1) + at.turning.take(links, axis=-1) * arms)
 
@@ -255,13 +258,13 @@ def _carried_rate(links: IndexArray, place: ComplexArray, at: Poses) -> ComplexA
 def _carried_bend(
     links: IndexArray, place: ComplexArray, at: Poses, bends: ComplexArray
 ) -> ComplexArray:
-    """Accelerations (..., c) of what links carry at places, if no turning changes."""
+    """Accelerations (..., c) of the material points of links there, at constant angular speeds."""
     arms = place - at.origin.take(links, axis=-1)
     return np.asarray(bends.take(links, axis=-1) - at.spin.take(links, axis=-1) ** 2 * arms)
 
 
 def _gap_bends(look: Look, links: IndexArray, at: Poses, bends: ComplexArray) -> FloatArray:
-    """A place of the first link accelerates against the second one, turns and bends with that."""
+    """Second derivatives of gaps: accelerations of points, with turning and bending of normals."""
     first, second = links
     moved = _carried_bend(first, look.at, at, bends) - _carried_bend(second, look.at, at, bends)
     rates = _carried_rate(first, look.at, at) - _carried_rate(second, look.at, at)
@@ -279,7 +282,7 @@ def _cross(a: Any, b: Any) -> Any:
 
 
 class Faces(Shape[FaceContact]):
-    """Points against faces; one that is held on its line is on the side where it is not."""
+    """Points against faces. A point that is held on its line (side 0) always has a closed gap."""
 
     straight = True
 
@@ -312,7 +315,7 @@ class Faces(Shape[FaceContact]):
         return Look(*seen, 1j * side * along, along, point, point, none, none + 1.0, none)
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """How near a contact is; one that is held never is: it always presses."""
+        """Gap of a contact and its rate; 0 for one that is held, which always presses."""
         contact = self.contacts[c]
         beside = max(-place.real, place.real - contact.length)
         return Glimpse(contact.side * place.imag, contact.side * rate.imag, beside)
@@ -329,7 +332,7 @@ class Stops(Shape[TurnStop]):
         self._bound = np.array([contact.bound for contact in contacts])
 
     def between(self, contact: TurnStop) -> tuple[Anchor, Anchor, float]:
-        """See one part from the other: by their angles, which are all that counts."""
+        """See one part from the other; only their angles count."""
         return contact.second, contact.first, 0.0
 
     def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
@@ -347,13 +350,13 @@ class Stops(Shape[TurnStop]):
         return Look(gap, none, gap_rate, none, zero, zero, zero, zero, none, none + 1.0, none)
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """How near a contact is, by its angle."""
+        """Gap of a contact and its rate, by its angle."""
         contact = self.contacts[c]
         return Glimpse(contact.way * (place.imag - contact.bound), contact.way * rate.imag)
 
 
 class Circles(Shape[CircleContact]):
-    """Two circles, which touch on the line through their centres, the first out- or inside."""
+    """Two circles, which touch on the line through their centres; the first may be inside."""
 
     def __init__(self, contacts: Sequence[CircleContact], frame: Callable[[int], Frame]) -> None:
         super().__init__(contacts, frame)
@@ -366,13 +369,13 @@ class Circles(Shape[CircleContact]):
         return contact.first, contact.second, 0.0
 
     def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """First centres from second ones in the axes of the ground: how these turn is nothing."""
+        """First centres from second ones in the ground's axes: the gap does not depend on turns."""
         place, rate, axes, _ = self._relative(at)
         turning = at.turning.take(self._bases, axis=-1)
         return axes * place, axes * (rate + turning * place)
 
     def look(self, at: Poses) -> Look:
-        """Look at the contacts. Concentric circles part the way they move, or along x."""
+        """Look at the contacts. Concentric circles have the normal of their motion, or else x."""
         place, rate, axes, point = self._relative(at)
         far, way = np.abs(place), self._way
         if not far.all():
@@ -398,7 +401,7 @@ class Circles(Shape[CircleContact]):
         )
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """How near a contact is, by the places of its centres."""
+        """Gap of a contact and its rate, by its centres."""
         contact, far = self.contacts[c], abs(place)
         way = -1.0 if contact.inside else 1.0
         gap_rate = way * _dot(place, rate) / far if far > 0 else -abs(rate)
@@ -410,8 +413,8 @@ def grips(
 ) -> tuple[FloatArray, FloatArray]:
     """Return grips, and arms (m) of friction about first parts' centres, (..., c): see `Look`.
 
-    `pressed` is in proportion to how far those are from the second parts' centres of curvature, and
-    `touching` what it is without penetration.
+    `pressed` is in proportion to the distance of those centres from the second parts' centres of
+    curvature; `touching` is the same without penetration.
     """
     pressed = np.maximum(pressed, 0.0)
     farthest = np.maximum(np.maximum(touching, 0.0), pressed)
@@ -420,7 +423,7 @@ def grips(
 
 
 class _Searched(Shape[OnCurve]):
-    """What touches a curve where a search finds it: by default the nearest place of the curve."""
+    """Contacts on curves, whose place a search finds: by default the curve's nearest place."""
 
     def __init__(
         self,
@@ -438,7 +441,7 @@ class _Searched(Shape[OnCurve]):
 
     @abstractmethod
     def view(self, at: Poses) -> ComplexArray:
-        """What is seen from the axes of the curves (..., c), of which the nearest places count."""
+        """Points or directions (..., c) in the axes of curves, which the search starts from."""
 
     def _feet(self, seen: ComplexArray) -> Foot:
         """Places on the curves (..., c) for what is seen from their axes: see `Foot`."""
@@ -461,7 +464,7 @@ class _Searched(Shape[OnCurve]):
 
 
 class OnCurves(_Searched[CurveContact]):
-    """Points, or rollers around them, against curves. An open curve goes on straight on."""
+    """Points, or rollers around them, against curves. Open curves go on straight at their ends."""
 
     def __init__(
         self,
@@ -514,7 +517,7 @@ class OnCurves(_Searched[CurveContact]):
         )
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """How near a contact is."""
+        """Gap of a contact and its rate."""
         contact = self.contacts[c]
         _, foot, tangent, _ = self._searches[c](place)
         way, apart = tangent / abs(tangent), place - foot
@@ -525,9 +528,9 @@ class OnCurves(_Searched[CurveContact]):
 
 
 class OnFlats(_Searched[FlatContact]):
-    """Straight faces on convex curves: they touch where those reach farthest towards them.
+    """Straight faces on convex curves, at the curve's point that is farthest towards the face.
 
-    A curve's origin is seen from the face's start, along the face.
+    The curve's origin is seen from the face's start, along the face.
     """
 
     def __init__(
@@ -537,7 +540,7 @@ class OnFlats(_Searched[FlatContact]):
         searches: Sequence[Search],
     ) -> None:
         super().__init__(contacts, frame, searches)
-        # What the farthest place turns counts as a way, too, so that both may add up in `path`.
+        # The turn, times the farthest place, is a length, so that `path` may add both.
         self._farthest = np.array([contact.farthest for contact in contacts])
 
     def between(self, contact: FlatContact) -> tuple[Anchor, Anchor, float]:
@@ -560,7 +563,7 @@ class OnFlats(_Searched[FlatContact]):
         return contact.search.parameters(vectors(seen))
 
     def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """Places of origins across their faces, with what the farthest place turns."""
+        """Places of origins across their faces, and turns times the farthest place, as lengths."""
         place, rate, *_ = self._relative(at)
         face, carrier = self.links
         turned = at.angle.take(carrier, axis=-1) - at.angle.take(face, axis=-1)
@@ -598,7 +601,7 @@ class OnFlats(_Searched[FlatContact]):
         )
 
     def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
-        """As if a curve were the circle that fits it there: to the second order it is.
+        """As of the curve's circle of curvature, which is exact to the second order.
 
         Its centre is a point against the face.
         """
@@ -606,7 +609,7 @@ class OnFlats(_Searched[FlatContact]):
         return _gap_bends(centre, self.links[::-1], at, bends)
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """How near a contact is, by its curve's origin's place across the face, and its angle."""
+        """Gap of a contact and its rate, by the curve's origin across the face and its angle."""
         contact = self.contacts[c]
         scale = sqrt(2) * contact.farthest
         dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
@@ -618,7 +621,7 @@ class OnFlats(_Searched[FlatContact]):
 
 
 class ContactShapes:
-    """Contacts (c,) of any shapes, in their order; `searches` follow curves, by their numbers."""
+    """Contacts (c,) of any shapes, in their order; `searches` on curves are by contact number."""
 
     def __init__(
         self,
@@ -626,7 +629,7 @@ class ContactShapes:
         frame: Callable[[int], Frame] = Frame,
         searches: Mapping[int, Search] | None = None,
     ) -> None:
-        """`frame` tells in which axes of which link a part is; left out, parts are what moves."""
+        """`frame` returns the frame of a part in its link; left out, each part is its own link."""
         self.contacts = contacts
         kinds: dict[type, list[int]] = {}
         for k, contact in enumerate(contacts):
@@ -659,7 +662,7 @@ class ContactShapes:
         return Seen(*self._of_all(self._shape(at), _LOOK_KINDS[:4], lambda group: group.seen(at)))
 
     def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """How first parts move as seen from the second ones, and rates: see `Shape.path`."""
+        """Places of first parts seen from second ones, and their rates: see `Shape.path`."""
         if self._only is not None:
             return self._only.path(at)
         place, rate = self._of_all(self._shape(at), (1j, 1j), lambda group: group.path(at))
@@ -673,12 +676,12 @@ class ContactShapes:
         return bends_of_gaps
 
     def view(self, at: Poses) -> ComplexArray:
-        """What is seen from the axes of the curves, where all are on curves: see `Foot`."""
+        """Points or directions in the axes of curves, if all contacts are on curves: see `Foot`."""
         assert isinstance(self._only, _Searched)
         return self._only.view(at)
 
     def glimpse(self, k: int) -> Callable[[complex, complex], Glimpse]:
-        """How near contact k is, by its path and the rate of that."""
+        """Function that returns contact k's gap and its rate, by its path and the rate of that."""
         return partial(self._group(k).glimpse, self._places[k][1])
 
     def _group(self, k: int) -> Shape[Any]:
@@ -690,7 +693,7 @@ class ContactShapes:
     def _of_all(
         self, shape: tuple[int, ...], kinds: tuple[complex, ...], ask: Callable[[Any], Any]
     ) -> list[Any]:
-        """Columns of all contacts, real or complex ones."""
+        """Columns of all contacts, real or complex, of what `ask` returns for each shape."""
         columns: list[Any] = [np.zeros(shape, dtype=type(kind)) for kind in kinds]
         for numbers, group in self._groups:
             for column, part in zip(columns, ask(group), strict=True):

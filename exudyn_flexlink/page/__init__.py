@@ -1,8 +1,8 @@
 """The report of a run as one page of HTML, which loads nothing: for a browser, a phone, a printer.
 
-`page_of` takes all it tells from a `Result`: figures of `plots`, tables of `report`, section by
-section, and how to run it again. Templates, which escape whatever is not markup of this program,
-only say where each stands; nothing is computed in them.
+`page_of` makes it of a `Result`: figures of `plots` and tables of `report`, section by section, and
+the command that runs it again. Templates only place these, and compute nothing. They escape all
+text that is not this program's own markup.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ PAGE = "report.html"
 """Name of the page in the folder of its run."""
 
 GENERATOR = "exudyn-flexlink report"
-"""How a page says that this program wrote it."""
+"""Mark of pages that this program wrote."""
 
 PROGRAM = re.compile(r"<script>(.*?)</script>", re.DOTALL)  # others hold data
 NUMBER = re.compile(rf"([-+]?\d[\d.]*(?:e[-+]?\d+)?(?: (?:{UNITS})(?![\w/]))?)")
@@ -85,7 +85,7 @@ def page_of(result: Result) -> str:
 
 
 def _policy(players: str) -> str:
-    """Return what a browser lets a page do: load nothing, and run nothing but these players."""
+    """Return the page's content security policy: load nothing, run nothing but these players."""
     programs = [sha256(program.encode("utf-8")).digest() for program in PROGRAM.findall(players)]
     hashes = " ".join(f"'sha256-{b64encode(program).decode('ascii')}'" for program in programs)
     allowed = f"; script-src {hashes}" if hashes else ""
@@ -96,7 +96,7 @@ ENDINGS = (".html", ".htm")
 
 
 def write_page(result: Result, file: Path, *, force: bool = False) -> None:
-    """Write the page of a run; one that stands there is replaced, another file only with `force`.
+    """Write the page of a run; it replaces a page, but another file only with `force`.
 
     Raises:
         StorageError: the file may not be replaced, or can't be written.
@@ -113,23 +113,23 @@ def is_page(content: bytes) -> bool:
     return f'name="generator" content="{GENERATOR}"'.encode() in content[:1000]
 
 
-MOST_STRIKES = 100  # of a contact: some screens of a phone
+MOST_STRIKES = 100  # rows of a contact's table: some screens of a phone
 MOST_PAIRS = 10
 MOST_TOUCHES = 200  # folded, until the reader opens them
 MODEL = "model.yaml"
 """Name under which the page offers the model file."""
 
-WIDE = replace(SCREEN, titled=False)  # the page says what stands in a title
+WIDE = replace(SCREEN, titled=False)  # the page has the title as text
 NARROW = PRINT  # a column of print, 86 mm, is about as wide as a phone
 PIXELS = 96  # of a page in an inch
-MOST_SVG = 250_000  # bytes: beyond, lines are so many that pixels take less room
+MOST_SVG = 250_000  # bytes: a larger figure is smaller as pixels
 COORDINATES = re.compile(rb' (?:d|x|y)="[^"]*"')
-DECIMALS = re.compile(rb"(\.\d\d)\d+")  # more than a hundredth of a point nobody sees
+DECIMALS = re.compile(rb"(\.\d\d)\d+")  # nobody sees less than a hundredth of a point
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with its caption and what it shows in words.
+    """A figure with its caption, and a description in words (`alt`).
 
     `wide` and `narrow` are data URIs; `size` is that of the wide one, in pixels of a page.
     """
@@ -146,7 +146,7 @@ class Picture:
 class Section:
     """A part of the page under a heading: texts, then figures, then tables, some of them folded.
 
-    `player` is markup of an animation, which paper does not have.
+    `player` is the markup of an animation, which is left out in print.
     """
 
     key: str
@@ -163,10 +163,10 @@ class Section:
 
 
 def contents_of(result: Result) -> dict[str, Any]:
-    """Return what a page tells of a run, by the names that its template has for it.
+    """Return the contents of a run's page, by their names in the template.
 
-    `why` it stopped is told with what to try. `model` is the scene as a model file, None if it is
-    too long.
+    `why` says why the run stopped, and what to try. `model` is the scene as a model file, None if
+    it is too long.
     """
     pictures, moves = pictures_of(result), result.time[0] < result.time[-1]
     effects = effects_table(result.scene, build_mechanism(result.scene))
@@ -209,7 +209,7 @@ def contents_of(result: Result) -> dict[str, Any]:
 
 
 def _facts(result: Result) -> Table:
-    """What a reader asks first: who solved it, how accurately, how long it is and how far off."""
+    """Table of what a reader asks first: engine, accuracy, cost, and error of positions."""
     way = result.settings.formulation
     engine = result.engine if way is None else f"{result.engine}, formulation '{way}'"
     accuracy = result.scene.accuracy
@@ -247,7 +247,7 @@ def _filled(tables: Iterable[Table]) -> list[Table]:
 
 
 def _settings(settings: EngineSettings) -> list[list[str]]:
-    """Those that have a use, first those of the integrator."""
+    """Rows of the settings that are in use, first those of the integrator."""
     values = vars(settings.integrator) | vars(settings)
     del values["integrator"]
     return _rows({name: value for name, value in values.items() if value is not None})
@@ -260,9 +260,9 @@ def _rows(values: Mapping[str, float | str]) -> list[list[str]]:
 
 
 def model_text(scene: Scene) -> str | None:
-    """Return the scene as a model file, in SI units; None if it is too long to be read as one.
+    """Return the scene as a model file, in SI units; None if it is too long for one.
 
-    Points of splines, and tables, that came from files of their own are in it.
+    Points of splines, and tables, are in it, even if they came from other files.
     """
     data = scene.to_data()
     if len(json.dumps(data, ensure_ascii=False).encode("utf-8")) > LARGEST_FILE // 2:
@@ -281,7 +281,7 @@ def command_of(result: Result) -> str:
 
 
 def pictures_of(result: Result) -> dict[str, Picture]:
-    """Return every figure that makes sense for a run, by name."""
+    """Return all figures of a run, by name."""
     wide, narrow = figures(result, WIDE), figures(result, NARROW)
     return {
         name: Picture(
@@ -297,7 +297,7 @@ def pictures_of(result: Result) -> dict[str, Picture]:
 
 
 def _uri(figure: Figure) -> str:
-    """Return a figure as a data URI: lines, which stay sharp, unless they take too much room."""
+    """Return a figure as a data URI: an SVG, which stays sharp, or a PNG if that is too large."""
     svg = COORDINATES.sub(
         lambda number: DECIMALS.sub(rb"\1", number[0]), figure_bytes(figure, "svg")
     )
@@ -307,12 +307,12 @@ def _uri(figure: Figure) -> str:
 
 
 def data_uri(kind: str, content: bytes) -> str:
-    """Return the content of a file of a kind as what a page takes for its address."""
+    """Return the content of a file as a data URI, which a page takes for its address."""
     return f"data:{kind};base64,{b64encode(content).decode('ascii')}"
 
 
 def described(figure: Figure) -> str:
-    """Return what a figure shows in words: its panels, how far their lines reach, its legends."""
+    """Describe a figure in words: its panels, the ranges of their lines, its legends."""
     texts = []
     for axes in (axis for axis in figure.axes if axis.axison):
         scale = next(filter(None, (axis.get_ylabel() for axis in (axes, *axes.child_axes))), "")

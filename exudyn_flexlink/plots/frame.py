@@ -1,7 +1,4 @@
-"""Around what is drawn: size, title, caption, and a note on a failed run.
-
-How figures look, on a screen and in print, and how they become files.
-"""
+"""How figures look, on a screen and in print: styles, title, caption, notes; and their files."""
 
 from __future__ import annotations
 
@@ -34,12 +31,12 @@ from exudyn_flexlink.shipped import ENGINES
 Parameters = ParamSpec("Parameters")
 Drawn = TypeVar("Drawn")
 
-# Okabe and Ito: told apart by colour-blind readers, and in grey by their lightness.
+# By Okabe and Ito: colour-blind readers can tell them apart, and in grey by their lightness.
 BLUE, GREEN, RED, ORANGE = "#0072B2", "#009E73", "#D55E00", "#E69F00"
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#222222", "#777777"
 FAILED = "#C00000"
 OTHERS = (GREEN, PURPLE, ORANGE, SKY, BLACK)
-"""Colours of lines that no engine has."""
+"""Colours of lines that stand for no engine."""
 SERIES = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK, GREY)
 """Colours of lines in one panel, in order."""
 
@@ -47,7 +44,7 @@ ENGINE_COLOURS = dict(zip(ENGINES, SERIES, strict=False))
 """The colour of each engine in every figure."""
 
 _SHARED: dict[str, Any] = {
-    # Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
+    # Printers want text in a PDF as TrueType; with a fixed salt a run always gives the same file.
     "pdf.fonttype": 42,
     "svg.hashsalt": "exudyn-flexlink",
     "font.family": "sans-serif",
@@ -70,9 +67,9 @@ _UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
 @dataclass(frozen=True)
 class Style:
-    """Where figures are for: `width` (inches), `scale` of heights, font sizes and lines (points).
+    """Look of figures: `width` (inches), `scale` of heights, font sizes and lines (points).
 
-    `titled` figures have a title above and a caption below; in print the page has these.
+    `titled` figures have a title above and a caption below; in print the page around has these.
     """
 
     name: str
@@ -86,7 +83,7 @@ class Style:
 
     @property
     def narrow(self) -> bool:
-        """Whether figures have no room beside their axes: legends stand above these then."""
+        """Whether figures have no room beside their axes, so that legends are above these."""
         return self.width < NARROW
 
     @property
@@ -115,10 +112,9 @@ STYLES = {style.name: style for style in (SCREEN, PRINT)}
 
 @contextmanager
 def settings(rc: Mapping[Any, Any], *, users: bool = False) -> Iterator[None]:
-    """Draw with settings of matplotlib; letters without a font are boxes, and no warnings.
+    """Draw with settings of matplotlib, and without warnings of letters that the font lacks.
 
-    What `rc` leaves out is as matplotlib has it by itself, not as a style or file of the user's
-    has it, but with `users`.
+    What `rc` leaves out has matplotlib's defaults; with `users` it has the user's settings.
     """
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
@@ -127,9 +123,9 @@ def settings(rc: Mapping[Any, Any], *, users: bool = False) -> Iterator[None]:
 
 
 def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
-    """Let a function draw in the style it is given by keyword, `style`, or for the screen.
+    """Let a function draw in its keyword argument `style`, by default that of the screen.
 
-    Into axes of the user's, `ax`, it draws with the user's settings for what that leaves out.
+    In the user's axes, `ax`, what the style leaves out has the user's settings.
     """
 
     @wraps(draw)
@@ -141,7 +137,7 @@ def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
             drawn, ink = draw(*args, **kwargs), mpl.rcParams["text.color"]
             another = users and ink != mpl.rcParamsDefault["text.color"]
             for line in drawn.findobj(Line2D) if another and isinstance(drawn, Figure) else ():
-                if line.get_color() == BLACK:  # on a dark page of the user's nobody sees it
+                if line.get_color() == BLACK:  # which is not seen on a dark page
                     line.set_color(ink)
             return drawn
 
@@ -172,14 +168,14 @@ def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes
 
 
 def is_figure(content: bytes) -> bool:
-    """Whether the content of a file is a figure of matplotlib's, which it says in every format."""
+    """Whether the content of a file is a figure of matplotlib, whose name is in every format."""
     return b"atplotlib" in content
 
 
-LINE = 0.022  # inches, of a line of text for each point of its font
-LETTERS = 145  # that fit into an inch of a line, over the points of their font
+LINE = 0.022  # inches: height of a line of text per point of its font
+LETTERS = 145  # letters in an inch of a line, times the points of their font
 MOST_LINES = 4  # of a title, note or caption: the rest is left out
-LONG = re.compile(r"\S{33,}")  # a name that leaves a figure no room
+LONG = re.compile(r"\S{33,}")  # a name that leaves the figure no room
 EDGE = 0.1  # inches, left and right of text
 SHOWN = 100  # dots per inch in a notebook
 MOST_PASSES = 12  # of the layout; a tall mechanism beside a broad legend takes four
@@ -188,21 +184,21 @@ MOST_PASSES = 12  # of the layout; a tall mechanism beside a broad legend takes 
 class ShownFigure(Figure):
     """A figure that a notebook shows as the value of a cell, with its inline backend or without.
 
-    It keeps its style wherever it is drawn: matplotlib makes ticks, and chooses the colour of the
-    page, as late as that.
+    It is drawn in its own style: matplotlib makes ticks, and chooses the colour of the page, only
+    when it draws.
     """
 
     style = SCREEN
 
     def draw(self, renderer: RendererBase) -> None:
-        """Draw it in its style, whatever the user's is now, and of long names the ends."""
+        """Draw it in its style, whatever the user's is now, and shorten long names."""
         with settings(self.style.rc):
             for text in set(self.findobj(Text)) - set(self.texts):
                 text.set_text(shortened(text.get_text()))
             super().draw(renderer)
 
     def savefig(self, fname: Any, **more: Any) -> None:
-        """Write it on its page, which is white, unless a colour is asked for."""
+        """Write it on a white page, unless a colour is asked for."""
         super().savefig(fname, **{"facecolor": "auto", **more})
 
     def _repr_png_(self) -> bytes:
@@ -212,7 +208,7 @@ class ShownFigure(Figure):
 def new_figure(result: Result, subject: str, height: float, style: Style = SCREEN) -> Figure:
     """Return an empty figure with title, subject, caption and, if the run is doubtful, a note.
 
-    `height` (inches) is that of what is drawn on a screen, without title and caption.
+    `height` (inches) is that of the panels on a screen, without title and caption.
     """
     notes, caption = [doubts_of(result)], [(caption_of(result), GREY)]
     head = result.scene.title, subject
@@ -235,7 +231,7 @@ def framed_figure(
 ) -> Figure:
     """Return an empty figure with words around it: title and subject, notes, a coloured caption.
 
-    `height` (inches) is that of what is drawn on a screen. In print only the notes are there.
+    `height` (inches) is that of the panels on a screen. In print there are only the notes.
     """
     (title, subject), font, small = heading, style.font, style.small
     room = style.width - 2 * EDGE
@@ -281,14 +277,14 @@ def settle(figure: Figure) -> None:
 
 
 def shortened(text: str) -> str:
-    """Return a text with the ends alone of names that would leave a figure no room."""
+    """Return a text in which only both ends are left of names that are too long."""
     return LONG.sub(lambda text: f"{text[0][:16]}\N{HORIZONTAL ELLIPSIS}{text[0][-15:]}", text)
 
 
 def wrapped(text: str, width: float, size: float, weight: str = "normal") -> list[str]:
     """Break a text into lines no wider than `width` (inches) in a font of `size` points.
 
-    What does not fit into a few lines is left out, and dots stand for it.
+    Text beyond a few lines is left out; dots stand for it.
     """
     font = FontProperties(size=size, weight=weight)
     columns = max(int(width * LETTERS / size), 10)
@@ -301,13 +297,13 @@ def wrapped(text: str, width: float, size: float, weight: str = "normal") -> lis
 
 
 def _points(line: str, font: FontProperties) -> float:
-    """Width of a line in points; a dollar sign is a letter, and begins no formula."""
+    """Width of a line in points; a dollar sign is a letter, it does not begin a formula."""
     with settings({}):
         return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])
 
 
 def caption_of(result: Result) -> str:
-    """Say what numbers depend on, hinges and rods of flexible bodies, and how far they are off."""
+    """Say what results depend on (hinges, rods, accuracy), and their error."""
     words, asked = links_of(result.scene), result.scene.accuracy
     if (elements := result.settings.elements) is not None:
         words.append(f"as beams of {elements} elements, shown by rods")
