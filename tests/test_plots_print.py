@@ -22,7 +22,7 @@ from exudyn_flexlink.plots import (
     polar,
     save_figure,
 )
-from exudyn_flexlink.plots.panels import BEYOND, told
+from exudyn_flexlink.plots.panels import BEYOND, number_text
 from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.storage import save
 
@@ -131,7 +131,7 @@ def test_no_lap_is_hidden_by_another(rigid):
     ],
 )
 def test_no_more_digits_than_are_known(value, error, text):
-    assert told(value, error) == text
+    assert number_text(value, error) == text
 
 
 def test_a_peak_of_which_no_digit_is_known_is_not_told(rigid):

@@ -1,8 +1,8 @@
-"""What is drawn of a mechanism: lines through points of its parts, and marks at such points.
+"""Lines and marks that show a mechanism, and a sketch of it in some poses for figures.
 
-In the parts' own axes, hence the same at every instant: figures and animations draw these alone.
-
-A mechanism in some poses, as figures draw it into axes: bodies, path of S, named points.
+Lines and marks are points in the axes of parts, so they are the same at every instant; figures and
+animations draw nothing else of a mechanism. A `Sketch` draws bodies, the path of S and named
+points into axes.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ from exudyn_flexlink.scene import (
 ROUND = 73  # points of a circle, the last on the first
 COILS = 6  # of a linear spring
 _BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
-RAY = 0.4  # of the length of what turns: a stop of its hinge
-MARGIN = 0.05  # of the size of what is shown, around it
+RAY = 0.4  # of the reach of the part that turns: length of the ray at its hinge's stop
+MARGIN = 0.05  # of the larger side of the picture
 THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs some height
 
 
@@ -66,8 +66,8 @@ THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs 
 class Line:
     """A line through points of parts: `parts` (n,), `places` (n, 2) m in their axes.
 
-    `name` is that of the body, curve, joint or contact of the scene that it shows. Of a spring it
-    has both ends.
+    `name` is that of the body, curve, joint or contact of the scene that it shows. A spring's line
+    has only its two ends.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A line and its look: `kind` is one of those whose looks `sketch` and the animations have."""
+    """A line and its look: `Sketch` and the animations have a look for each `kind`."""
 
     kind: str
     colour: str
@@ -101,7 +101,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where something is seen from: an origin, and the angle (rad) of its x-axis in that part."""
+    """Axes of a view: an origin, and the angle (rad) of the x-axis in the origin's part."""
 
     origin: Anchor
     angle: float = 0.0
@@ -179,7 +179,7 @@ def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
 
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
-    """A guide with clearance is its walls; any other is pale, so that what slides in it is seen."""
+    """Lines of a body: its walls, if it is a guide with clearance; any other guide is pale."""
     body_parts = model.bodies[body]
     walls = [w for c in walled(model) if c.guide.part in body_parts for w in wall_lines(model, c)]
     if walls:
@@ -218,7 +218,7 @@ def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
 
 
 def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
-    """Centres and radii (m) of the circles of a contact, a roller among them."""
+    """Centres and radii (m) of the circles, or the roller, of a contact."""
     if isinstance(contact, CircleContact):
         return [(contact.first, contact.radii[0]), (contact.second, contact.radii[1])]
     if isinstance(contact, CurveContact) and contact.radius > 0:
@@ -259,7 +259,7 @@ def faces(model: Mechanism) -> list[FaceContact]:
 
 
 def stop_ray(model: Mechanism, stop: TurnStop) -> tuple[Anchor, Anchor]:
-    """A short ray from a hinge to where the centre of what turns, or its x-axis, is at the stop."""
+    """A short ray from a hinge, towards the turning part's centre (or its x-axis) at the stop."""
     base, moving, angle = stop.first, stop.second, stop.bound
     if moving.part == GROUND:
         base, moving, angle = moving, base, -angle
@@ -270,7 +270,7 @@ def stop_ray(model: Mechanism, stop: TurnStop) -> tuple[Anchor, Anchor]:
 
 
 def coil(ends: FloatArray) -> FloatArray:
-    """A spring (..., points, 2) m between its ends (..., 2, 2)."""
+    """Zigzag (..., points, 2) m of a spring between its ends (..., 2, 2)."""
     along = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, 2 * COILS), [0.85, 1.0]])
     across = np.zeros(len(along))
     across[2:-2] = 0.06 * (-1.0) ** np.arange(2 * COILS)
@@ -317,9 +317,9 @@ def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
 
 
 def lettered(scene: Scene) -> dict[str, str]:
-    """Rods that the paper calls CD, the one guide, and BE, the one lever that is struck.
+    """Rods by the paper's letters of their ends: CD, the only guide, and BE, the only lever struck.
 
-    By the letters of start and end; none without a guide: other mechanisms have other names.
+    None without a guide: other mechanisms have other names.
     """
     guides = {joint.guide for joint in scene.joints.values() if isinstance(joint, SleeveJoint)}
     lines = [
@@ -335,7 +335,7 @@ def lettered(scene: Scene) -> dict[str, str]:
 
 
 def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
-    """Points that the paper names: S, the watched one, O, P in the one slot, ends of rods."""
+    """Points that the paper names: S, the watched one, O, P in the only slot, ends of rods."""
     anchors = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
     if len(model.slots) == 1:
         anchors["P"] = model.slots[0].anchor
@@ -346,7 +346,7 @@ def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
 
 
 def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:
-    """Names of places (2,) m, those nearer than that to one another under the first of them."""
+    """Names of places (2,) m in groups nearer than `near` (m), by the first name of each group."""
     names: dict[str, list[str]] = {}
     for name, place in places.items():
         beside = (first for first in names if np.max(np.abs(places[first] - place)) < near)
@@ -359,7 +359,7 @@ def box_around(
 ) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) m of a picture of points (..., 2) m, with a margin.
 
-    That `below` them may be larger, as a part of their size.
+    The margin `below` may be larger; it is a part of the picture's size.
     """
     all_points = np.concatenate([point.reshape(-1, 2) for point in points])
     low, high = all_points.min(axis=0), all_points.max(axis=0)
@@ -371,8 +371,8 @@ def box_around(
 BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
 SHOWN = ("curve", "ring", "rope", "stop", *BODIES)
 LABELLED = {"curve": "", "stop": "stop", "rope": "rope or buffer"}
-TOGETHER = 0.06  # of what is shown: names of points nearer than this would hide each other
-BAND = 7.0  # points, of the shading along the path beyond the horizon
+TOGETHER = 0.06  # of the picture's size: names of points nearer than this would hide each other
+BAND = 7.0  # points: width of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
 
 
@@ -380,7 +380,7 @@ _MARKS = {"O": "+", "P": "s", "S": "o"}
 class Sketch:
     """A scene's mechanism in some poses (N, parts, 3): x, y in m and the angle of every part.
 
-    Of a run also the path of the watched point S.
+    With a `result` the sketch also has the path of the watched point S.
     """
 
     scene: Scene
@@ -394,7 +394,7 @@ class Sketch:
 
     @cached_property
     def track(self) -> FloatArray:
-        """Where the watched point S goes (N, 2), m."""
+        """Path (N, 2) of the watched point S, m."""
         anchor = point_anchor(self.scene, self.model, watched_point(self.scene))
         return np.asarray(anchor_position(anchor, self.poses))
 
@@ -443,7 +443,7 @@ class Sketch:
                       markersize=sized(7), zorder=5)  # fmt: skip
 
     def body_legend(self, letters: Mapping[str, str] | None = None) -> list[Line2D]:
-        """Entries for bodies, guides and curves; `letters` of bodies stand after their names."""
+        """Entries for bodies, guides and curves; `letters` of bodies come after their names."""
         curve = "track" if self.model.slots else "curve"
         bodies, curves = {}, {}
         for path in self.shown:
@@ -457,7 +457,7 @@ class Sketch:
         return [*bodies.values(), *curves.values()]
 
     def draw_path(self, axes: Axes, done: slice) -> None:
-        """Draw where S goes, the part of the samples `done` in black."""
+        """Draw the path of S, with the samples `done` in black."""
         factor, _ = self.unit
         axes.plot(*(factor * self.track).T, color=GREY, linewidth=sized(0.7), zorder=1)
         axes.plot(*(factor * self.track[done]).T, color=BLACK, linewidth=sized(1.0), zorder=2)
@@ -466,9 +466,9 @@ class Sketch:
             axes.plot(*(factor * beyond).T, **BEYOND_LINE, linewidth=sized(BAND))
 
     def name_points(self, axes: Axes, index: int, size: float) -> None:
-        """Mark and name points as the paper does, in axes that show as much as `size` (m).
+        """Mark and name points as the paper does, in axes that are `size` (m) large.
 
-        S is drawn last; names of points near to each other stand together.
+        S is drawn last; points that are close to each other have one text with all names.
         """
         points = {
             name: np.asarray(anchor_position(anchor, self.poses[index]))
@@ -509,13 +509,13 @@ class Sketch:
 
 
 def _mark(name: str) -> dict[str, Any]:
-    """How a point is marked; P is open and larger, so that S is seen where both are one point."""
+    """Look of a point's mark; P is open and larger, so that S is seen if both are one point."""
     open_or_full = {"mfc": "white", "markersize": sized(7)} if name == "P" else {}
     return {"marker": _MARKS[name], "color": BLACK, "markersize": sized(4), **open_or_full}
 
 
 def _look(scene: Scene, line: Drawn) -> dict[str, Any]:
-    """How a line is drawn; points of rigid bodies and hinges are dots."""
+    """Look of a line; points of rigid bodies and hinges are dots."""
     looks: dict[str, dict[str, Any]] = {
         "curve": {"linewidth": 1.0, "zorder": 1},
         "wall": {"linewidth": 2.0, "zorder": 2},

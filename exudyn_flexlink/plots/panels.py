@@ -1,6 +1,6 @@
 """What panels share: letters, legends, units, digits, the axis along a run, its horizon.
 
-Axes that are given: how many a figure needs, and two runs told apart in one of them.
+For axes that users give: how many a figure needs, and labels of two runs in the same axes.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from exudyn_flexlink.plots.frame import (
 from exudyn_flexlink.result import Result
 
 BEYOND: dict[str, Any] = {"color": "#C9B8D8", "alpha": 0.45, "linewidth": 0}
-"""How what lies beyond the horizon is shaded in every figure,"""
+"""Look of the shading beyond the horizon, in every figure,"""
 BEYOND_LINE: dict[str, Any] = {
     "color": BEYOND["color"],
     "alpha": BEYOND["alpha"],
@@ -43,19 +43,19 @@ BEYOND_LINE: dict[str, Any] = {
 }
 """and along a line."""
 
-# How the instant is marked from which on positions may be off by more than asked:
+# Look of the mark at the instant from which on positions may be off by more than asked:
 DOUBT_LINE: dict[str, Any] = {"color": "#8A63B0", "linewidth": 0.8, "zorder": 1}
 
-LETTERS = 118  # that fit into an inch of legend, over the points of their font
-HANDLE = 6  # letters that the sample of a line takes in a legend
-COINCIDE = 0.01  # of the room of both: lines nearer than this hide each other
-OFTEN = 0.3  # of the samples: then they do so for long enough to be missed
-BROADER = 2.2  # points, of a line for each other that lies on it
+LETTERS = 118  # letters in an inch of legend, times the points of their font
+HANDLE = 6  # letters: width of the sample of a line in a legend
+COINCIDE = 0.01  # of the range of all lines: lines nearer than this hide each other
+OFTEN = 0.3  # of the samples: a line hidden in more of them could be missed
+BROADER = 2.2  # points: added to a line's width for each later line that lies on it
 DEEPEST = 1e-6  # of the largest value on a logarithmic axis
-BACK = 1e-6  # rad: a crank that goes back by no more goes forward
-MOST = 4  # significant digits: more are never read off a figure
-FINEST = 1e-4  # s, or of a run shorter than 1 s: no instant is told finer in a figure
-UNTOLD = 3  # significant digits where nothing tells the error
+BACK = 1e-6  # rad: a crank that goes back by less between samples still goes forward
+MOST = 4  # significant digits: nobody reads more off a figure
+FINEST = 1e-4  # s, or a part of a run shorter than 1 s: finest digit of an instant in a figure
+UNTOLD = 3  # significant digits if the error is not known
 
 
 def engine_colour(result: Result) -> str:
@@ -70,7 +70,7 @@ def colours_of_both(first: Result, second: Result) -> tuple[str, str]:
 
 
 def title_at(result: Result, index: int, digits: int = 0) -> str:
-    """Return the instant of a sample, and the crank's angle there, for a title."""
+    """Return the instant of a sample, and the crank's angle then, for a title."""
     words = f"t = {time_text(result, float(result.time[index]))} s"
     if turns(result):
         words += f", crank {np.degrees(crank_angle(result)[index]):.{digits}f}°"
@@ -78,7 +78,7 @@ def title_at(result: Result, index: int, digits: int = 0) -> str:
 
 
 def letter(panels: Iterable[Axes]) -> None:
-    """Name panels (a), (b), .., before their titles, where there are several."""
+    """Put (a), (b), .. before the titles of panels, if there are several."""
     panels = [axes for axes in panels if not is_given(axes)]
     for i, axes in enumerate(panels if len(panels) > 1 else ()):
         name = chr(ord("a") + i) if i < 26 else str(i + 1)
@@ -86,10 +86,10 @@ def letter(panels: Iterable[Axes]) -> None:
 
 
 def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **more: Any) -> None:
-    """Put the legend, if there is anything to say, off the data; into axes that are given.
+    """Put the legend, if it has entries, beside the axes; in a user's axes, inside.
 
-    Right of the axes, from `left` axes widths; in a narrow figure above them, or `below` the
-    figure. `more` is for ``Axes.legend``, such as other `handles`.
+    It is right of the axes, from `left` axes widths; in a narrow figure it is above them, or
+    `below` the figure. `more` goes to ``Axes.legend``, such as other `handles`.
     """
     handles = more.setdefault("handles", axes.get_legend_handles_labels()[0])
     labels = [str(handle.get_label()) for handle in handles]
@@ -115,7 +115,7 @@ def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **mor
 
 
 def columns_of(labels: Sequence[str], figure: Any, part: float = 0.85) -> int:
-    """Columns of a legend, filled one after the other, no wider than a part of the figure."""
+    """Number of columns of a legend that is no wider than a `part` of the figure."""
     size = mpl.rcParams["legend.fontsize"]
     room = part * figure.get_figwidth() * LETTERS / float(size)
     lengths = [max(len(part) for part in name.replace("$", "").split("\n")) for name in labels]
@@ -132,7 +132,7 @@ def sized(points: float) -> float:
 
 
 def forward(result: Result) -> bool:
-    """Whether the crank goes round and never back: then every angle comes once."""
+    """Whether the crank goes round and never back, so that each angle occurs once."""
     if not turns(result):
         return False
     made = np.diff(crank_angle(result))
@@ -142,7 +142,7 @@ def forward(result: Result) -> bool:
 def along(result: Result) -> tuple[FloatArray, str]:
     """Return the axis (N,) of a whole run and its label: turns of the crank, else time.
 
-    Time also where the crank goes back, so that no part of a line lies on another.
+    It is time also if the crank goes back: parts of a line would lie on each other.
     """
     if forward(result):
         angle = crank_angle(result)
@@ -151,7 +151,7 @@ def along(result: Result) -> tuple[FloatArray, str]:
 
 
 def limits(axes: Axes, x: FloatArray) -> None:
-    """Let the x-axis show a whole run, from left to right, also where `x` falls."""
+    """Let the x-axis show a whole run, from left to right, also if `x` falls."""
     if np.ptp(x) > 0:
         axes.set_xlim(float(np.min(x)), float(np.max(x)))
     if x[-1] < x[0]:
@@ -159,9 +159,9 @@ def limits(axes: Axes, x: FloatArray) -> None:
 
 
 def horizon(result: Result) -> tuple[float, str] | None:
-    """Instant (s) from which on positions are not known instant by instant, and why.
+    """Instant (s) from which on positions at an instant are not known, and why.
 
-    None if they are throughout, or nobody looked.
+    None if they are known to the end, or if no error was measured.
     """
     error = result.error
     if error.horizon is not None:
@@ -180,7 +180,7 @@ def is_beyond(result: Result, time: float) -> bool:
 def mark_doubt(
     axes: Axes, result: Result, time: FloatArray, x: FloatArray, *, named: bool = True
 ) -> None:
-    """Draw a line where positions begin to be doubtful; `x` (N,) are the places of `time` (N,)."""
+    """Draw a line from where on positions are doubtful; `x` (N,) are the places of `time` (N,)."""
     begin, label = result.error.exceeds_from, "may be off by\nmore than asked" if named else None
     if begin is not None:
         axes.axvline(float(np.interp(begin, time, x)), label=label, **DOUBT_LINE)
@@ -210,9 +210,9 @@ def over_run(panels: Sequence[Axes], result: Result, x: FloatArray, label: str) 
 
 
 def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
-    """Widths (points) of lines drawn in order, so that none is hidden by later ones that lie on it.
+    """Widths (points) of lines drawn in order: a line on which later ones lie is broader.
 
-    Of series (N,) each, in one unit; `thin` is the width of a line that nothing lies on.
+    The `series` (N,) have one unit; `thin` is the width of a line that no other lies on.
     """
     room = max(float(np.ptp(values)) for values in series) or 1.0
     step = BROADER * sized(1.0)
@@ -223,7 +223,7 @@ def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
 
 
 def _coincide(values: FloatArray, later: FloatArray, room: float) -> bool:
-    """Whether two lines lie on each other for long; where both are zero does not count."""
+    """Whether two lines lie on each other for long; samples where both are zero don't count."""
     near = COINCIDE * room
     away = (np.abs(values) > near) | (np.abs(later) > near)
     same = np.abs(values - later) < near
@@ -235,8 +235,8 @@ def logarithmic(
 ) -> None:
     """Draw the sizes of values (N,), by their names in a legend, on a logarithmic axis.
 
-    Not below `DEEPEST` of the largest: zero crossings would stretch the axis without end. `none`
-    is what stands there if all are 0.
+    The axis ends at `DEEPEST` of the largest: zero crossings would stretch it without end. `none`
+    is the text there if all are 0.
     """
     axes.set_yscale("log")
     largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in series.values())
@@ -250,12 +250,12 @@ def logarithmic(
 
 
 def length_unit(lengths: ArrayLike) -> tuple[float, str]:
-    """Factor from m, and its name, of the unit fit for lengths (m)."""
+    """Factor from m to the unit that suits lengths (m), and the unit's name."""
     return (1e3, "mm") if np.max(np.abs(lengths)) < 1 else (1.0, "m")
 
 
 def shown_in(unit: str, values: ArrayLike) -> tuple[float, str]:
-    """Factor from an SI unit to that in which figures show values, and its name."""
+    """Factor from an SI unit to the one in which figures show values, and its name."""
     return length_unit(values) if unit == "m" else (1.0, unit)
 
 
@@ -281,9 +281,9 @@ def number_text(
 
 
 def position_error(result: Result, time: float) -> float | None:
-    """How far positions may be off at an instant, m; None where nothing tells.
+    """Error of positions at an instant, m; None if it is not known.
 
-    The largest error that a second run found up to then; without one the scene's tolerance.
+    It is the largest that a second run showed up to then; without such a run, the tolerance.
     """
     error = result.error
     if error.missing:
@@ -294,9 +294,9 @@ def position_error(result: Result, time: float) -> float | None:
 
 
 def time_text(result: Result, time: float) -> str:
-    """Return an instant (s) as text: events near it are off by the error of positions over speed.
+    """Return an instant (s) as text, to the error of positions over the largest speed.
 
-    To a tenth of a millisecond at best.
+    That is the error of an event near it. The finest digit is a tenth of a millisecond.
     """
     error = position_error(result, time)
     velocity = path(result, watched_point(result.scene)).velocity
@@ -331,10 +331,10 @@ def listed(ax: Given) -> list[Axes]:
 
 
 def required(ax: Given, panels: Sequence[str]) -> list[Axes]:
-    """Return the axes of panels that are named, given for the first of them or for all.
+    """Return the user's axes for the named panels: for the first of them, or for all.
 
     Raises:
-        ValueError: there are more or less.
+        ValueError: it is another number of axes.
 
     """
     all_axes = listed(ax)
@@ -352,7 +352,7 @@ def placed(
     columns: int = 1,
     **subplots: Any,
 ) -> tuple[Figure, list[Axes]]:
-    """Return a new figure with axes for panels that are named, row by row, or those given for them.
+    """Return a figure and the axes of the named panels: the user's, or new ones, row by row.
 
     The last row of a new figure may have more axes than there are panels.
     """
@@ -371,9 +371,9 @@ def is_given(axes: Axes) -> bool:
 
 @contextmanager
 def labelled_run(result: Result, all_axes: Sequence[Axes], label: str | None) -> Iterator[None]:
-    """Name what is drawn within by `label`; dash it where a run is in the axes already.
+    """Label the lines that are drawn inside; dash them if the axes have a run already.
 
-    Then these show both runs whole; they tell if this run stopped or is doubtful.
+    Then the axes show both runs whole. A text says if this run stopped or is doubtful.
     """
     before = [(len(axes.lines), axes.get_xlim(), axes.get_ylim()) for axes in all_axes]
     yield

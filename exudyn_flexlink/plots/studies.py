@@ -1,10 +1,7 @@
-"""What accuracy costs, how far benchmarks are off, and how stable a motion is.
+"""Figures of studies: accuracy over cost, benchmarks, stability, series, sweeps, comparisons.
 
-A run beside a measured series: both over each other, and their difference below.
-
-Observables of a sweep over what varied: lines, maps, or dots.
-
-Two runs of one scene over each other, and their differences below.
+A run is drawn over a measured series, or over another run of its scene, with the differences below.
+Observables of a sweep are lines, maps or dots over the values that varied.
 """
 
 from __future__ import annotations
@@ -74,7 +71,7 @@ from exudyn_flexlink.verification import VerifiedRun
 
 @styled
 def against(beside: Against, *, style: Style = SCREEN) -> Figure:
-    """Each quantity of a series and of the run beside it, and the run less the series."""
+    """Each quantity of a series and of its run, and the difference, run less series."""
     what = f"{beside.result.engine} and {beside.series.source}"
     shift = f", shifted by {beside.shift:.4g} s" if beside.shift else ""
     return _drawn(beside, f"{what}{shift}, and their difference", "difference", style)
@@ -82,7 +79,7 @@ def against(beside: Against, *, style: Style = SCREEN) -> Figure:
 
 @styled
 def fit(fitted: Fit, *, style: Style = SCREEN) -> Figure:
-    """Each fitted quantity with what was measured, and the residuals."""
+    """Each fitted quantity with the measured values, and the residuals."""
     names = (
         " and ".join(fitted.values) if len(fitted.values) < 3 else f"{len(fitted.values)} values"
     )
@@ -91,7 +88,7 @@ def fit(fitted: Fit, *, style: Style = SCREEN) -> Figure:
 
 
 def _drawn(beside: Against, subject: str, difference: str, style: Style) -> Figure:
-    """Two panels for each quantity: the run and the series; what the run is more, by its name."""
+    """Two panels for each quantity: run and series; run less series, labelled `difference`."""
     result = beside.result
     figure = new_figure(result, subject, 0.4 + 2.9 * len(beside.measured), style)
     ratios = (1.7, 1) * len(beside.measured)
@@ -123,14 +120,14 @@ def _drawn(beside: Against, subject: str, difference: str, style: Style) -> Figu
 
 LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
          "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
-"""Markers and lines of formulations; of an engine without a choice those of none."""
+"""Markers and lines of formulations; an engine without formulations has those of ''."""
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
-LEGEND = 2.4  # inches on a screen, of the legend above in print
+LEGEND = 2.4  # inches on a screen: height of the legend above, in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
-FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
-ROW = 0.24  # inches on a screen, of a number
-LEAST_SHOWN = 1e-17  # a smaller difference, in any unit, is none: it is drawn here
+FEW_DECADES = 2.0  # an axis of time with fewer has labels between powers of ten, too
+ROW = 0.24  # inches on a screen: height of a number's row
+LEAST_SHOWN = 1e-17  # smaller differences, in any unit, are drawn here
 FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 
 
@@ -138,8 +135,8 @@ FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     """Largest error of the points that are judged over processor time, log-log.
 
-    Points below the floor, to which the two references agree, are hollow: nothing independent tells
-    them. Lines across mark the target and the errors that no setting removes.
+    Points below the floor are hollow: the two references agree to the floor only, so that nothing
+    independent confirms them. Lines across mark the target and the errors that no setting removes.
     """
     subject = f"What accuracy costs: error over processor time, to t = {study.until:.4g} s"
     height = 4.0 + LEGEND * style.narrow
@@ -159,13 +156,13 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     return figure
 
 
-def _panels_of(errors: Errors, floor: float = 0.0) -> float:
-    """Where an error is drawn, m: far below the floor there is nothing to see."""
+def _drawn_height(errors: Errors, floor: float = 0.0) -> float:
+    """Height (m) at which an error is drawn, not far below the floor."""
     return max(errors.largest, DEEPEST * floor, LOWEST)
 
 
 def _caption_of(study: Study) -> list[tuple[str, str]]:
-    """Say against which runs errors and their floor are; lines with their colours."""
+    """Lines of the caption with their colours: which runs give the errors and their floor."""
     texts = [(f"errors against {study.reference.told}", GREY)]
     if study.check is not None:
         texts.append((f"floor: its distance from {study.check.told}", GREY))
@@ -174,12 +171,12 @@ def _caption_of(study: Study) -> list[tuple[str, str]]:
 
 
 def _draw(axes: Axes, study: Study) -> None:
-    """Draw a curve for each method, and lines across for what no setting removes."""
+    """Draw a curve for each method, and lines across for errors that no setting removes."""
     for method in dict.fromkeys(point.method for point in study.points):
         points = [point for point in study.points if point.method == method]
         _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
     for source in study.sources:
-        level = _panels_of(source.errors)
+        level = _drawn_height(source.errors)
         if source.kind in _OF_SOURCES and level > LOWEST:
             colour, name = _OF_SOURCES[source.kind]
             axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
@@ -191,7 +188,7 @@ def _draw(axes: Axes, study: Study) -> None:
         label = "below the floor"
         axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=label)
     if study.own is not None:
-        place = (study.own.processor, _panels_of(study.own.errors, study.floor))
+        place = (study.own.processor, _drawn_height(study.own.errors, study.floor))
         axes.plot(*place, "o", color=ORANGE, markersize=sized(11), markerfacecolor="none",
                   markeredgewidth=1.6, label="the model's own settings")  # fmt: skip
     axes.set_ylim(low, high)
@@ -204,7 +201,7 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
     style: dict[str, Any] = {"linestyle": line, "marker": marker, "markersize": sized(5)}
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
     x = np.array([point.processor for point in points])
-    y = np.array([_panels_of(point.errors, floor) for point in points])
+    y = np.array([_drawn_height(point.errors, floor) for point in points])
     axes.plot(x, y, color=colour, label=method.name, **style)
     hollow = {**style, "linestyle": "", "markerfacecolor": "white"}
     axes.plot(x[y < floor], y[y < floor], color=colour, **hollow)
@@ -212,7 +209,7 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
 
 @styled
 def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure:
-    """Every number of some runs in a row of its own: its difference, and what is allowed."""
+    """One row for every number of some runs: its difference, and the allowed one."""
     numbers = [(run, number) for run in runs for number in run.numbers]
     title = "Benchmarks against published numbers"
     subject = "Difference of each number, in its SI unit; a bar ends at what is allowed"
@@ -254,13 +251,13 @@ def stability(study: Stability, *, style: Style = SCREEN) -> Figure:
 
 
 def _growth(axes: Axes, study: Stability) -> None:
-    """Growth in each lap, and the mean up to there with its uncertainty in the end."""
+    """Growth in each lap, its mean up to each lap, and the uncertainty of the last mean."""
     rate = study.exponent
     laps = rate.times / study.rhythm.lap
     axes.stairs(*growth_of_laps(laps, rate.rates), color=SKY, linewidth=sized(0.8),
                 label="each lap")  # fmt: skip
     counted = laps[rate.settled + 1 :]
-    whole = counted > laps[rate.settled] + 1  # before, a mean tells where in the lap it ends
+    whole = counted > laps[rate.settled] + 1  # before, a mean depends on the part of the lap
     axes.plot(counted[whole], rate.running[whole], color=BLUE, label="mean")
     low, high = rate.value - rate.uncertainty, rate.value + rate.uncertainty
     axes.axhspan(low, high, color=BLUE, alpha=0.2, linewidth=0, label="95 %")
@@ -271,9 +268,9 @@ def _growth(axes: Axes, study: Stability) -> None:
 
 
 def growth_of_laps(laps: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean growth (L,) 1/s in each lap, and where laps begin and end (L + 1,).
+    """Mean growth (L,) 1/s in each lap, and the begins and ends of laps (L + 1,).
 
-    `rates` (K,) 1/s are those of stretches between `laps` (K + 1,), which are too many to be seen.
+    `rates` (K,) 1/s are those of the many short stretches between `laps` (K + 1,).
     """
     bounds = laps[0] + np.arange(max(1, round(laps[-1] - laps[0])) + 1)
     grown = np.concatenate([[0.0], np.cumsum(rates * np.diff(laps))])
@@ -281,7 +278,7 @@ def growth_of_laps(laps: FloatArray, rates: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _laps(axes: Axes, study: Stability) -> None:
-    """Largest distance from where the point was one to eight laps before."""
+    """Largest distance of the point from its places one to eight laps before."""
     laps = study.laps
     number = laps.end / study.rhythm.lap
     for colour, before, row in zip(SERIES, laps.before.tolist(), laps.largest, strict=False):
@@ -298,7 +295,7 @@ def _laps(axes: Axes, study: Stability) -> None:
 
 
 def _section(axes: Axes, study: Stability) -> None:
-    """Place of the point once a lap, the darker the later."""
+    """Place of the point once a lap; later ones are darker."""
     section = study.section
     order = np.arange(len(section.time))
     x, y = 1e3 * section.position.T
@@ -311,7 +308,7 @@ def _section(axes: Axes, study: Stability) -> None:
 
 
 def _spectrum(axes: Axes, study: Stability) -> None:
-    """Power of what the point is off its ideal place; x lies below y, broad and pale."""
+    """Power spectrum of the point's distance from its ideal place; x is broad and pale, below y."""
     vibration = study.vibration
     top = 0.0
     looks = ({"linewidth": sized(3.0), "alpha": 0.45}, {"linewidth": sized(0.6)})
@@ -348,10 +345,10 @@ def bifurcation(branches: Branches, *, axis: str = "y", style: Style = SCREEN) -
 
 
 MOST_PANELS = 6
-NOTICEABLE = 1e-4  # of a number: the summary prints numbers that differ by less alike
-ALL_BUT_ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
-FEW = 8  # values that all have a tick
-LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
+NOTICEABLE = 1e-4  # of a number: with smaller differences the summary prints the same digits
+ALL_BUT_ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences are rounding
+FEW = 8  # so many values, or fewer, all have a tick
+LINES, MAP = 1.5, 2.6  # inches on a screen: height of a panel
 
 
 @dataclass(frozen=True)
@@ -367,14 +364,14 @@ class Scale:
 def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN) -> Figure | None:
     """Draw observables by their columns' `names`, or the first that differ from row to row.
 
-    Over one value that varied as lines, over two as maps, over each of more as dots. Rows that
-    failed or are doubtful are marked; None if no row has numbers.
+    If one value varied they are lines, if two maps, if more dots over each. Rows that failed or are
+    doubtful are marked; None if no row has numbers.
 
     Raises:
         ValueError: there is no such column.
 
     """
-    # Those that differ to the eye, if there are any.
+    # Those that differ visibly, if there are any.
     chosen = list(names) or _differing(table, NOTICEABLE) or _differing(table, ALL_BUT_ROUNDING)
     unknown = [name for name in chosen if name not in table.observables]
     if unknown:
@@ -390,9 +387,9 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
 
 
 def _differing(table: SweepTable, part: float) -> list[str]:
-    """Observables that are numbers and differ from row to row by more than a part of them.
+    """Observables that are numbers and differ from row to row by more than a `part` of them.
 
-    What differs by nearly nothing in SI does not.
+    Differences below `LEAST_CHANGE` do not count.
     """
     columns = table.columns()
     names = []
@@ -433,7 +430,7 @@ def _of(table: SweepTable, status: str) -> BoolArray:
 def _frame(
     table: SweepTable, subject: str, height: float, style: Style, marks: tuple[str, str] = ("", "")
 ) -> Figure:
-    """Title, and how many runs failed or are doubtful, with how each of both is marked."""
+    """Empty figure with a title, and the numbers and marks of failed and of doubtful runs."""
     crossed, ringed = marks
     failed, missing = table.count(FAILED), table.points - len(table.rows)
     notes = [f"{failed} of {len(table.rows)} runs failed{crossed}: see 'reason' in the table"]
@@ -446,7 +443,7 @@ def _frame(
 
 
 def _ticked(axes: Axes, scale: Scale, which: str) -> None:
-    """Label an axis, and name its places, if they are words."""
+    """Label an axis, and its places, if they are words or few."""
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_label_text(scale.label, parse_math=False)
     given = np.unique(scale.places)
@@ -459,7 +456,7 @@ def _ticked(axes: Axes, scale: Scale, which: str) -> None:
 def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
     """A row of panels for each observable, a column for each value that varied.
 
-    Lines join the rows where one value varied alone.
+    If only one value varied, lines join the rows.
     """
     alone = len(along) == 1
     subject = f"over {along[0].label}" if alone else f"over each of {len(along)} values"
@@ -473,11 +470,11 @@ def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Styl
                 axes.plot(x.places[order], scale.places[order], color=BLUE, alpha=0.6)
             _dots(axes, table, x, scale)
         row[0].set_title(scale.label, parse_math=False)
-        if not scale.words:  # no number that would have to be added to each
+        if not scale.words:  # without an offset, which readers had to add to each number
             row[0].yaxis.get_major_formatter().set_useOffset(False)
     for axes, x in zip(panels[-1], along, strict=True):
         _ticked(axes, x, "x")
-        if not alone:  # there is no room for long names, in print not even for short ones
+        if not alone:  # no room for long names, in print not even for short ones
             name = x.label.replace(".", ".\n").replace(" (", "\n(")
             axes.set_xlabel(name, rotation=90 * style.narrow, parse_math=False)
             axes.tick_params("x", rotation=90 * style.narrow)
@@ -535,7 +532,7 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
 def _cells(
     x: FloatArray, y: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Columns, rows and a matrix of values, nan where there is none."""
+    """Columns, rows and a matrix of values, nan for missing ones."""
     columns, i = np.unique(x, return_inverse=True)
     rows, k = np.unique(y, return_inverse=True)
     cells = np.full((len(rows), len(columns)), nan)
@@ -547,8 +544,8 @@ def _cells(
 def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
     """Watched point and struck bodies of both runs; below, their differences on log axes.
 
-    Strikes are marked, and the horizon from which on instants can't be compared. None if there is
-    nothing but one instant.
+    Strikes are marked, and the horizon, beyond which single instants can't be compared. None if
+    the runs share only one instant.
     """
     if len(compared.time) < 2:
         return None

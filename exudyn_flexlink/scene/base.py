@@ -1,6 +1,6 @@
-"""What the parts of a scene share: frozen models, read-only mappings, unions told by `type`, names.
+"""What the parts of a scene share: frozen models, read-only mappings, unions by `type`, names.
 
-What a key refers to, and which keys exclude each other, is declared where the key is.
+Each key's field declares what the key refers to, and its class which keys exclude each other.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ Value = TypeVar("Value")
 
 
 class Part(BaseModel):
-    """A named or nested part of a scene: frozen, and refusing keys it does not know.
+    """A named or nested part of a scene: frozen; it refuses unknown keys.
 
     One key of each row of `one_of` must be given, and at most one of each row of `at_most_one`.
-    `belonging` are keys that mean something beside a certain one of `one_of` only.
+    `belonging` has the keys that are allowed only beside a certain key of `one_of`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
@@ -45,7 +45,7 @@ class Part(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _without_nothing(cls, data: Any) -> Any:
-        """Leave out keys that are given as nothing and may be left out, as sections may be."""
+        """Drop optional keys without a value, such as empty sections."""
         if not isinstance(data, Mapping):
             return data
         optional = {
@@ -103,14 +103,14 @@ Named = Annotated[Mapping[str, Value], AfterValidator(FrozenMapping), PlainSeria
 
 
 def by_name(description: str) -> Any:
-    """Return the default of a mapping from names that may be left out: an empty one."""
+    """Return the field of an optional mapping from names, which is empty by default."""
     return Field(default_factory=FrozenMapping, description=description)
 
 
 class ByType:
     """Annotation of a union of parts: the key `type` picks the class, a string may be a name.
 
-    `default` is the type meant when the key is left out.
+    `default` is the type if the key is left out.
     """
 
     def __init__(self, default: str = "") -> None:
@@ -138,13 +138,13 @@ class ByType:
 
 
 def types_of(part: type[Part]) -> tuple[str, ...]:
-    """Return the words that stand for this class in the key `type`; an empty one if it has none."""
+    """Return the values of the key `type` that mean this class; an empty text if it has no key."""
     field = part.model_fields.get("type")
     return get_args(field.annotation) if field else ("",)
 
 
 def refuse_place(what: str, points: tuple[str, str], at: tuple[float, float] | None) -> None:
-    """Refuse a joint or spring of two points whose place on the ground is missing, or too much."""
+    """Refuse a joint or spring whose place on the ground is missing, or given without need."""
     if points == (GROUND, GROUND):
         refuse("joins the ground to itself", at="points")
     if GROUND in points and at is None:
@@ -183,7 +183,7 @@ def _is_moving_point(text: str) -> str:
 
 
 def listed(*entries: str) -> BeforeValidator:
-    """Refuse what is no list of these entries; the message shows how the list is written."""
+    """Refuse a value that is no list of these entries; the message shows the list's form."""
 
     def check(value: Any) -> Any:
         if not isinstance(value, list | tuple) or len(value) != len(entries):
@@ -199,17 +199,17 @@ NEEDS_QUOTES = 'YAML ends a value at a comma: an expression with commas needs qu
 
 
 def is_cut(text: Any) -> bool:
-    """Whether this is the first piece of an expression that YAML took apart at its commas."""
+    """Whether this is the first piece of an expression that YAML split at its commas."""
     return isinstance(text, str) and text.count("(") > text.count(")")
 
 
 @dataclass(frozen=True)
 class Refers:
-    """Annotation of a text, or of a mapping's names: it is that of a part of a `section`.
+    """Annotation of a text, or of a mapping's names: they name parts of a `section`.
 
-    The section may be ``points``, or ``frames``: bodies and the ground. `kinds` are types of
-    joints, and `words` say which these are; a sleeve may have a clearance only with `play`.
-    `to_slides` is the hint if it slides.
+    The section may also be ``points``, or ``frames``: bodies and the ground. `kinds` are the types
+    of joints that are allowed, and `words` name these in messages; a sleeve may have a clearance
+    only with `play`. `to_slides` is the hint if the named joint slides.
     """
 
     section: str

@@ -1,6 +1,6 @@
-"""Columns of numbers in a text file: their separators, and what a header says of them.
+"""Columns of numbers in CSV files: points of splines, and tables of drives and springs.
 
-Points of splines, and tables of drives and springs, from CSV files.
+Separators, decimal commas and units are found in the file and its header.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from exudyn_flexlink.scene.forces import OF_DRIVES, OF_SPRINGS
 from exudyn_flexlink.source import Document, KeyPath, Mistake
 
 Columns = Mapping[str, Sequence[Dimension]]
-"""What two columns hold: their names, and what each may measure; nothing: that is not known."""
+"""Two columns by name, with the dimensions that each may have; none if these are not known."""
 PLACES: Columns = {"x": (Dimension.LENGTH,), "y": (Dimension.LENGTH,)}
 _CALLED = {"x": {"x"}, "y": {"y"}, "time": {"t", "time", "zeit", "temps"}}
 _POLAR = {"r", "radius", "rho", "angle", "theta", "phi", "θ", "φ"}
-_SEPARATORS = (";", "\t", ",", " ")  # in this order: beside all but ',' a ',' may be a decimal mark
-_CELL = re.compile(r"[^\s()\[\]]*\s*[(\[][^()\[\]]*[)\]]|\S+")  # 'n [rpm]', where blanks separate
+_SEPARATORS = (";", "\t", ",", " ")  # in this order; a ',' is a decimal mark if others separate
+_CELL = re.compile(r"[^\s()\[\]]*\s*[(\[][^()\[\]]*[)\]]|\S+")  # 'n [rpm]', if blanks separate
 _BRACKETED = re.compile(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]$")
 _COMMENTED = re.compile(r"(?!\d)[^\s()\[\]]*\s*(?:in )?(?:[(\[][^()\[\]]*[)\]]|[^\s()\[\]]*)")
 _SAVE = "save it as 'CSV UTF-8'"
@@ -41,19 +41,19 @@ _KINDS = {
     b"\xfe\xff": f"text in UTF-16: {_SAVE}",
     b"MATLAB": "in a format of MATLAB: save columns as CSV, or give them from Python",
 }
-"""What files are that hold no text in UTF-8, by their first bytes."""
+"""Kinds of files that are no text in UTF-8, by their first bytes."""
 _OF_TIME = "t"  # in the header 'M(t)': no tonne
 
 
 class BadFileError(Exception):
-    """What is wrong with a file, in words."""
+    """A file can't be used; the text says why."""
 
 
 def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[float]]]:
     """Return the numbers of lines and their rows, in SI units and in the order of `columns`.
 
-    Cells are separated by ';', tabs, ',' or blanks, as those of the first row are; but for ',' a
-    decimal comma is read, too. The lines above it, also behind '#', may name columns and units.
+    The first row tells whether ';', tabs, ',' or blanks separate cells. Unless it is ',', numbers
+    may have a decimal comma. The lines above it, also behind '#', may name columns and units.
 
     Raises:
         BadFileError: a line can't be read, or its unit is unknown or does not fit.
@@ -83,9 +83,9 @@ def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[flo
 
 
 class Cells(NamedTuple):
-    """A table as text: what heads each column, or its number from 1; lines, and their cells.
+    """A table as text: names of columns (or numbers from 1), numbers of lines, and their cells.
 
-    `comma` tells that a ',' in a cell is a decimal mark; `text` is that of the file.
+    `comma` is true if a ',' in a cell is a decimal mark; `text` is that of the whole file.
     """
 
     names: list[str]
@@ -98,8 +98,8 @@ class Cells(NamedTuple):
 def read_cells(path: Path) -> Cells:
     """Read a table of any number of columns, separated as those of `read_columns` are.
 
-    Of lines above the rows those count that have as many cells; what stands in one column is joined
-    with blanks.
+    Lines above the rows count if they have as many cells; the texts of a column are joined with
+    blanks.
 
     Raises:
         BadFileError: the file can't be read, has no rows, or a row has more or fewer cells.
@@ -142,7 +142,7 @@ def _split(
 ) -> tuple[str, Lines, str, Lines, list[int]]:
     """Return the text, lines above the first row, the separator, rows, and lines with a ','.
 
-    The first row is one of which it `fits` which cells are numbers.
+    The first row is the first line that `fits`, by which of its cells are numbers.
     """
     try:
         text = path.read_text(encoding="utf-8-sig").replace('"', "")
@@ -157,7 +157,7 @@ def _split(
     separators = (
         (k, _separator(line, fits)) for k, (_, line) in enumerate(lines) if line[0] != "#"
     )
-    begin, separator = next(((k, one) for k, one in separators if one), (len(lines), ","))
+    begin, separator = next(((k, by) for k, by in separators if by), (len(lines), ","))
     numbered = [(i, line) for i, line in lines[begin:] if line[0] != "#"]
     commas = [i for i, line in numbered if "," in line] if separator != "," else []
     if commas and any("." in line for _, line in numbered):
@@ -166,7 +166,7 @@ def _split(
 
 
 def _separator(line: str, fits: Callable[[list[bool]], bool]) -> str:
-    """Return what separates numbers, or else cells of which one is a number; '': nothing."""
+    """Return the separator of numbers, or else of cells with a number among them; '': none."""
     by = {
         separator: [_is_number(cell, separator) for cell in _cells(line, separator)]
         for separator in _SEPARATORS
@@ -193,9 +193,9 @@ def _is_number(cell: str, separator: str) -> bool:
 def _header(
     file: str, above: Sequence[tuple[int, str]], separator: str, columns: Columns
 ) -> tuple[bool, list[float]]:
-    """Tell whether columns stand the other way round, and return the unit of each in SI.
+    """Tell whether the columns are swapped, and return the unit of each in SI.
 
-    Behind a '#' a line is a header if it consists of two names, with units or without.
+    A line behind a '#' is a header if it has exactly two names, with units or without.
     """
     swapped, units = False, [1.0, 1.0]
     for i, line in above:
@@ -216,7 +216,7 @@ def _header(
 
 
 def _named(cells: list[str], columns: Columns) -> tuple[bool, list[float | None]]:
-    """Tell whether cells name the columns the other way round, and return the columns' units."""
+    """Tell whether cells name the columns in swapped order, and return the columns' units."""
     words = [_words(cell) for cell in cells]
     first, second = (_CALLED.get(name, set[str]()) for name in columns)
     swapped = bool(first & words[1]) and not (first & words[0] or second & words[1])
@@ -246,7 +246,7 @@ def _words(cell: str) -> set[str]:
 
 
 def unit_of(cell: str, dimensions: Sequence[Dimension]) -> float | None:
-    """Return the unit in SI that a header's cell names: in brackets, or behind a name, or alone."""
+    """Return the unit in SI of a header's cell: in brackets, or behind a name, or alone."""
     bracketed = _BRACKETED.search(cell)
     if not dimensions or (bracketed and bracketed[1] == _OF_TIME):
         return None
@@ -269,7 +269,7 @@ def unit_of(cell: str, dimensions: Sequence[Dimension]) -> float | None:
 
 
 def _find(text: str, wanted: Dimension) -> Unit:
-    """Look a unit up as headers spell it: 'rad s-1', 'm/s2', 'lb-ft', in capitals, too."""
+    """Find a unit in the spelling of headers: 'rad s-1', 'm/s2', 'lb-ft', also in capitals."""
     name = re.sub(r"(?<=[A-Za-z])(-?[0-9])", r"^\1", text.replace("\N{MINUS SIGN}", "-"))
     name = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", " ", name)
     if wanted in {Dimension.FORCE, Dimension.TORQUE}:
@@ -283,9 +283,10 @@ LARGEST_FILE = 20_000_000  # bytes
 
 
 class PointFiles(NamedTuple):
-    """Sections in which `points` stand in the `file`'s place, and the mistakes of files.
+    """Sections with the `points` of each `file` in its place, and the mistakes of files.
 
-    `lines` has the file and the lines of the points, by the path of the part that names it.
+    `lines` has the file and the numbers of the points' lines, by the path of the part that names
+    the file.
     """
 
     sections: dict[str, Any]
@@ -293,7 +294,7 @@ class PointFiles(NamedTuple):
     mistakes: list[Mistake]
 
     def placed(self, mistake: Mistake) -> Mistake:
-        """Return a mistake of points as one of the file's line."""
+        """Return a mistake of points as a mistake at the file's line."""
         for part, (file, lines) in self.lines.items():
             if mistake.path[: len(part) + 1] == (*part, "points"):
                 row = [f" line {lines[int(i)]}" for i in mistake.path[len(part) + 1 :][:1]]
@@ -305,8 +306,8 @@ class PointFiles(NamedTuple):
 def read_point_files(document: Document, allow_outside: bool = False) -> PointFiles:
     """Read the files that a document names.
 
-    They are looked for in its folder; outside it only with `allow_outside`. A file that can't be
-    used stays a `file`, and is a mistake at its value.
+    They must be in its folder, unless `allow_outside`. A file that can't be used stays in the
+    section, and is a mistake at the key `file`.
     """
     mistakes, lines = list[Mistake](), dict[KeyPath, tuple[str, list[int]]]()
 
@@ -355,7 +356,7 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
 
 
 def _columns_of_table(document: Document, path: KeyPath) -> Columns:
-    """Return the columns of a drive's table; what it gives is open where nothing tells it."""
+    """Return the columns of a drive's table; its value may have several dimensions."""
     drive = _part(document.data["drives"], path[1])
     dimensions = OF_DRIVES.get(str(drive.get("type")), ())
     joint = _part(document.data.get("joints"), drive.get("joint")).get("type")
@@ -365,6 +366,6 @@ def _columns_of_table(document: Document, path: KeyPath) -> Columns:
 
 
 def _part(section: Any, name: Any) -> dict[str, Any]:
-    """Return a part as it was written; an empty one where there is none."""
+    """Return a part as it was written; an empty one if it is missing."""
     part = section.get(name) if isinstance(section, dict) and isinstance(name, str) else None
     return part if isinstance(part, dict) else {}

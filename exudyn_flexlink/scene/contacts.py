@@ -1,8 +1,7 @@
-"""Pairs that may strike each other.
+"""Contacts, their laws, and limits of joints, as a model file gives them.
 
-Laws of contacts as a model file gives them; their forces are in `exudyn_flexlink.laws`.
-
-Limits of joints: stops at the least and the greatest angle, or length along a slide.
+The forces of the laws are in `exudyn_flexlink.laws`. Limits of a joint are stops at its least and
+greatest angle, or at its least and greatest length along a slide.
 """
 
 from __future__ import annotations
@@ -179,15 +178,15 @@ class RubbingImpulse(ImpulseLaw):
 
 
 PenaltyLaw = ContactLaw | DampedLaw | HertzLaw
-"""Laws that give way."""
+"""Laws of compliant contacts."""
 GivingLaw = Annotated[PenaltyLaw, ByType(default="penalty")]
 Law = Annotated[ContactLaw | DampedLaw | HertzLaw | RubbingImpulse, ByType(default="penalty")]
 
 
 def refuse_misfit(law: PenaltyLaw | ImpulseLaw, radii: tuple[float, float] | None = None) -> None:
-    """Refuse Hertz's law by materials where its radii do not fit it, or are missing.
+    """Refuse Hertz's law by materials if its radii are missing, or do not fit it.
 
-    `radii` (m) are those that the contact itself has, if any; that of a hollow is negative.
+    `radii` (m) are the contact's own, if it has any; that of a hollow is negative.
     """
     if not isinstance(law, HertzLaw) or law.materials is None:
         return
@@ -211,7 +210,7 @@ Line = Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "
 
 
 def _require_line(line: tuple[str, str]) -> str:
-    """Return the body of a line, which has two points of it."""
+    """Return the body of a line; refuse a line without two different points of one body."""
     first, second = (split_point(point)[0] for point in line)
     if first != second:
         refuse("the two points must be of one body", at="line")
@@ -480,15 +479,15 @@ StopLaw = SlidePenalty | TurnPenalty | DampedLaw | HertzLaw | ImpulseLaw
 
 
 TURNED = {"N": "N m", "N s": "N m s", "m": "rad", "m/s": "rad/s"}
-"""Units of what is told of a hinge's stop, by those of other contacts."""
+"""Units of a hinge's stop, by those of other contacts."""
 
 
 @dataclass(frozen=True)
 class Stop:
-    """One end of a joint's limits: a contact like those of the scene, with a name of its own.
+    """One end of a joint's limits: a contact like those of the scene, with its own name.
 
     `at` is the joint's angle (rad) or length (m) there, and `end` the key, 'from' or 'to'.
-    `striking` is the point of the joint that shows where it is.
+    `striking` is the point of the joint at which reports and figures show it.
     """
 
     joint: str
@@ -510,11 +509,11 @@ class Stop:
 
     @property
     def path(self) -> tuple[str, ...]:
-        """Where a scene says it."""
+        """Path of its key in the scene."""
         return "joints", self.joint, "limits", self.end
 
     def text(self, at: float) -> str:
-        """Say an angle (rad) or length (m) of the joint, with its unit."""
+        """Angle (rad) or length (m) of the joint as a text, with its unit."""
         return f"{degrees(at):.6g} deg" if self.turns else f"{at:.6g} m"
 
     def __str__(self) -> str:
@@ -537,7 +536,7 @@ def moving(points: tuple[str, str]) -> str:
 
 
 def stops_of(joint: str, limits: Limits, points: tuple[str, str]) -> Iterator[tuple[str, Stop]]:
-    """Give the stops of a joint of these points, by their names."""
+    """Yield the stops of a joint between these points, with their names."""
     for end, at in (("from", limits.from_), ("to", limits.to)):
         if at is not None:
             yield f"{joint}.{end}", Stop(joint, end, at, limits, moving(points))

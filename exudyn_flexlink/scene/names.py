@@ -1,10 +1,8 @@
-"""Whether parts fit the parts that they name: what one part alone can't tell.
+"""Checks of a scene that need more than one part.
 
-Looks up what names in a scene refer to, and says which lead nowhere.
-
-Whether gears can mesh: joints that one arm carries, and no train that locks itself.
-
-Point masses: bodies without inertia, and whether anything turns them.
+Names must refer to parts of the right kind, and parts must fit those that they name. Gears must be
+able to mesh: one arm carries their joints, and no train locks itself. Nothing may turn a point
+mass, which has no inertia.
 """
 
 from __future__ import annotations
@@ -60,15 +58,15 @@ _NOUNS = {"materials": "material", "curves": "curve", "bodies": "body", "joints"
 
 
 class Parts:
-    """The sections of a scene as far as they are valid, and whether names in them lead anywhere.
+    """The valid parts of a scene's sections, and checks of the names in them.
 
     A part that is not valid is `None`: its name is known, its contents are not. A section that
-    can't be read at all is missing, or `None`: no reference into it is a mistake.
+    can't be read at all is missing, or `None`; then references into it are not checked.
     """
 
     def __init__(self, sections: Mapping[str, Any]) -> None:
         self.sections = sections
-        self._unknown = 0  # names met that no part has
+        self._unknown = 0  # number of unknown names so far
 
     def valid(self, section: str) -> list[tuple[str, Any]]:
         """Return the parts of a section that are valid, by name."""
@@ -76,11 +74,11 @@ class Parts:
         return [(name, part) for name, part in parts.items() if part is not None]
 
     def get(self, section: str, name: str | None) -> Any:
-        """Return the part of that name, None if there is none or it is not valid."""
+        """Return the part of this name; None if it is missing or not valid."""
         return (self.sections.get(section) or {}).get(name)
 
     def lost_names(self) -> Iterator[Mistake]:
-        """Refuse names that lead nowhere, or to another kind of part than is needed."""
+        """Refuse names of no part, or of the wrong kind of part."""
         for section, section_parts in self.sections.items():
             for name in references(section_parts, (section,)):
                 yield from self._mistakes(name)
@@ -92,7 +90,7 @@ class Parts:
         known = self.sections.get(section)
         if known is None or name in known:
             return
-        # Every unknown name compared with every known one: more are reported than are shown.
+        # Comparing an unknown name with all known ones takes time: only for those that are shown.
         self._unknown += 1
         near = did_you_mean(name, known) if self._unknown <= MOST_SHOWN else ""
         names = [*islice(known, MOST_SHOWN), *(["..."] if len(known) > MOST_SHOWN else [])]
@@ -100,7 +98,7 @@ class Parts:
         yield Mistake(path, f"unknown {_NOUNS[section]} '{name}'{near}", hint, on_key)
 
     def _mistakes(self, name: Reference) -> Iterator[Mistake]:
-        """Refuse what a name refers to, if that is not there, or is not what is needed."""
+        """Refuse a name if its part is missing, or of the wrong kind."""
         refers, path = name.refers, name.path
         if refers.section == "points":
             yield from self._point(path, name.text)
@@ -137,7 +135,7 @@ class Parts:
 
 
 class Reference(NamedTuple):
-    """A name in a scene: where it stands, as a key or as a value, and what it should refer to."""
+    """A name in a scene: its place, as a key or as a value, and what it must refer to."""
 
     path: KeyPath
     refers: Refers
@@ -146,14 +144,14 @@ class Reference(NamedTuple):
 
     @property
     def body(self) -> str:
-        """The body that it names, or of which it names a point; empty if it is of another kind."""
+        """The body that it names, or whose point it names; empty if it names another part."""
         if self.refers.section == "points":
             return split_point(self.text)[0]
         return self.text if self.refers.section in ("bodies", "frames") else ""
 
 
 def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> Iterator[Reference]:
-    """Find all names in a part, or in what a key that refers to something holds."""
+    """Find all names in a part, or in the value of a key that `refers` to parts."""
     if isinstance(value, Part):
         for key, alias, inner in _referring(type(value)):
             yield from references(getattr(value, key), (*path, alias), inner)
@@ -186,7 +184,7 @@ def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
 
 
 def _naming_hints(hint: Any) -> Iterator[Any]:
-    """What in a type may hold names: parts and expressions; and to what names in it refer."""
+    """Pieces of a type hint about names: parts and expressions, which hold them, and `Refers`."""
     if isinstance(hint, Refers) or (isclass(hint) and issubclass(hint, (Part, Expression))):
         yield hint
     inner = hint if isinstance(hint, tuple) else get_args(hint)
@@ -195,25 +193,25 @@ def _naming_hints(hint: Any) -> Iterator[Any]:
 
 
 def _wanted(sensed: Sensed) -> Refers:
-    """What an expression needs for what it senses."""
+    """The kind of part that an expression must name for the quantity it senses."""
     if sensed.axis:
         return Refers("points")
     return {"speed": DRIVEN, "place": SLIDING}.get(sensed.kind, REVOLUTE)
 
 
-SAME = 1e-9  # of a ratio: two ways from one gear to another that differ by more lock each other
+SAME = 1e-9  # of a ratio: if two paths between the same gears differ by more, they lock
 
 
 def gear_mistakes(parts: Parts) -> Iterator[Mistake]:
     """Refuse gears whose joints can't mesh, and those that contradict others."""
     joints = dict(parts.valid("joints"))
-    ties: dict[str, tuple[str, float]] = {}  # of each gear on its arm: its train, and its speed
+    ties: dict[str, tuple[str, float]] = {}  # train and speed of each gear on its arm
     for name, gear in joints.items():
         if not isinstance(gear, Gear):
             continue
         kinds = [getattr(joints.get(joint), "type", "") for joint in gear.joints]
         if not all(kind in GEARED.kinds for kind in kinds):
-            continue  # told as a name that leads nowhere, or to another kind
+            continue  # `lost_names` refuses it
         path = ("joints", name)
         mistakes = [*_of_wrong_kinds(path, gear, kinds), *_unheld(path, gear, joints)]
         yield from mistakes
@@ -236,7 +234,7 @@ def _of_wrong_kinds(path: KeyPath, gear: Gear, kinds: list[str]) -> Iterator[Mis
 
 
 def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:
-    """Refuse joints that no one arm carries, with clearance, or that rub by their force."""
+    """Refuse joints without a common arm, with clearance, or with friction by their force."""
     (first, second), arms = gear.joints, arms_of(joints, gear)
     if first == second:
         yield Mistake((*path, "joints"), f"'{first}' can't mesh with itself")
@@ -258,9 +256,9 @@ def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:
 def _contradicting(
     path: KeyPath, gear: Gear, joints: Joints, ties: dict[str, tuple[str, float]]
 ) -> Iterator[Mistake]:
-    """Refuse a gear that others let turn at another ratio; else join the trains of both gears.
+    """Refuse a gear if others impose another ratio; else join the trains of both gears.
 
-    What is tied are speeds of bodies on an arm; of one joint as its other side sees it, the same.
+    A train ties the speeds of bodies on their arms.
     """
     arm, meshes = meshes_of(joints, gear)
     sides = [_side(joints[mesh.joint], mesh.body, arm) for mesh in meshes]
@@ -270,7 +268,7 @@ def _contradicting(
     (train, speed), (second, behind) = (
         ties.setdefault(body, (body, 1.0)) for body in (first_body, second_body)
     )
-    wanted = -by_weight[0] / by_weight[1] * speed  # of the other, by that of the train's first
+    wanted = -by_weight[0] / by_weight[1] * speed  # of the second, per speed of the train's start
     if train == second:
         if abs(wanted - behind) > SAME * abs(wanted):
             message = f"contradicts other gears of {first_body} and {second_body}: none could turn"
@@ -283,15 +281,15 @@ def _contradicting(
 
 
 def _side(joint: Any, body: str, arm: str) -> float:
-    """-1 where a slide counts its arm from its gear; angles count from the arm anyway."""
+    """-1 if a slide counts its arm from its gear, else 1; angles count from the arm anyway."""
     return -1.0 if joint.type == "prismatic" and ends_of(joint) == (body, arm) else 1.0
 
 
 def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
-    """Tell whether all that acts on a body acts at its centre, but perhaps friction.
+    """Tell whether everything acts on a body at its centre, except perhaps friction.
 
-    Then its angle is nobody's business. A joint, a spring, a drive or a curve that it carries can
-    turn it, and so can forces at its other points.
+    Then its angle does not matter. A joint, a spring, a drive or a curve that it carries can turn
+    it, and so can forces at its other points.
     """
     if any(place != body.centre_of_mass for place in body.points.values()):
         return False
@@ -308,9 +306,9 @@ def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
 
 
 def point_masses(parts: Parts) -> Iterator[Mistake]:
-    """Refuse friction around a point mass, and that it turns at the start.
+    """Refuse what turns a point mass: friction around it, drives and springs, a speed at the start.
 
-    What turns has an inertia, and here none is known.
+    A body that turns needs an inertia.
     """
     rough = list(_rough(parts))
     for name, body in parts.valid("bodies"):
@@ -339,7 +337,7 @@ def point_masses(parts: Parts) -> Iterator[Mistake]:
 
 
 def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
-    """Name of what turns a body about its centre, where only one pin to the ground holds it."""
+    """Name of a spring or drive that turns a body about its centre, held by one pin alone."""
     holding = [(other, joint) for other, joint in parts.valid("joints") if name in joint.bodies]
     if len(holding) != 1 or holding[0][1].bodies != (name,):
         return None
@@ -354,7 +352,7 @@ def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
 
 
 def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
-    """Names of contacts and bearings whose friction acts around points, and of their bodies."""
+    """Names of contacts and bearings with friction around points, and of their bodies."""
     for name, contact in parts.valid("contacts"):
         if getattr(contact.law, "friction", 0.0) > 0:
             if isinstance(contact, CircleOnCircle):
@@ -372,7 +370,7 @@ _NAME = re.compile(r"[^\W\d](?:[\w -]*[\w-])?")
 
 
 def find_mistakes(parts: Parts) -> list[Mistake]:
-    """Return every name that leads nowhere, or to the wrong kind of part."""
+    """Return the mistakes of all checks in this file."""
     checks = (_odd_names, Parts.lost_names, _curves, _joints, _springs, _drives, _contacts)
     others = (_materials_of_laws, gear_mistakes, _initial, _run, _outputs, point_masses)
     return [mistake for check in (*checks, *others) for mistake in check(parts)]
@@ -406,14 +404,14 @@ def _odd_name(path: KeyPath) -> Iterator[Mistake]:
 
 
 def _curves(parts: Parts) -> Iterator[Mistake]:
-    """Refuse curves that can't be made of those they name, and what can't carry a curve."""
+    """Refuse curves made of curves that can't be pieces, and bodies that can't carry a curve."""
     for name, curve in parts.valid("curves"):
         path: KeyPath = ("curves", name)
         if isinstance(parts.get("bodies", curve.on), FlexibleBody):
             yield Mistake((*path, "on"), f"'{curve.on}' is flexible: it can't carry a curve")
         for where, inner in _pieces(path, curve):
             curve_spec = parts.get("curves", inner) if isinstance(inner, str) else inner
-            outer = where[:-2] == path  # a piece of a piece is told by that, if it has a name
+            outer = where[:-2] == path  # the piece of a named piece is refused there
             if outer and curve_spec is not None and curve_spec.on is not None:
                 hint = "say 'on' of the whole curve"
                 yield Mistake(where, "a piece of a curve can't be carried by itself", hint)
@@ -436,7 +434,7 @@ def _reachable(parts: Parts, name: str) -> set[str]:
 
 
 def _pieces(path: KeyPath, curve: CurveSpec | None) -> Iterator[tuple[KeyPath, CurveSpec | str]]:
-    """Curves of which another is made, written there or named, and those of which they are made."""
+    """Curves that another is made of, written there or named, and the pieces of those there."""
     if isinstance(curve, (JoinedSpec, LapsSpec)):
         key = "pieces" if isinstance(curve, JoinedSpec) else "curves"
         for i, inner in enumerate(getattr(curve, key)):
@@ -493,7 +491,7 @@ def _sleeve(parts: Parts, path: KeyPath, joint: SleeveJoint) -> Iterator[Mistake
 
 
 def _springs(parts: Parts) -> Iterator[Mistake]:
-    """Refuse springs that nothing can bend, and frequencies of what has none."""
+    """Refuse springs that nothing can strain, and frequencies that do not exist."""
     for name, spring in parts.valid("springs"):
         path = ("springs", name)
         if isinstance(spring, LinearSpring):
@@ -520,7 +518,7 @@ def _swings(parts: Parts, joint: RevoluteJoint) -> bool:
 def _drives(parts: Parts) -> Iterator[Mistake]:
     """Refuse values that do not suit the joint, and a motion prescribed twice.
 
-    Torques at one joint add up, also where a drive prescribes its motion: that gives the rest.
+    Torques at one joint add up, even if a drive prescribes its motion: this supplies the rest.
     """
     prescribed: dict[str, str] = {}
     for name, drive in parts.valid("drives"):
@@ -544,7 +542,7 @@ def _drives(parts: Parts) -> Iterator[Mistake]:
 
 
 def _powers(value: Value) -> Powers | None:
-    """Dimension of a value as far as its units tell, angles counting as numbers."""
+    """Dimension of a value, as far as its units show it; angles count as numbers."""
     if isinstance(value, Measured):
         return value.dimension.powers._replace(rad=0)
     return value.powers if isinstance(value, Expression) else None
@@ -558,7 +556,7 @@ def _axes(parts: Parts, path: KeyPath, drive: ForceDrive) -> Iterator[Mistake]:
 
 
 def _contacts(parts: Parts) -> Iterator[Mistake]:
-    """Refuse names that a joint's own contact has, and curves that nothing can strike."""
+    """Refuse names of contacts that joints and springs have, and curves that can't be struck."""
     for name, contact in parts.valid("contacts"):
         path = ("contacts", name)
         if getattr(parts.get("joints", name), "law", None) is not None:

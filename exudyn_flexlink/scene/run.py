@@ -33,8 +33,8 @@ PartState = Annotated[
 ]
 OfBodies = Annotated[Named[Value], Refers("bodies")]
 INITIAL_OF_JOINTS = ("along", "speeds_along", "laps")
-"""Which of the mappings in initial are by names of joints; the others are by those of bodies."""
-FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
+"""Keys of `initial` that map names of joints; the others map names of bodies."""
+FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer do not resolve a contact
 
 
 class Initial(Part):
@@ -80,7 +80,7 @@ class Initial(Part):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Initial:
-        """Whole states stand alone, what rests has no speeds, and an angle is held or guessed."""
+        """States exclude other keys, `at_rest` excludes speeds, an angle is held or guessed."""
         speeds = ("speeds", "velocities", "speeds_along")
         for key in ("positions", "angles", "guesses", "along", *speeds):
             if self.states and getattr(self, key):
@@ -97,7 +97,7 @@ class Initial(Part):
 
 
 def _as_keys(value: Any) -> Any:
-    """Let the text 'at_rest' stand for that key alone."""
+    """Replace the text 'at_rest' by a mapping with that key alone."""
     if value == "at_rest":
         return {"at_rest": True}
     if not isinstance(value, Initial | Mapping):

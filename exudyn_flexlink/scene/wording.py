@@ -1,6 +1,6 @@
 """Pydantic's errors in the words of someone who writes a model file.
 
-Words that textbooks and other programs use for what a model file calls by another name.
+`OTHER_WORDS` are synonyms of its keys and types, from textbooks and other programs.
 """
 
 from __future__ import annotations
@@ -172,14 +172,14 @@ def mistakes_of(
 ) -> list[Mistake]:
     """Return the mistakes in `data`, which stands at the path `at` and should be `annotation`.
 
-    `elsewhere` are keys of other sections, and those sections: where an unknown key may belong.
+    `elsewhere` are keys of other sections, with these sections: an unknown key may belong there.
     """
     mistakes: list[Mistake] = []
     suggested: set[tuple[KeyPath, str]] = set()
     missing: list[Mistake] = []
     for item in error.errors(include_url=False):
         if item["type"] == "too_short" and len(item["input"]) >= item["ctx"]["min_length"]:
-            continue  # pydantic counts good entries only, and the others are told already
+            continue  # pydantic counts valid entries only; the others are reported already
         inner = _data_path(item["loc"])
         path = (*at, *inner)
         if item["type"] == "extra_forbidden":
@@ -197,7 +197,7 @@ def mistakes_of(
 
 
 def unknown_key(path: KeyPath, keys: list[str], elsewhere: Mapping[str, str] = _NOWHERE) -> Mistake:
-    """Return the mistake of a key that is none of `keys`, but perhaps one of another section."""
+    """Return the mistake of a key that is none of `keys`; another section may have it."""
     name = str(path[-1])
     near = f"; did you mean '{elsewhere[name]}.{name}'?" if name in elsewhere else ""
     message = f"unknown key '{name}'{near or did_you_mean_word(name, keys)}"
@@ -210,14 +210,14 @@ def known_keys(annotation: Any, data: Any, path: KeyPath) -> list[str]:
     for step in path:
         if isinstance(data, Mapping) and classes:
             fields = _fields(_meant(classes, data))
-            # What is no key is the name of a part, in a mapping of such parts.
+            # A step that is no key is the name of a part, in a mapping of such parts.
             classes = part_classes(fields[str(step)]) if step in fields else classes
         data = data[step]
     return list(_fields(_meant(classes, data))) if classes else []
 
 
 def _data_path(location: tuple[int | str, ...]) -> KeyPath:
-    """Drop from pydantic's location the branches of unions, which are no part of the data."""
+    """Drop the branches of unions from pydantic's location: they are not in the data."""
     return tuple(step for step in location if not str(step).startswith(TAG))
 
 
@@ -295,4 +295,4 @@ _WORDS = {
     "less_than_equal": "must be {le} or less",
     "too_short": "needs at least {min_length} {entries}",
 }
-"""What is said of pydantic's other errors, from their context and the value."""
+"""Texts for pydantic's other errors, with their context and the value."""
