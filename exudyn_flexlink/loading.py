@@ -1,8 +1,7 @@
 """Model file to scene: read, checked in every part, and able to be put together.
 
-Joints whose forces have no answer, or more than one: friction, gears, joints that hold twice.
-
-What keeps a mechanism from being put together at time 0, in the words of the model file.
+Mistakes are told in the words of the model file: of joints whose forces have no answer or more than
+one, as by friction, gears, and joints that hold twice; and of what can't be assembled at time 0.
 """
 
 from __future__ import annotations

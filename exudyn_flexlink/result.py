@@ -1,8 +1,7 @@
-"""What a run gives: sampled motion, forces, energies, events, checks, and how it ended.
+"""The result of a run: sampled motion, forces, energies, events, checks, errors, and how it ended.
 
-Contacts as intervals, each from the first touch to the separation, and rests of joints.
-
-What a second run tells of a run's errors: of its points, and of its forces.
+Contacts are intervals, each from the first touch to the separation, and so are rests of joints. The
+errors of points and forces are those that a second run tells.
 """
 
 from __future__ import annotations

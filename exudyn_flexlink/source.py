@@ -1,12 +1,9 @@
-"""A model file as a `Document`, and its mistakes shown where they stand.
+"""A model file as a `Document`: YAML with line and column of every value, settings, and mistakes.
 
-YAML text to plain data, with the line and column of every value and key.
-
-The scalars are those of YAML 1.2's core schema: `1e-6` is a number, `on` and `12:30` are texts.
-Nothing in a text is executed; other tags than the core's, duplicate keys, cyclic and exploding
-aliases are refused.
-
-Settings such as 'run.turns=2', which replace values of a model file, or add keys.
+Scalars are those of YAML 1.2's core schema: `1e-6` is a number, `on` and `12:30` are texts. Nothing
+in a text is executed; other tags than the core's, duplicate keys, cyclic and exploding aliases are
+refused. Settings such as 'run.turns=2' replace values of a model file, or add keys. Mistakes are
+shown with the line they are in.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""What an animation shows: a run, or two over each other, and the touches in it.
+"""What an animation shows: a run, or two over each other, with touches, slow motion and zooms.
 
-Slow motion: stretches of time around strikes, and touches in joints with clearance.
-
-What is drawn larger below a picture: a guide with clearance, and a face that is struck.
-
-Each is seen from the part that it belongs to, its walls or its face along the x-axis.
+Slow motion is in stretches of time around strikes, and touches in joints with clearance. Zooms, in
+panels below the picture, are of guides with clearance and of struck faces; each is seen from its
+part, with walls or face along the x-axis.
 """
 
 from __future__ import annotations

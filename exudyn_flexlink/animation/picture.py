@@ -1,10 +1,8 @@
-"""The frames of a film as pixels: what stands still is drawn once, the rest at each frame.
+"""The frames of a film as pixels: a still background is drawn once, the rest at each frame.
 
-What moves in a picture, drawn into axes in metres at a frame: mechanism, S, glowing touches.
-
-Sizes are in pixels of a picture `WIDE` pixels wide, times `thick`.
-
-Panels below the picture: guides with clearance and struck faces, larger; touches over time.
+Mechanism, S and glowing touches are drawn into axes in metres; panels below show guides with
+clearance and struck faces, larger, and touches over time. Sizes are in pixels of a picture that is
+`WIDE` pixels wide, times `thick`.
 """
 
 from __future__ import annotations

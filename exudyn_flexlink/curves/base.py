@@ -4,9 +4,8 @@ Lengths in m, angles in rad, curvature in 1/m, positive where the curve bends to
 is a parameter range ``start <= u <= end`` and the smooth pieces over it; the parameter differs from
 piece to piece (angle, length), so ``|dP/du|`` jumps where pieces meet, the direction does not.
 
-Foot points: where the distance from a point to a curve is smallest.
-
-The sign of ``g(u) = (P - q) . dP/du`` tells downhill; g is continuous up to positive jumps at the
+A foot point is where the distance from a point to a curve is smallest. The sign of
+``g(u) = (P - q) . dP/du`` tells the direction downhill; g is continuous up to positive jumps at the
 breaks, hence bracketing plus Newton, which needs no smoothness where pieces meet.
 """
 

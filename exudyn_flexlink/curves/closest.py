@@ -5,9 +5,8 @@ functions about one. A search over the whole curve starts at the nearest sample;
 piece continues that piece beyond its ends (conics and lines as they are, splines by their last
 cubic), so that what follows a point along the piece stays smooth there.
 
-The place of a convex curve that is farthest in a direction: there a straight face lies on it.
-
-How near a curve comes to itself: up to there one place of it alone is the nearest.
+`Farthest` is the place of a convex curve that is farthest in a direction, where a straight face
+touches it. `reach` is how near a curve comes to itself: within it the nearest place is unique.
 """
 
 from __future__ import annotations

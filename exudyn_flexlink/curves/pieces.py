@@ -1,9 +1,4 @@
-"""Smooth pieces in closed form: arcs of ellipses and circles, line segments.
-
-Curves joined from pieces; a different curve in every lap, and which piece comes next.
-
-Cubic splines through points.
-"""
+"""Curves: arcs of ellipses and circles, lines, splines, curves joined of pieces, curves by lap."""
 
 from __future__ import annotations
 

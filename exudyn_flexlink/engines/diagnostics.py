@@ -1,14 +1,9 @@
-"""What a run's own numbers say against it, whatever engine made it.
+"""Warnings and refusals of a run by its own numbers, whatever engine made it.
 
-Bounces of rigid contacts: when they are over or won't end, and what one passes on to others.
-
-Strikes that a run resolves badly, by few steps or at an edge; what begins idle or wound.
-
-Where a run took much more work than its motion asks for, or kept fewer samples of it.
-
-What a clearance asks of an engine's accuracy; links out of guides, and walls that give way.
-
-What mechanics forbids: a balance of energy with a gap, open joints, impacts that give energy.
+They are of bounces of rigid contacts (when these are over, never end, or pass on to others), of
+strikes that few steps resolve, of much more work or fewer samples than the motion needs, of a
+clearance that needs more accuracy, of links outside their guides, and of what mechanics forbids:
+energy out of nothing, open joints.
 """
 
 from __future__ import annotations

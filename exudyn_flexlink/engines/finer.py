@@ -1,11 +1,9 @@
 """A second, finer run tells how far the first is off, and is the result.
 
-Nothing foresees how a motion multiplies errors; two runs show it, whatever the reason is.
-
-What two runs share, they can't tell: so the coarser one starts off by what rounding may be.
-
-Where flights are exact, both runs make the same rounding, and find events equally late: their
-distance is zero while the truth goes away from both, tenfold from one round pin to the next.
+Nothing predicts how a motion multiplies errors; two runs show it, whatever the reason is. They
+can't show an error that both share: so the coarser one starts off by as much as rounding may be.
+Where flights are exact, both runs round alike, and find events equally late: their distance is zero
+while the truth goes away from both, tenfold from one round pin to the next.
 """
 
 from __future__ import annotations

@@ -1,14 +1,11 @@
-"""How a run is asked to end before its time: by whoever calls, never by signals taken here.
+"""How any engine's run is made, interrupted and ended, and the second run in its own process.
 
-The command line gives means to ask (`stopped_by`), made of Ctrl-C. Else a run is made `aside`: in a
-thread, while the main one waits. There Python raises KeyboardInterrupt, and never within a step.
+The caller says when a run must end; nothing here handles signals. The command line uses Ctrl-C for
+that (`stopped_by`). Else a run is made `aside`: in a thread, while the main one waits. There Python
+raises KeyboardInterrupt, and never within a step.
 
-How a run is made and how it ended, of every engine; and no mechanics.
-
-The second run of a scene, in a process of its own beside the first one.
-
-It is a command of this program, with files in and out: so it works from scripts and notebooks, too,
-and Ctrl-C reaches it only from here.
+The second run of a scene is a process beside the first one. It is a command of this program, with
+files in and out: so it works from scripts and notebooks, too, and Ctrl-C reaches it only from here.
 """
 
 from __future__ import annotations

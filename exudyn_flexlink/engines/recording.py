@@ -3,10 +3,8 @@
 A step is known at its nodes, its start and its stages or its end, and at the samples within it.
 Energies dissipated and supplied, impulses and works of contacts are integrals of the polynomials
 through the nodes, as accurate as the motion. An engine lets steps wait until they are many, or
-until an event changes the equations; then it says what is known at all their instants, and what
-changes the totals.
-
-What a run recorded as its Result: what every engine tells alike, and no mechanics.
+until an event changes the equations; then it evaluates all their instants, and the rates of the
+totals. Histories make a Result of the record, alike for every engine, and without mechanics.
 """
 
 from __future__ import annotations

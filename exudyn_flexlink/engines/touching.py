@@ -11,13 +11,10 @@
 Behind its face a point is free: it came there beside it. Walls of sleeves, and bearings, hold from
 behind as well, and are only apart or pressed.
 
-Forces of many penalty contacts by gaps and rates, with their slopes: as `laws` has them.
-
-A force goes on smoothly where a gap has opened: there a touch ends, within the step.
-
-What errors of speeds become: a lever that swings slowly, or coasts, makes angles of them.
-
-The extremes of a run, from the polynomials of its steps: once, for every engine.
+`Laws` has the forces of many penalty contacts by gaps and rates, with their slopes. A force goes on
+smoothly where a gap has opened: there a touch ends, within the step. `error_times` tells what
+errors of speeds become: a lever that swings slowly, or coasts, makes angles of them.
+`ExtremeSeeker` finds the extremes of a run by the polynomials of its steps. All engines use these.
 """
 
 from __future__ import annotations

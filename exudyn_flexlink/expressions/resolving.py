@@ -1,7 +1,6 @@
-"""What a formula computes, between which bounds, and what these tell of a function of time.
+"""Formulas as lists of operations: their values, derivatives and bounds, and zeros in time.
 
-Bounds tell where a function is zero or has a pole, and in which parts of time it can be seen.
-
+Bounds tell where a function of time is zero or has a pole, and how finely it must be sampled.
 Values at instants may miss a short pulse. So times are halved until interval arithmetic leaves
 nothing open. In parts short enough a term f is a polynomial of degree n, but for the remainder of
 interpolation at Chebyshev points, ``(w/4)^n (max f^(n) - min f^(n)) / n!`` in a part of width w.

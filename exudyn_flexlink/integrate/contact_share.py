@@ -4,10 +4,9 @@ A contact's force changes from loading to unloading within a small part of a ste
 instant mislead the iteration. So the gaps at all stages, few numbers, are solved for at every round
 with the forces themselves; the matrices carry only what they mean for the other coordinates.
 
-The linear complementarity problem of a few contacts, by looking through which of them act.
-
-``w = W p + c >= 0``, ``p >= 0``, ``p w = 0`` for a symmetric W (c, c) without negative eigenvalues:
-what contacts that close at one instant do to each other, be p impulses or forces (F. Pfeiffer and
+The linear complementarity problem of a few contacts is solved by trying which of them act:
+``w = W p + c >= 0``, ``p >= 0``, ``p w = 0`` for a symmetric W (c, c) without negative eigenvalues.
+So contacts that close at one instant act on each other, be p impulses or forces (F. Pfeiffer and
 Ch. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, ch. 5 and 8). The work
 doubles with every contact, of which few close at once.
 """

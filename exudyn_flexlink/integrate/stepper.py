@@ -1,17 +1,14 @@
-"""Makes one good step: solved, accurate, where everything was to go, and on events.
+"""Makes one good step: it converges, is accurate, and ends on events; and the length of steps.
 
-After every step it is looked whether an event function fell within it. If so the step is made anew,
-up to that instant, where the equations change and the integration starts afresh: no force leaps
-inside a step.
+After every step the event functions are searched for a zero within it. If there is one, the step is
+made again, up to that instant, where the equations change and the integration starts afresh: no
+force leaps inside a step. The length of steps follows from the error allowed, or is fixed.
 
-How long steps are: by the error that one may make, or all alike; what errors of speeds do.
-
-Knots of a curve that a coordinate follows: over which of them a step may go.
-
-At a knot the curve's third derivative jumps by J. With the speed u' of the place on the curve the
-acceleration of the point there bends: from there on it has ``J u'^3 (t - t_k)`` more. The method
-takes smooth functions to order 9, a bend only to order 2. If a step of length h passes the knots
-after its parts sigma_k, the speed at its stage i misses
+A step may go over some knots of a curve that a coordinate follows. At a knot the curve's third
+derivative jumps by J. With the speed u' of the place on the curve the acceleration of the point
+there bends: from there on it has ``J u'^3 (t - t_k)`` more. The method takes smooth functions to
+order 9, a bend only to order 2. If a step of length h passes the knots after its parts sigma_k, the
+speed at its stage i misses
 
     h^2 u'^3 sum_k kappa_i(sigma_k) J_k,
     kappa_i(s) = (c_i - s)_+^2 / 2 - sum_j a_ij (c_j - s)_+    (Peano's kernel).

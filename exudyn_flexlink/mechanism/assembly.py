@@ -1,6 +1,6 @@
-"""The state at time 0: where the parts stand, how fast they move, what the springs rest at.
+"""The state at time 0: poses of parts, their velocities, and the rest positions of springs.
 
-What of a scene Exudyn's own solver does not know: it steps redundant coordinates, and beams.
+Also what Exudyn's own solver does not know of a scene: it steps redundant coordinates, and beams.
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
-"""Scene to mechanism: bodies become rigid parts, names become indices.
+"""A scene as a mechanism: bodies become rigid parts, names become indices.
 
-Gears, racks and belts of a scene in numbers: pitch circles, and what teeth push.
-
-Stops of joints, ropes and buffers of a scene as contacts; tables and formulas as spring laws.
-
-Curves of a scene: from their description in the model file to their geometry.
+Gears, racks and belts get pitch circles and forces of teeth; stops of joints, ropes and buffers
+become contacts, tables and formulas spring laws, and curves get their geometry.
 """
 
 from __future__ import annotations

@@ -1,12 +1,10 @@
-"""Where the parts stand at time 0: laid out, then closed by Gauss-Newton steps.
+"""Poses of parts at time 0, and speeds that neither joints nor drives nor the scene decide.
 
-Where the parts stand before their joints are closed: laid out joint by joint from the ground.
-
-Speeds at time 0 that neither joints nor drives nor the scene decide.
+Parts are laid out joint by joint from the ground; then Gauss-Newton steps close the joints.
 
 Bodies turn as little as the joints allow, the sum of the squares of their angular speeds being
-least. What this leaves open are flights and slides: then the points by which bodies hang on others
-move as little as they can. Neither depends on where a body's axes are put, nor on units.
+least. This leaves open flights and slides: there the points by which bodies hang on others move as
+little as they can. Neither depends on where a body's axes are put, nor on units.
 """
 
 from __future__ import annotations

@@ -1,14 +1,8 @@
-"""The constraints of all joints at once: residuals, and slopes by the two parts of each.
+"""The constraints of all joints at once, positions and velocities of anchors, and welded groups.
 
 No constraint binds more than two parts, a gear the four ends of two joints, so that its slopes are
-few numbers however many parts the mechanism has. Coordinates ``q`` have shape (parts, 3), see
-`kinematics`.
-
-Positions and velocities of anchors.
-
-Coordinates ``q`` have shape (parts, 3): x, y (m), angle (rad); velocities ``v`` likewise.
-
-Parts that are welded together, and where each is in the axes of its group.
+few numbers however many parts the mechanism has. Coordinates ``q`` have shape (parts, 3): x, y (m),
+angle (rad); velocities ``v`` likewise.
 """
 
 from __future__ import annotations

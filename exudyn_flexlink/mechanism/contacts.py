@@ -1,6 +1,7 @@
-"""Geometry of a contact: gap and place, their rates, and the directions in which it acts.
+"""Geometry of a contact, and the numbers of its law.
 
-Pressing forces and impulses of the laws that a scene gives, also by materials and radii.
+The geometry is gap and place, their rates, and the directions of forces. Pressing forces and
+impulses follow from the laws of the scene, also by materials and radii.
 """
 
 from __future__ import annotations

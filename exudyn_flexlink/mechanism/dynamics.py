@@ -1,6 +1,6 @@
 """Masses, applied forces, accelerations that satisfy every joint, and energies.
 
-The parts of every body, hinges within flexible ones, and named points as anchors.
+`Bodies` has the parts of every body, hinges within flexible ones, and named points as anchors.
 """
 
 from __future__ import annotations

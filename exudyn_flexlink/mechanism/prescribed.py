@@ -1,6 +1,6 @@
-"""What a drive prescribes or applies, by time and state: one form for numbers, formulas, tables.
+"""Values of drives by time and state, in one form for numbers, formulas and tables.
 
-Forces of springs by length, or torques by angle: a table or a formula, and the energy stored.
+Springs have forces by length, or torques by angle, by a table or a formula, with their energy.
 """
 
 from __future__ import annotations

@@ -1,12 +1,10 @@
-"""When a run ends, by which coordinates, how finely it is solved, and which instants are kept.
+"""The plan of a run: its end, coordinates, accuracy, samples, and the pulses of its drives.
 
-Short pulses of drives by formulas of time: found before a run, so that steps end within them.
-
-A step knows a drive at its stages alone, and so does the estimate of its error. What a pulse does
-is judged by the tolerance: its area times how a force moves things at the start, times the time
-that is left; the area of a speed times a length.
-
-Whether drives have values and do not jump, and what is told of valid points and starts.
+Short pulses of drives by formulas of time are found before a run, so that steps end within them: a
+step, and the estimate of its error, know a drive only at the stages. The tolerance tells which
+pulses matter: their area, times the acceleration by a unit of force at the start, times the time
+that is left; for a speed, its area times a length. `drive_mistakes` refuses drives that have no
+value, or that jump where they must not.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""How a struck body answers.
+"""How struck bodies answer, and the quantities whose extremes a run keeps.
 
-By what quantity the motion of a struck body is told: it turns on a hinge, slides, or is free.
-
-The quantities whose extremes a run tells, as functions of poses and rates.
-
-An engine asks it at the nodes of its steps: what is told of a run must not depend on its samples.
+A struck body turns on a hinge, slides, or is free: its answer is an angle or a displacement. An
+engine evaluates the quantities at the nodes of its steps, so that extremes do not depend on
+samples.
 """
 
 from __future__ import annotations

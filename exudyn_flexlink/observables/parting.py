@@ -3,8 +3,7 @@
 Forces are known worse than the positions that they belong to: where positions err by a vibration,
 forces err by that times the square of its frequency. So they have errors of their own. Times in s,
 lengths in m; N is the number of instants.
-
-A joint's force comes with the bound of its error at each of N samples.
+The force of a joint comes with the bound of its error at each sample.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Points and bodies, and where they go: at samples, and between them.
-
-The joint whose turns count: its angle, and the laps of a run.
-"""
+"""Motion of points and bodies, at and between samples; the crank's angle, and laps of a run."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Quantities of a run by name, such as 'lever.angle': what a column of measurements holds.
+"""Quantities of a run by name, such as 'lever.angle', as columns of measurements have them.
 
-How points vibrate: off where an ideal mechanism would have them, at which frequencies.
+Also vibrations of points: their distance from the ideal mechanism's, and its spectrum.
 """
 
 from __future__ import annotations

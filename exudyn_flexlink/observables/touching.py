@@ -1,13 +1,10 @@
-"""How a link stands in its guide over time: free, on one point, on two; in all and lap by lap.
+"""States of contact over time, of links in guides and journals in bearings; and strikes.
 
-A journal in its bearing is free, or on one point.
-
-The four cases of a translational joint with clearance (Flores, Ambrosio, Claro and Lankarani,
-Kinematics and dynamics of multibody systems with imperfect joints, 2008): no contact, one corner,
-two corners on the same side, two on opposite sides. Here every pair of `SleeveHistory` that presses
-is a point of contact, so that a node in the mouth and the corner beside it count as two.
-
-Strikes: bursts of contact.
+A journal in its bearing is free, or on one point. A link in its guide has the four cases of a
+translational joint with clearance (Flores, Ambrosio, Claro and Lankarani, Kinematics and dynamics
+of multibody systems with imperfect joints, 2008): no contact, one corner, two corners on the same
+side, two on opposite sides. Here every pair of `SleeveHistory` that presses is a point of contact,
+so that a node in the mouth and the corner beside it count as two. Strikes are bursts of contact.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The figure of a mechanism: at a few instants, and larger in the strike.
-
-A mechanism where it starts, with the names of its parts: what a model file says, to look at.
-"""
+"""Figures of a mechanism: at a few instants, larger in a strike; and at the start, with names."""
 
 from __future__ import annotations
 

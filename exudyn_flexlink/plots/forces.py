@@ -1,6 +1,6 @@
-"""The forces that act, the first strikes in a zoom; energies, and the error of their balance.
+"""Figures of forces, with the first strikes in a zoom, of energies, and of links in their guides.
 
-How a link stands in a guide with clearance: its states as a strip, and drawn at instants.
+The error of the balance of energies is drawn, too; a guide has its states as a strip.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Where the watched point goes: its coordinates over the crank angle, lap by lap, and polar.
-
-How struck bodies answer: over the whole run, and strike by strike.
-"""
+"""Figures of motion: the watched point lap by lap, and polar; struck bodies, strike by strike."""
 
 from __future__ import annotations
 

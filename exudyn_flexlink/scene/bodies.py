@@ -1,6 +1,6 @@
-"""Materials, cross-sections and bodies.
+"""Materials, cross-sections, bodies and curves, as a model file describes them.
 
-Curves as a model file describes them; their geometry is in `exudyn_flexlink.curves`.
+The geometry of curves is in `exudyn_flexlink.curves`.
 """
 
 from __future__ import annotations

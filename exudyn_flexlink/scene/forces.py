@@ -1,4 +1,4 @@
-"""What acts on joints and bodies: springs and drives, and values of them that vary.
+"""Springs and drives, which act on joints and bodies, and their values that vary.
 
 Such a value is a number, an expression, or a table; by time, or by a spring's length.
 """

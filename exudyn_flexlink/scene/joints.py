@@ -1,7 +1,4 @@
-"""Joints between bodies.
-
-Gears, racks and belts: joints whose angles or lengths tie each other.
-"""
+"""Joints between bodies; gears, racks and belts tie angles or lengths of other joints."""
 
 from __future__ import annotations
 

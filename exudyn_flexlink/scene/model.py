@@ -1,8 +1,7 @@
-"""The whole scene: what a model file says, checked, frozen and in SI units.
+"""The whole scene: a model file that is checked, frozen and in SI units.
 
-A document to a scene, with every mistake of the document at once.
-
-The JSON schema of a model file, with which editors help while one is written.
+A document becomes a scene, or all its mistakes are shown at once. The JSON schema of model files
+lets editors help while one is written.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The one place that imports Exudyn, and how its console and item types are reached.
-
-What both formulations tell of a run that stopped.
-"""
+"""The only import of Exudyn: its console, types of items, and advice if it finds no solution."""
 
 from __future__ import annotations
 

@@ -1,20 +1,14 @@
-"""The mechanism as the integration sees it: where it is, what happens in steps and at events.
+"""Guide, link and levers as a problem of the integration: steps, events, impacts, and the recorder.
 
-Impact by impulse and momentum, the paper's eq. 2 to 4: ``-e v_a = v_s`` along the normal.
-
-The configuration stays, the speeds jump by the generalised impulse ``P_k = G_k p``:
+Impacts follow the paper's eq. 2 to 4: ``-e v_a = v_s`` along the normal. The configuration stays,
+the speeds jump by the generalised impulse ``P_k = G_k p``:
 
     M (v_s - v_a) = G p                         (eq. 2, M the mass matrix of the free coordinates)
     g'_a = G v_a + ..,  g'_s = -e g'_a          (eq. 3 and 4, g' the rate of the gap)
     p = -(1 + e) g'_a / (G M^-1 G^T)
     energy lost = (1 - e^2)/2 g'_a^2 / (G M^-1 G^T)
 
-What that changes of the contact that is hit, and of those that are held closed, is here, too.
-
-The recorder of guide, link and levers: what is known of them at nodes and samples of steps.
-
-Forces of drives, joints and slot at the samples, from Newton's law once the motion is known.
-
+Forces of drives, joints and slot at the samples follow from Newton's law once the motion is known.
 With m a the momentum's rate of the whole link, F n the contact forces on it, g the weight's
 acceleration, e along the guide and N the force of the track along its normal:
 

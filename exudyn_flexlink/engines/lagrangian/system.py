@@ -1,6 +1,4 @@
-"""Guide, link and levers as they move at instants: what the equations are solved for, and with.
-
-The track of P, piece by piece, and where the guide's axis crosses it.
+"""Motion of guide, link and levers at instants, and the equations that it solves.
 
 Without play P is where the axis from the guide's pivot C, along e, crosses the track: with
 ``w = gamma(u) - C`` and x the 2D cross product, ``e x w = 0``. Differentiated by the angle, with

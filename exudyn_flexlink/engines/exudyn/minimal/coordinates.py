@@ -1,10 +1,8 @@
-"""All coordinates of a tree from the independent ones, where no joint closes a loop.
+"""A tree as Exudyn's item, and all its coordinates by the independent ones, without loops.
 
-What motors hold is known, and a guided slot's slide follows its guide: ``x'' = T z'' + b`` for the
-independent coordinates z, with T the velocity transformation (E. J. Haug, *Computer Aided
+Motors prescribe their coordinates, and a guided slot's slide follows its guide: ``x'' = T z'' + b``
+for the independent coordinates z, with T the velocity transformation (E. J. Haug, *Computer Aided
 Kinematics and Dynamics*, 1989, ch. 7).
-
-A layout as Exudyn's item of a tree: joints, and the bodies that they carry.
 """
 
 from __future__ import annotations

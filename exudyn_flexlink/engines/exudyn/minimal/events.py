@@ -1,23 +1,19 @@
-"""What happens first within a step: a contact begins or ends, a piece of a slot ends.
+"""The first event within a step: of contacts, pieces of slots, dry friction, kinks of formulas.
 
-When a joint with dry friction comes to rest, or slides on, within a step.
+Between two events dry friction in a joint has one sign. A joint that slides comes to rest where its
+speed is zero; one that rests slides where the torque that holds it reaches its bound. The force of
+a slide changes sides where it is zero.
 
-Between two such events friction has one sign. What slides rests where its speed is zero; what rests
-slides where the torque that holds it reaches its bound. The force of a slide changes sides where it
-is zero.
+Torques and forces by formulas of the state bend where max, min and abs compare equal. Within a step
+a formula is held on one side of each kink, and goes on smoothly beyond it: the step's error is that
+of smooth equations. The difference of the compared values is an event function. The step is made
+again to end at its zero, and from there the formula is held on the other side.
 
-Torques and forces by formulas of the state: where they bend, and whether a step saw them whole.
-
-They bend where max, min and abs compare equal. Within a step a formula is held on one side of each
-kink, and so goes on smoothly beyond it: the step's error is that of smooth equations. What is
-compared is an event function. The step is made again to end at its zero, and from there the formula
-is held on the other side.
-
-A step knows them at its stages alone, and so does the estimate of its error: a pulse between two
-of them is in neither. So each term of a formula that senses the state is looked at over the whole
-step, by bounds: see `expressions.resolved`. Of a formula of one place, such as those of springs,
-bounds are known by place, and are kept. Kinks and pulses of time alone are found before the run:
-see `mechanism.pulses`.
+A step evaluates such formulas only at its stages, and the estimate of its error uses these alone: a
+pulse between two of them is in neither. So each term of a formula that senses the state is looked
+at over the whole step, by bounds: see `expressions.resolved`. Of a formula of one place, such as
+those of springs, bounds are known by place, and are kept. Kinks and pulses of time alone are found
+before the run: see `mechanism.pulses`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where the links of a tree are and how they move, for many instants at once, without a loop.
+"""Places, velocities and accelerations of a tree's links, for many instants at once.
 
 Vectors in the plane are complex numbers. With theta the angle of a link (the sum of the hinges up
 to it), theta' that of its parent, o its joint's offset, s the coordinate of a slide and e its
@@ -8,9 +8,8 @@ direction, the origin of link i is the sum over the links up to it of
 
 and its velocity and acceleration are the sums of the derivatives of d.
 
-Where a slot holds the slide that carries its point: s as a function of the guide's angle.
-
-With the pivot C, ``w = gamma(u) - C``, the guide's axes e, e^ and x the 2D cross product, the point
+If a slot guides the slide that carries its point, s is a function of the guide's angle. With the
+pivot C, ``w = gamma(u) - C``, the guide's axes e, e^ and x the 2D cross product, the point
 is on the track where ``e x w = b``, and then ``s = e.w - a`` (a ahead of, b beside the slide's own
 zero). Differentiated by the angle, with ``sigma = e x gamma_u``:
 

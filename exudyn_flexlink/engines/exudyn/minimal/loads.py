@@ -1,11 +1,10 @@
-"""Torques at joints and forces at points, on the coordinates of a tree.
+"""Generalised forces on the coordinates of a tree: of drives, and of springs and dampers.
 
 With P the point of a force F, both complex, and m_k = dP/dx_k, the force on coordinate k is
 ``Re(conj(F) m_k)``.
 
-All springs and dampers of a tree: at its joints, across several of them, and between points.
-
-Of a spring between two points let d be from its first to its second end (complex, global axes), d'
+Springs and dampers act at joints, across several of them, and between points. Of a spring between
+two points let d be from its first to its second end (complex, global axes), d'
 its rate, J its derivatives by the coordinates. With stiffness k, damping c and length L it pulls
 its second end by
 

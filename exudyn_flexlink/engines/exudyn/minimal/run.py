@@ -1,6 +1,6 @@
-"""Run a scene as a tree of links: minimal coordinates, error-controlled Radau steps.
+"""Runs of a scene as a tree of links, in minimal coordinates, with error-controlled Radau steps.
 
-From a tree's run to a Result: poses, reactions, events, checks.
+After the solve the tree's motion becomes a Result: poses, reactions, events, checks.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Flexible bodies as beams: which can be, their numbers, and their items of Exudyn.
+"""Flexible bodies as beams: which of them can be, their numbers, shapes and items of Exudyn.
 
 The link of an ideal sleeve is clamped where it starts: that point lies on the guide's axis and the
 centre line leaves along it. Its start may run in a slot, its ends may strike. Everything else that
@@ -10,8 +10,6 @@ errors fall with the square of their number, those of the cubic ones with the fo
 cantilever of the paper's link, its end pushed by 4.7 mm in 10 ms and left to ring for 40 ms, four
 cubic elements were off by 3.4e-6 m at 43 us per step, sixteen exact ones by 3.7e-5 m at 77 us.
 Nor can they do without reference coordinates, which the native slot constraints must not have.
-
-A beam of cubic elements: where its points are, and what it stores and loses.
 
 The elements are those of Exudyn's ``ObjectANCFCable2D`` (absolute nodal coordinates): between two
 nodes the centre line is the cubic through their positions and slopes, ``strain = |r'| - 1``,

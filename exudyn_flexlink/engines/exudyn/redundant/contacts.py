@@ -1,17 +1,16 @@
-"""Contacts of a run: when each acts, what its begin and end are, and the steps it asks for.
+"""Contacts of a run as items of Exudyn: when each acts, its touches, and the steps it asks for.
 
 A contact of the scene remembers on which side the point came: one that passed beside the face and
 is behind it is not in contact until it is back on the free side. The pairs of a sleeve are walled:
-whatever is behind the face, within its length, is pressed back. Of these only the near ones are
-looked at after a step.
+whatever is behind the face, within its length, is pressed back. Only the near ones of them are
+examined after a step.
 
-The force of a contact as Exudyn items: native, with symbolic laws, asleep while out of reach.
-
-The gap is the translation of a point relative to a body along an axis of that body, for which
+The items are native, with symbolic laws, and inactive while a contact is out of reach. The gap is
+the translation of a point relative to a body along an axis of that body, for which
 Exudyn has a marker; a coordinate spring with a symbolic law presses on it. The marker's force acts
 on the body at a fixed place, whereas the point of contact travels: before every step that place is
-put where the contact will be at the step's end. What is missed in the moment is then of third order
-in the step.
+set to the expected one at the step's end. The error of the moment is then of third order in the
+step.
 
 Friction is a second such spring, along the face. It must be told the normal force, which follows in
 the same way from the gap expected at the step's end.

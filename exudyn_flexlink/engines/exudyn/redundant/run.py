@@ -1,6 +1,6 @@
-"""Run a scene as rigid bodies with joints: index-3 generalised-alpha, the steps of `stepping`.
+"""Runs of a scene as rigid bodies with joints, by index-3 generalised-alpha; see `stepping`.
 
-After the solve: samples to a Result, with its events, checks, warnings and how it ended.
+After the solve the samples become a Result, with its events, checks, warnings and outcome.
 """
 
 from __future__ import annotations

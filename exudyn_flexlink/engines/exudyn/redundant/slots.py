@@ -5,11 +5,10 @@ Exudyn on the part's node; every other piece (splines, turned ellipses, a point 
 part's origin, a curve that a body carries) is a constraint whose foot point is found in Python.
 Only the current piece is active; steps end where pieces meet, and the next one takes over.
 
-Steps that end on events: where a track's curvature jumps, a contact begins, a run ends.
-
-Across a jump of the forces a method of order 2 is only of order 1, so the step before an event is
-shortened to end on it. Where torques and forces bend with the state, steps are short from there on:
-what the longest one errs by, no second run need show, which may go over the kink likewise.
+Steps end on events: where a track's curvature jumps, a contact begins, or the run ends. Across a
+jump of the forces a method of order 2 is only of order 1, so the step before an event is shortened
+to end on it. After torques and forces have bent with the state, steps are short: a second run may
+go over the kink in the same way, and then does not show the error of a long step.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Mechanism to Exudyn: one item for each thing the mechanism has, none for what it lacks.
+"""A mechanism as items of Exudyn: one for each thing the mechanism has, none for what it lacks.
 
-Torques and forces of drives as Exudyn's loads; what varies is asked of Python in every round.
+Torques and forces of drives are loads; Exudyn calls Python for those that vary, in every iteration.
 """
 
 from __future__ import annotations
