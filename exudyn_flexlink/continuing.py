@@ -98,7 +98,7 @@ def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
 
     A point just before the begin of a lap is at the end of the lap before.
     """
-    laps_near, state = {}, assembly.state
+    laps, state = {}, assembly.state
     slots = zip(assembly.mechanism.slots, state.places.tolist(), state.laps, strict=True)
     for slot, place, lap in slots:
         if not isinstance(slot.curve, Laps):
@@ -107,8 +107,8 @@ def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
         rounding = CLOSED / float(np.linalg.norm(slot.curve.derivative(begin)))
         nearest = slot.curve.nearest(slot_point(slot, q), near=place)
         way = int(nearest >= end - rounding) - int(nearest < begin - rounding)
-        laps_near[slot.name] = next_lap(lap, way) if way else lap
-    return laps_near
+        laps[slot.name] = next_lap(lap, way) if way else lap
+    return laps
 
 
 def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
@@ -261,7 +261,7 @@ def joined(first: Result, second: Result) -> Result:
     _require_following(first, second)
     end = float(first.time[-1])
     second = later(second, end)
-    fields_given = {
+    fields = {
         m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable)
         for m in members(Result)
         if m.name in SERIES
@@ -270,15 +270,15 @@ def joined(first: Result, second: Result) -> Result:
     for name in ("stored", "dissipated", "supplied"):  # which each run may count from its start
         values, more = getattr(energy, name), getattr(tail, name)
         both = np.concatenate([values, values[-1] + (more[1:] - more[0])])
-        fields_given["energy"] = replace(fields_given["energy"], **{name: both})
-    fields_given["frictions"] = {
+        fields["energy"] = replace(fields["energy"], **{name: both})
+    fields["frictions"] = {
         name: _rubbed(friction, second.frictions[name], end)
         for name, friction in first.frictions.items()
     }
     unknown = first.error.missing or first.error.stopped is not None
     whole = replace(
         first,
-        **fields_given,
+        **fields,
         timings={key: x + second.timings.get(key, 0.0) for key, x in first.timings.items()},
         laps=(*first.laps, *second.laps),
         checks=_checks(first, second),
@@ -340,12 +340,12 @@ def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> Frict
     """Dry friction of both runs, which meet at an instant (s); a rest across it counts once."""
     begin = np.concatenate([first.begin, second.begin])
     end = np.concatenate([np.minimum(first.end, at), second.end])
-    goes_on = np.flatnonzero((end[:-1] == at) & (begin[1:] == at))
+    lasting = np.flatnonzero((end[:-1] == at) & (begin[1:] == at))
     return FrictionHistory(
         np.concatenate([first.torque, second.torque[1:]]),
         np.concatenate([first.lost, first.lost[-1] + second.lost[1:]]),
-        np.delete(begin, goes_on + 1),
-        np.delete(end, goes_on),
+        np.delete(begin, lasting + 1),
+        np.delete(end, lasting),
     )
 
 

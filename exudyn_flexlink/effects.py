@@ -49,7 +49,7 @@ def absent(scene: Scene, effects: Iterable[str]) -> list[str]:
     return [name for name in effects if idealise(scene, [name]) == scene]
 
 
-def _each(parts: Mapping[str, Any], change: Callable[[Any], Any]) -> dict[str, Any]:
+def _changed(parts: Mapping[str, Any], change: Callable[[Any], Any]) -> dict[str, Any]:
     return {name: change(part) for name, part in parts.items()}
 
 
@@ -123,7 +123,7 @@ def _initial_of(
     for key, value in initial:
         if isinstance(value, Mapping):
             named = joints if key in specs.INITIAL_OF_JOINTS else bodies
-            kept[key] = {name: each for name, each in value.items() if name in named}
+            kept[key] = {name: given for name, given in value.items() if name in named}
     return specs.Initial.model_validate(kept)
 
 
@@ -172,16 +172,16 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
 
 
 EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
-    "clearance": lambda scene: {"joints": _each(scene.joints, _ideal)},
-    "flexibility": lambda scene: {"bodies": _each(scene.bodies, _rigid)},
+    "clearance": lambda scene: {"joints": _changed(scene.joints, _ideal)},
+    "flexibility": lambda scene: {"bodies": _changed(scene.bodies, _rigid)},
     "impact": _without_impact,
     "friction": lambda scene: {
-        "joints": _each(scene.joints, _smooth),
-        "contacts": _each(scene.contacts, _smooth),
+        "joints": _changed(scene.joints, _smooth),
+        "contacts": _changed(scene.contacts, _smooth),
     },
     "damping": lambda scene: {
-        "bodies": _each(scene.bodies, _undamped),
-        "springs": _each(scene.springs, _lossless),
+        "bodies": _changed(scene.bodies, _undamped),
+        "springs": _changed(scene.springs, _lossless),
     },
 }
 

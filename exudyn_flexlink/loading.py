@@ -594,18 +594,18 @@ def run_mistakes(scene: Scene) -> list[Mistake]:
 
     """
     mechanism = assemble_scene(scene).mechanism
-    run, end, each = scene.run, end_of_run(scene, mechanism), sample_bytes(mechanism)
+    run, end, size = scene.run, end_of_run(scene, mechanism), sample_bytes(mechanism)
     if end < SHORTEST_RUN:
         key = "turns" if run.duration is None else "duration"
         message = f"the run would last {end:.2g} s, which is too short to be solved"
         return [Mistake(("run", key), message, f"it must last {SHORTEST_RUN:g} s or longer")]
     if run.sample is None:  # then samples are thinned
         return []
-    most, count = MOST_MEMORY // each, end / run.sample
+    most, count = MOST_MEMORY // size, end / run.sample
     if count <= most:
         return []
     message = (
-        f"would keep {count:.2g} samples, {count * each / 1e9:.2g} GB; {most} of {each} bytes fit "
+        f"would keep {count:.2g} samples, {count * size / 1e9:.2g} GB; {most} of {size} bytes fit "
         f"into {MOST_MEMORY / 1e9:.0f} GB"
     )
     shorter = "run.duration" if run.turns is None else "run.turns"

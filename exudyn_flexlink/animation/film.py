@@ -202,8 +202,8 @@ class Take:
     @cached_property
     def lines(self) -> list[Drawn]:
         """Lines of the mechanism, those in front last."""
-        lines_drawn = drawn_lines(self.result.scene, self.model)
-        coloured = [replace(drawn, colour=self.colour or drawn.colour) for drawn in lines_drawn]
+        lines = drawn_lines(self.result.scene, self.model)
+        coloured = [replace(drawn, colour=self.colour or drawn.colour) for drawn in lines]
         return sorted(coloured, key=lambda drawn: KINDS.index(drawn.kind))
 
     @cached_property
@@ -310,21 +310,21 @@ class Touching:
 def touching_of(film: Film, take: Take) -> list[Touching]:
     """All that can touch in a take: contacts of the scene, bearings, guides with clearance."""
     result, model = take.result, take.model
-    histories_of = []
+    all_touching = []
     for contact in model.touching:
         histories = result.contacts if contact.name in result.contacts else result.bearings
         history = histories[contact.name]
         inside = _within(history.touches, film)
         unit = result.scene.unit_of(contact.name, "N")
-        histories_of.append(
+        all_touching.append(
             Touching(contact.name, inside, contact, None, history.force[:, None], unit)
         )
     for channel in walled(model):
         sleeve = result.sleeves[channel.name]
         places = through(channel.name, *(pair.point for pair in channel.contacts))
         inside = _within(sleeve.touches, film)
-        histories_of.append(Touching(channel.name, inside, None, places, sleeve.force))
-    return histories_of
+        all_touching.append(Touching(channel.name, inside, None, places, sleeve.force))
+    return all_touching
 
 
 def _within(touches: Intervals, film: Film) -> Intervals:

@@ -331,7 +331,7 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
     nodes = place.seen(through(channel.name, *channel.nodes).at(poses), poses)
     place.axes.plot(*nodes.T, color=shots.take.colour or BLUE, alpha=pale, marker=".",
                     markersize=place.points(9), linewidth=place.points(2.4) * wide)  # fmt: skip
-    link = next(each for each in shots.touching if each.name == channel.name)
+    link = next(touching for touching in shots.touching if touching.name == channel.name)
     force = shots.forces(link, frame)
     assert link.places is not None
     at, sides = place.seen(link.places.at(poses), poses), channel.sides

@@ -344,8 +344,8 @@ class Curve(ABC):
         low, high = u[changes], u[changes + 1]
         for _ in range(ROUNDS):
             middle = 0.5 * (low + high)
-            left_of = beside(middle) > 0
-            before = left_of == side
+            is_left = beside(middle) > 0
+            before = is_left == side
             low = np.where(before, middle, low)
             high = np.where(before, high, middle)
         return np.asarray(0.5 * (low + high))

@@ -211,7 +211,7 @@ def _arc(piece: Arc) -> Evaluator:
 def _by_itself(piece: Curve) -> Evaluator:
     def at(u: float) -> Place:
         places = piece.places(np.float64(u))
-        place, first, second = (complex(each) for each in places)
+        place, first, second = (complex(number) for number in places)
         return place.real, place.imag, first.real, first.imag, second.real, second.imag
 
     return at

@@ -231,10 +231,10 @@ TINY_STEP = 1e-10  # s: ten thousand million steps for a second of motion lead n
 def many_iterations(result: Result) -> Iterator[str]:
     """Say that most steps were not solved at first: they were made shorter, and are no error."""
     checks = result.checks
-    each = checks.newton_iterations / max(checks.steps, 1)
-    if each > MANY_ITERATIONS:
+    mean = checks.newton_iterations / max(checks.steps, 1)
+    if mean > MANY_ITERATIONS:
         yield (
-            f"Newton's method took {each:.2g} iterations a step, where 2 to 4 are usual: most "
+            f"Newton's method took {mean:.2g} iterations a step, where 2 to 4 are usual: most "
             "steps were not solved at first, and made shorter; look for a contact, a bend of the "
             "track or a dead centre that asks for it"
         )

@@ -61,28 +61,28 @@ class Stopping:
     deferrable_interrupts: Callable[[], AbstractContextManager[Any]]  # with `pending`, a bool
 
 
-_given: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
+_stopping: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
 
 
 @contextmanager
 def stopped_by(means: Stopping) -> Iterator[None]:
     """Give means to end the runs that are made inside."""
-    token = _given.set(means)
+    token = _stopping.set(means)
     try:
         yield
     finally:
-        _given.reset(token)
+        _stopping.reset(token)
 
 
 def interrupts(end: Callable[[], None]) -> AbstractContextManager[None]:
     """Let a request to end call `end`, where the caller gave means to ask."""
-    means = _given.get()
+    means = _stopping.get()
     return nullcontext() if means is None else means.interrupts(end)
 
 
 def deferrable_interrupts() -> AbstractContextManager[Any]:
     """Let a request to end be taken note of after the solve, where the caller gave means to ask."""
-    means = _given.get()
+    means = _stopping.get()
     return nullcontext(_Request()) if means is None else means.deferrable_interrupts()
 
 
@@ -125,7 +125,7 @@ def aside(
     is no Ctrl-C is raised again. Where the caller gave other means, or in a thread, in which Python
     raises no KeyboardInterrupt, the run is made as it is.
     """
-    if _given.get() is not None or current_thread() is not main_thread():
+    if _stopping.get() is not None or current_thread() is not main_thread():
         return make(progress)
     request, made, progress_queue = _Request(), Future[Result](), SimpleQueue[float | None]()
 

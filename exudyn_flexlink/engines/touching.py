@@ -184,13 +184,15 @@ class ExtremeSeeker:
         pressed, began = touches
         rows = [np.flatnonzero(pressed[:, k]) for k in which]
         seen = [
-            approach(self.contacts[k], *(part[rows_of] for part in motion))
-            for k, rows_of in zip(which, rows, strict=True)
+            approach(self.contacts[k], *(part[pressing_rows] for part in motion))
+            for k, pressing_rows in zip(which, rows, strict=True)
         ]
         time, length = (part[np.concatenate(rows)] for part in steps)
         depth = np.concatenate([-at.gap for at in seen])
         rate = np.concatenate([-at.gap_rate for at in seen])
-        speeds = np.concatenate([began[rows_of, k] for k, rows_of in zip(which, rows, strict=True)])
+        speeds = np.concatenate(
+            [began[pressing_rows, k] for k, pressing_rows in zip(which, rows, strict=True)]
+        )
         step = self._polynomial
         depths = step.coefficients(depth, rate * length[:, None])
         speed = step.derivative(depths) / length[:, None]
@@ -207,7 +209,7 @@ class ExtremeSeeker:
             time + lowest * length,
             np.maximum(step.value(depths, lowest[:, None])[:, 0], 0.0),
         )
-        ends = np.cumsum([len(rows_of) for rows_of in rows])[:-1]
+        ends = np.cumsum([len(pressing_rows) for pressing_rows in rows])[:-1]
         for k, *peaks in zip(which, *(np.split(column, ends) for column in columns), strict=True):
             self._pressed[k].append(tuple(peaks))
             self.deepest[k] = max(self.deepest[k], float(peaks[3].max()))

@@ -178,7 +178,7 @@ def tooth_pushes(
     Nothing is told of a belt, whose pull on a wheel depends on how tight it is, nor of gears
     without a pitch circle.
     """
-    pushes_of = []
+    all_pushes = []
     for gear in gears:
         if not (gear.meshes and gear.in_newtons):
             continue
@@ -190,11 +190,11 @@ def tooth_pushes(
         if first is None:
             first = gear.beyond * force * _across(gear, q) if second is None else -second
         pushes = first, -first if second is None else second
-        pushes_of += [
+        all_pushes += [
             ToothPush(push, tie.far.part, tie.hinges)
             for push, tie in zip(pushes, gear.ties, strict=True)
         ]
-    return pushes_of
+    return all_pushes
 
 
 def _across(gear: Gear, q: FloatArray) -> FloatArray:
@@ -316,7 +316,7 @@ class _CurveBuilder:
             return self._try(path, lambda: _simple(spec), "points")
         key = "pieces" if isinstance(spec, JoinedSpec) else "curves"
         inner = spec.pieces if isinstance(spec, JoinedSpec) else spec.curves
-        curves = [self._inner((*path, key, i), each) for i, each in enumerate(inner)]
+        curves = [self._inner((*path, key, i), piece) for i, piece in enumerate(inner)]
         whole = tuple(curve for curve in curves if curve is not None)
         if len(whole) < len(curves):
             return None

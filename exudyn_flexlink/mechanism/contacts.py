@@ -180,7 +180,10 @@ def in_guides(
             nodes = [Anchor(part, 0.0, 0.0) for part in mechanism.bodies[sleeve.link]]
             nodes.append(points[f"{sleeve.link}.end"])
             along = np.stack([length_along(Slide(name, start, node), q) for node in nodes])
-            yield name, *(end_of(along, axis=0) / (end.x - start.x) for end_of in (np.min, np.max))
+            yield (
+                name,
+                *(extreme(along, axis=0) / (end.x - start.x) for extreme in (np.min, np.max)),
+            )
 
 
 def swings(mechanism: Mechanism) -> list[float]:

@@ -399,8 +399,8 @@ def contact_mass(
     if isinstance(contact, TurnStop):
         row = np.zeros(q.shape)
         _add_torque(row, contact.first.part, contact.second.part, 1.0)
-        turned_by = _moving(mechanism, q, places).nearest(row.ravel())
-        return 1.0 / max(float((row * turned_by).sum()), 1e-300)
+        turns = _moving(mechanism, q, places).nearest(row.ravel())
+        return 1.0 / max(float((row * turns).sum()), 1e-300)
     first, second = contact.anchors
     rows = np.array([anchor_jacobian(anchor, q) for anchor in (*first, *second)])
     moved = _moving(mechanism, q, places).nearest(rows.reshape(-1, q.size).T)

@@ -469,20 +469,20 @@ def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArra
     the work grows with the cube of a group, not of the mechanism.
     """
     firsts = np.array([parts[0] for parts in mechanism.bodies.values()], dtype=int)
-    body_of = np.repeat(np.arange(len(firsts)), [len(p) for p in mechanism.bodies.values()])
+    body_numbers = np.repeat(np.arange(len(firsts)), [len(p) for p in mechanism.bodies.values()])
     joints = constraint_rows(mechanism, state.q, state.places)
-    carried = np.tile(np.eye(3), (len(body_of), 1, 1))
-    arms = state.q[:, :2] - state.q[firsts[body_of], :2]
+    carried = np.tile(np.eye(3), (len(body_numbers), 1, 1))
+    arms = state.q[:, :2] - state.q[firsts[body_numbers], :2]
     carried[:, 0, 2], carried[:, 1, 2] = -arms[:, 1], arms[:, 0]
     moving = joints.parts != GROUND
     slopes = np.where(moving[:, :, None], joints.slopes, 0.0)[:, :, None] @ carried[joints.parts]
     # What is the ground counts as one of the parts that the same row moves.
     moved = joints.parts.max(axis=1, keepdims=True)
-    ends = body_of[np.where(moving, joints.parts, moved)]
-    group_of = _connected(len(firsts), ends)
-    by_group = np.argsort(group_of, kind="stable")
-    for bodies in np.split(by_group, np.flatnonzero(np.diff(group_of[by_group])) + 1):
-        inside = np.flatnonzero(group_of[ends[:, 0]] == group_of[bodies[0]])
+    ends = body_numbers[np.where(moving, joints.parts, moved)]
+    group_numbers = _connected(len(firsts), ends)
+    by_group = np.argsort(group_numbers, kind="stable")
+    for bodies in np.split(by_group, np.flatnonzero(np.diff(group_numbers[by_group])) + 1):
+        inside = np.flatnonzero(group_numbers[ends[:, 0]] == group_numbers[bodies[0]])
         rows = np.zeros((len(inside), len(bodies), 3))
         for side in range(ends.shape[1]):
             np.add.at(rows, (np.arange(len(inside)), np.searchsorted(bodies, ends[inside, side])),

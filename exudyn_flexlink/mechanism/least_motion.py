@@ -189,18 +189,18 @@ class LeastMotion:
         starts = self._constraints.first_rows
         joints = np.searchsorted(starts, self._rest, side="right") - 1
         rows = self._weighted / np.maximum(self._lengths[:, None], 1e-300)
-        rows_left: dict[int, int] = {}
+        surplus: dict[int, int] = {}
         missing = len(rows) - _rank(rows)
         known = 0
         for joint in dict.fromkeys(joints.tolist()):
-            if sum(rows_left.values()) == missing:
+            if sum(surplus.values()) == missing:
                 break
             upto = int(np.searchsorted(joints, joint, side="right"))
             count, rank = upto - int(np.searchsorted(joints, joint)), _rank(rows[:upto])
             if rank < known + count:
-                rows_left[joint] = known + count - rank
+                surplus[joint] = known + count - rank
             known = rank
-        return rows_left
+        return surplus
 
     @cached_property
     def _singular(self) -> tuple[FloatArray, FloatArray]:

@@ -330,21 +330,21 @@ class Resolution:
 def resolutions(
     scene: Scene,
     assembly: Assembly,
-    half_of: Callable[[Contact | Channel], float] | None = None,
+    half_period_of: Callable[[Contact | Channel], float] | None = None,
 ) -> list[Resolution]:
     """Resolutions of contacts and bearings, then of sleeves; none of contacts that take no time.
 
-    `half_of` tells half the period (s) of each; left out, `half_period` does.
+    `half_period_of` returns half the period (s) of each; left out, it is `half_period`.
     """
-    half_of = half_of or partial(half_period, assembly)
+    half_period_of = half_period_of or partial(half_period, assembly)
     asked, by_contact = scene.solver.steps_per_contact, []
     for contact in assembly.mechanism.touching:
         if not isinstance(contact.law, Impulse | OneSided):
-            half = half_of(contact)
+            half = half_period_of(contact)
             steps = asked * (ELASTIC_STEPS if contact.law.restitution > ELASTIC else 1.0)
             by_contact.append(Resolution(half, half / steps))
     for channel in assembly.mechanism.channels:
-        half = half_of(channel)
+        half = half_period_of(channel)
         by_contact.append(Resolution(half, half / (WALL_SHARE * asked)))
     return by_contact
 

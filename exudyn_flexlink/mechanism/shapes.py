@@ -447,10 +447,10 @@ class _Searched(Shape[OnCurve]):
         """Places on the curves (..., c) for what is seen from their axes: see `Foot`."""
         if self._searches:
             rows = seen.reshape(-1, len(self.contacts)).tolist()
-            feet_of = [
+            columns = [
                 search(z) for row in rows for search, z in zip(self._searches, row, strict=True)
             ]
-            length, *feet = np.moveaxis(np.array(feet_of).reshape(*seen.shape, 4), -1, 0)
+            length, *feet = np.moveaxis(np.array(columns).reshape(*seen.shape, 4), -1, 0)
             return length.real, *feet
         columns = []
         for c, contact in enumerate(self.contacts):

@@ -340,9 +340,9 @@ def _set_back(q: FloatArray, answer: Turned | Slid | Moved, part: int, by: float
 
 def struck_by(mechanism: Mechanism, contact: str) -> Contact:
     """Find a contact of the scene."""
-    for each in mechanism.contacts:
-        if each.name == contact:
-            return each
+    for candidate in mechanism.contacts:
+        if candidate.name == contact:
+            return candidate
     raise ValueError(f"the scene has no contact '{contact}'")
 
 

@@ -302,12 +302,12 @@ def _any(time: FloatArray, masks: Sequence[BoolArray]) -> BoolArray:
 
 def _pairs(result: Result, time: FloatArray) -> dict[Pair, BoolArray]:
     """Whether each pair of what can touch does, at instants (N,) s."""
-    pairs_by = {}
+    masks = {}
     for name, touches in result.intervals.items():
         pairs = result.sleeves[name].pairs if name in result.sleeves else (name,)
         for k, pair in enumerate(pairs):
-            pairs_by[name, pair] = touches.where(touches.pair == k).lasting(time) > 0
-    return pairs_by
+            masks[name, pair] = touches.where(touches.pair == k).lasting(time) > 0
+    return masks
 
 
 def _near_impulses(result: Result, time: FloatArray, spacing: float) -> BoolArray:
@@ -327,14 +327,14 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
     that of the other one. Once both have parted visibly nothing is told.
     """
     points = judged_points(run.scene)
-    if max(room(each, points) for each in (run, other)) <= STILL:
+    if max(room(result, points) for result in (run, other)) <= STILL:
         return MeasuredError(missing=still_text(points))
     asked = run.scene.accuracy.tolerance
     assert asked is not None  # runs of given steps are not measured
     time = common_times(run, other)
-    each = separations(run, other, time, points)
-    each = np.maximum.accumulate(np.where(np.isfinite(each), each, np.inf), axis=0)
-    apart = each.max(axis=1)
+    distances = separations(run, other, time, points)
+    distances = np.maximum.accumulate(np.where(np.isfinite(distances), distances, np.inf), axis=0)
+    apart = distances.max(axis=1)
     error = np.maximum(FACTOR * apart, least)
     # Where little moves, a visible part of that may be less than was asked for.
     parted = max(parting_limit(run), asked)
@@ -345,7 +345,7 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
     beyond = np.flatnonzero(~(error[: last + 1] <= asked))
     return MeasuredError(
         points=points,
-        worst=farthest(points, each[last]),
+        worst=farthest(points, distances[last]),
         limit=asked,
         largest=float(error[last]),
         exceeds_from=float(time[max(beyond[0] - 1, 0)]) if len(beyond) else horizon,

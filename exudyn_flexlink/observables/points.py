@@ -172,13 +172,13 @@ def path(result: Result, point: str) -> PointPath:
 
 def paths(result: Result, points: Iterable[str]) -> list[PointPath]:
     """Motions of points 'body.point'."""
-    mechanism, paths_of = build_mechanism(result.scene), []
+    mechanism, motions = build_mechanism(result.scene), []
     for point in points:
         anchor = point_anchor(result.scene, mechanism, point)
         position = np.asarray(anchor_position(anchor, result.poses))
         velocity = np.asarray(anchor_velocity(anchor, result.poses, result.rates))
-        paths_of.append(PointPath(point, result.time, position, velocity))
-    return paths_of
+        motions.append(PointPath(point, result.time, position, velocity))
+    return motions
 
 
 def room(result: Result, points: Iterable[str]) -> float:
@@ -189,7 +189,7 @@ def room(result: Result, points: Iterable[str]) -> float:
 
 def point_names(scene: Scene) -> list[str]:
     """Return the names of all points of a scene, as 'body.point'."""
-    return [f"{body}.{each}" for body, spec in scene.bodies.items() for each in spec.point_names]
+    return [f"{body}.{point}" for body, spec in scene.bodies.items() for point in spec.point_names]
 
 
 def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:

@@ -62,19 +62,19 @@ def signals(scene: Scene) -> dict[str, Signal]:
     its first rod), ``BODY.rate``, ``BODY.POINT.x`` and ``.y``; of a struck body ``BODY.response``,
     its angle or displacement from the start on, as its own table has it.
     """
-    signals_of, by_body = list[Signal](), measures(scene)
+    quantities, by_body = list[Signal](), measures(scene)
     for body in scene.bodies:
-        signals_of.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, body)))
-        signals_of.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, body)))
+        quantities.append(Signal(f"{body}.angle", Dimension.ANGLE, partial(_angle, body)))
+        quantities.append(Signal(f"{body}.rate", Dimension.ANGULAR_SPEED, partial(_rate, body)))
     for point in point_names(scene):
         for i, axis in enumerate("xy"):
-            signals_of.append(
+            quantities.append(
                 Signal(f"{point}.{axis}", Dimension.LENGTH, partial(_place, point, i))
             )
     for body, contact in struck_bodies(scene).items():
         kind = Dimension.ANGLE if by_body[body] is ANGLE else Dimension.LENGTH
-        signals_of.append(Signal(f"{body}.response", kind, partial(_response, contact)))
-    return {signal.name: signal for signal in signals_of}
+        quantities.append(Signal(f"{body}.response", kind, partial(_response, contact)))
+    return {signal.name: signal for signal in quantities}
 
 
 def _angle(body: str, run: Result) -> tuple[FloatArray, FloatArray]:

@@ -136,14 +136,14 @@ def contact_totals(
 ) -> ContactTotals:
     """Contacts of a joint from `start` to `end` (s); what begins at `end` counts no more."""
     states, touches = contact_states(result, joint), _walls(result, joint).touches
-    mine = touches.where((touches.begin >= start) & (touches.begin < end))
+    selected = touches.where((touches.begin >= start) & (touches.begin < end))
     return ContactTotals(
         states.fractions(start, end),
-        len(mine),
+        len(selected),
         states.impacts(start, end),
-        float(mine.impulse.sum()),
-        float(mine.energy_lost.sum()),
-        float((mine.until(states.time[-1]) - mine.begin).max(initial=0.0)),
+        float(selected.impulse.sum()),
+        float(selected.energy_lost.sum()),
+        float((selected.until(states.time[-1]) - selected.begin).max(initial=0.0)),
     )
 
 
@@ -169,15 +169,15 @@ def pair_totals(result: Result, joint: str) -> list[PairTotals]:
     history = _walls(result, joint)
     totals = []
     for k in np.unique(history.touches.pair).tolist():
-        mine = history.touches.where(history.touches.pair == k)
+        selected = history.touches.where(history.touches.pair == k)
         totals.append(
             PairTotals(
                 history.pairs[k],
-                len(mine),
-                float((mine.until(result.time[-1]) - mine.begin).sum()),
-                float(mine.impulse.sum()),
-                float(mine.energy_lost.sum()),
-                float(mine.peak_force.max()),
+                len(selected),
+                float((selected.until(result.time[-1]) - selected.begin).sum()),
+                float(selected.impulse.sum()),
+                float(selected.energy_lost.sum()),
+                float(selected.peak_force.max()),
             )
         )
     return sorted(totals, key=lambda pair: -pair.time)

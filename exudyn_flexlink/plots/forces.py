@@ -255,8 +255,8 @@ def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
     panels = _panels(result)
     if not panels or len(result.time) < 2:
         return None
-    strikes_by = {name: strikes(result, name) for name in result.contacts}
-    zooms = {name: s[0] for name, s in strikes_by.items() if s and s[0].end > s[0].begin}
+    by_contact = {name: strikes(result, name) for name in result.contacts}
+    zooms = {name: s[0] for name, s in by_contact.items() if s and s[0].end > s[0].begin}
     entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
     heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
     names = [*panels, *(["first strikes"] if zooms else [])]

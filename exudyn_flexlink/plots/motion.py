@@ -387,7 +387,7 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
         return
     scale, shown = shown_in(response.measure.unit, response.value)
     factor, unit = length_unit(response.tip_displacement)
-    tip_of = _tip_of_angle(response)
+    tip_functions = _tip_of_angle(response)
     for value, time in (response.least, response.greatest):
         axes.plot(time, scale * value, ".", color=BLACK, markersize=sized(5))
         off = position_error(result, time)
@@ -395,8 +395,10 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
         if error is not None and 0 < abs(value) <= error:
             continue  # no digit of it is known
         text = f"{number_text(scale * value, error and scale * error, signed=True)} {shown}"
-        if tip_of:
-            moved = number_text(factor * float(tip_of[0](value)), off and factor * off, signed=True)
+        if tip_functions:
+            moved = number_text(
+                factor * float(tip_functions[0](value)), off and factor * off, signed=True
+            )
             text += f" ({moved} {unit})"
         third, above = int(3 * time / response.time[-1]), value == response.greatest[0]
         axes.annotate(

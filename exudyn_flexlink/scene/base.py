@@ -69,7 +69,7 @@ class Part(BaseModel):
                 refuse("needs " + " or ".join(f"'{key}'" for key in row))
             for key in self.excluded_by(given[0]) if given else ():
                 if getattr(self, key) is not None:
-                    owner = next(each for each in row if key in self.belonging.get(each, ()))
+                    owner = next(other for other in row if key in self.belonging.get(other, ()))
                     refuse(f"'{key}' belongs to '{owner}', not to '{given[0]}'", at=key)
         return self
 

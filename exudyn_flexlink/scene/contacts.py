@@ -192,16 +192,16 @@ def refuse_misfit(law: PenaltyLaw | ImpulseLaw, radii: tuple[float, float] | Non
         return
     if radii is not None and law.radii is not None:
         refuse("the circles give the radii", "leave these out", at=("law", "radii"))
-    radii_given, at = (radii, ("law",)) if radii else (law.radii, ("law", "radii"))
-    if radii_given is None:
+    both_radii, at = (radii, ("law",)) if radii else (law.radii, ("law", "radii"))
+    if both_radii is None:
         refuse("missing 'radii' of both bodies where they touch", "e.g. [10 mm, -12 mm]", at="law")
     lines = law.formula in ("johnson", "radzimovsky")
-    if len(radii_given) == 1 and lines:
+    if len(both_radii) == 1 and lines:
         refuse(f"'{law.formula}' needs two radii: on a flat its depth has no bound", at=at)
-    if 0 in radii_given or not 0 < sum(1 / radius for radius in radii_given) < math.inf:
+    if 0 in both_radii or not 0 < sum(1 / radius for radius in both_radii) < math.inf:
         hint = "that of a hollow is negative, and the larger one"
         refuse("bodies of these radii do not touch at one place", hint, at=at)
-    if law.formula == "lankarani_nikravesh" and min(radii_given) > 0:
+    if law.formula == "lankarani_nikravesh" and min(both_radii) > 0:
         hint = "'formula: sphere', with the same exponent"
         refuse("'lankarani_nikravesh' is for a pin in a bore: nothing is hollow", hint, at=at)
 

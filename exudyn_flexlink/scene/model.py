@@ -116,8 +116,10 @@ class Scene(Part):
     def laws(self) -> dict[str, Law | StopLaw]:
         """Laws of walls and bearings, then contacts, then stops, by name; springs have none."""
         walls = {name: getattr(joint, "acting", None) for name, joint in self.joints.items()}
-        laws_by = {name: law for name, law in walls.items() if law is not None}
-        return laws_by | {n: contact.law for n, contact in {**self.contacts, **self.stops}.items()}
+        laws_of_joints = {name: law for name, law in walls.items() if law is not None}
+        return laws_of_joints | {
+            n: contact.law for n, contact in {**self.contacts, **self.stops}.items()
+        }
 
     def law_path(self, name: str) -> KeyPath:
         """Where the scene gives the law of one of these names."""

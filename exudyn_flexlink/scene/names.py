@@ -174,13 +174,13 @@ def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> 
 @cache
 def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
     """Fields of a part that may hold names, with their keys, and what these refer to."""
-    references_to = []
+    fields = []
     for key, info in part.model_fields.items():
         hints = list(_naming_hints((info.annotation, *info.metadata)))
         if hints:
             refers = next((hint for hint in hints if isinstance(hint, Refers)), None)
-            references_to.append((key, info.alias or key, refers))
-    return references_to
+            fields.append((key, info.alias or key, refers))
+    return fields
 
 
 def _naming_hints(hint: Any) -> Iterator[Any]:
@@ -574,17 +574,19 @@ def _contacts(parts: Parts) -> Iterator[Mistake]:
 
 def _materials_of_laws(parts: Parts) -> Iterator[Mistake]:
     """Refuse materials of Hertz's law without lateral contraction."""
-    references_to = [
+    laws = [
         ((section, name, *within, "law"), getattr(owner, "law", None))
         for section in ("joints", "contacts")
         for name, part in parts.valid(section)
         for within, owner in (((), part), (("limits",), getattr(part, "limits", None)))
     ]
-    for path, law in references_to:
-        for i, name_given in enumerate((isinstance(law, HertzLaw) and law.materials) or ()):
-            material = parts.get("materials", name_given)
+    for path, law in laws:
+        for i, name_of_material in enumerate((isinstance(law, HertzLaw) and law.materials) or ()):
+            material = parts.get("materials", name_of_material)
             if material is not None and material.poissons_ratio is None:
-                message = f"material '{name_given}' has no poissons_ratio, which Hertz's law needs"
+                message = (
+                    f"material '{name_of_material}' has no poissons_ratio, which Hertz's law needs"
+                )
                 yield Mistake((*path, "materials", i), message)
 
 

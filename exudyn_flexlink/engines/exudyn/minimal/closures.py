@@ -434,8 +434,8 @@ class ClosedCoordinates:
         self._last: StepStages | None = None  # of the last step tried
         self._gains = np.zeros(1)  # m by residuals of 1 m, at those stages
         free = self._split.free
-        start_of = self.states(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
-        self.settle(0.0, start_of, np.zeros(len(free)))
+        start_state = self.states(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
+        self.settle(0.0, start_state, np.zeros(len(free)))
 
     def _place_rates(self, v: FloatArray) -> FloatArray:
         """Rates of the slots' places at time 0, from the tree's speeds (links,)."""
@@ -624,10 +624,12 @@ class ClosedCoordinates:
         # F = J^T of the closures times multipliers, on the dependent coordinates.
         multipliers[:, :, split.rows] = whole[:, :, split.dependent] @ np.linalg.inv(square)
         left = forces - multipliers @ jacobian[:, :, : self._links]
-        forces_held = [
+        forces_of_joints = [
             self.closures.forces(at_state, multipliers[:, k]) for k in range(forces.shape[1])
         ]
-        return left, np.stack([np.real(forces_held), np.imag(forces_held)], axis=-1).swapaxes(0, 1)
+        return left, np.stack(
+            [np.real(forces_of_joints), np.imag(forces_of_joints)], axis=-1
+        ).swapaxes(0, 1)
 
     def on_dead_centre(self, at_stop: bool) -> OnSingularity:
         """Tell where the last step tried was all but at a dead centre."""

@@ -212,12 +212,12 @@ class RigidContacts:
 
     def rubbed(self, which: Sequence[int], slip: FloatArray) -> FloatArray:
         """Friction (..., c) of some contacts that press by 1 N, by their slip (..., c), m/s."""
-        rubbed_by = np.zeros(slip.shape)
+        rubbing = np.zeros(slip.shape)
         for c, k in enumerate(which):
             rub = self.all[k].friction
             if rub is not None:
-                rubbed_by[..., c] = rub.force(1.0, slip[..., c])
-        return rubbed_by
+                rubbing[..., c] = rub.force(1.0, slip[..., c])
+        return rubbing
 
     def pushing(
         self, which: Sequence[int], gaps: Gaps, state: TreeState

@@ -88,7 +88,7 @@ class MinimalModel:
         # Parts may turn about any point that is referred to: an angle can move every one of them.
         outlines = [((0.0, 0.0), *part.points) for part in mechanism.parts]
         self._points = Points(
-            layout, [Anchor(i, *at) for i, all_of in enumerate(outlines) for at in all_of]
+            layout, [Anchor(i, *at) for i, points in enumerate(outlines) for at in points]
         )
         # How far (m) a unit of each coordinate moves a point.
         lengths = np.abs(self._moves_of_points(self.start[0])).max(0, initial=0.0)
@@ -253,14 +253,14 @@ class MinimalModel:
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
         x, v = whole.state.x, whole.state.v
-        slopes_of, acting = [], self.contacts.acting(self.touches.pressing)
+        matrices, acting = [], self.contacts.acting(self.touches.pressing)
         if acting is not None and whole.push is not None:
             moving, approach = self.kinematics.moving(x, v), self.touches.approach[acting.which]
-            slopes_of.append(acting.slopes(whole.push, moving, approach))
+            matrices.append(acting.slopes(whole.push, moving, approach))
         if self.loads.stiff:
             push = partial(self.loads.push, np.full(4 * len(x), float(whole.t)))
-            slopes_of.append(falls(push, x, v, self._lengths))
-        return [slopes for slopes in slopes_of if slopes is not None]
+            matrices.append(falls(push, x, v, self._lengths))
+        return [slopes for slopes in matrices if slopes is not None]
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
@@ -304,8 +304,8 @@ class MinimalModel:
 
     def places(self, at: Evaluation) -> Sequence[float]:
         """Places of the slots' points on their present pieces."""
-        places_now: list[float] = at.kept.state.places.tolist()
-        return places_now
+        places: list[float] = at.kept.state.places.tolist()
+        return places
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""

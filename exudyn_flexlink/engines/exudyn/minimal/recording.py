@@ -202,14 +202,14 @@ def _steps(waiting: list[_Waiting]) -> Steps:
     begins, lengths, nodes, samples, of = [], [], [], [], []
     count, row = 0, len(waiting) * len(ROWS)
     for k, wait in enumerate(waiting):
-        nodes_of, parts = len(ROWS) * k + ROWS[None], len(wait.edges) - 1
+        rows, parts = len(ROWS) * k + ROWS[None], len(wait.edges) - 1
         inner = row + np.arange(wait.samples)
         if parts > 1:
             stages = row + wait.samples + np.arange(parts * STAGES).reshape(parts, STAGES)
-            nodes_of = np.column_stack([[nodes_of[0, 0], *stages[:-1, -1]], stages])
+            rows = np.column_stack([[rows[0, 0], *stages[:-1, -1]], stages])
         begins.append(wait.edges[:-1])
         lengths.append(np.diff(wait.edges) if parts > 1 else np.array([wait.step.h]))
-        nodes.append(nodes_of)
+        nodes.append(rows)
         samples.append(inner)
         # A sample at the end of a part belongs to that part.
         part = np.searchsorted(wait.edges[1:-1], wait.t[: wait.samples])

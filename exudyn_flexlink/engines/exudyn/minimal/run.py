@@ -405,7 +405,7 @@ def _slipped(run: MinimalRun) -> list[str]:
     slips = run.stepper.slips
     if not slips:
         return []
-    time, step, slip = max(slips, key=lambda slip_of: slip_of[2])
+    time, step, slip = max(slips, key=lambda record: record[2])
     return [
         f"a step of {step:.3g} s is too long from {time:.4g} s on: what a loop, a slot or a drive "
         f"moves ended it {slip:.2g} m from where its speed takes it; so did {len(slips)} of "

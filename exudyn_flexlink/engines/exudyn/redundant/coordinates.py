@@ -217,8 +217,8 @@ class BeamCoordinates(Coordinates):
         poses, spread = self._at_state(self._q, self._v)[0], self._spread(self._q)
         moving, _ = self._moving(self._q, self.assembly.state.places)
         first, second = (
-            max(_mobility(moving, anchor_jacobian(anchor, poses) @ spread) for anchor in each)
-            for each in contact.anchors
+            max(_mobility(moving, anchor_jacobian(anchor, poses) @ spread) for anchor in anchors)
+            for anchors in contact.anchors
         )
         return contact.law.half_period(1.0 / max(first + second, TINY))
 

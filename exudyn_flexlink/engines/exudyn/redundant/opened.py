@@ -57,15 +57,17 @@ class ExudynSystem:
             f"{data.NumberOfObjects()} objects, {data.NumberOfMarkers()} markers, "
             f"{data.NumberOfLoads()} loads"
         ]
-        kinds = [each.name for each in fields(self) if each.type == "Numbers"]
+        kinds = [field.name for field in fields(self) if field.type == "Numbers"]
         named = {kind: getattr(self, kind) for kind in kinds}
         for kind, numbers in named.items():
-            markers = {name: each for name, each in numbers.items() if " " not in name}  # no hinges
-            parts = [f"{name} {', '.join(map(str, each))}" for name, each in markers.items()]
+            markers = {
+                name: items for name, items in numbers.items() if " " not in name
+            }  # no hinges
+            parts = [f"{name} {', '.join(map(str, items))}" for name, items in markers.items()]
             lines += [f"  {kind:9} {'; '.join(parts)}"] if parts else []
         if self.not_followed:
             lines.append("  does not happen by itself when Exudyn solves alone:")
-            lines += [f"    - {each}" for each in self.not_followed]
+            lines += [f"    - {reason}" for reason in self.not_followed]
         return "\n".join(lines) + ">"
 
 
@@ -136,7 +138,7 @@ def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, 
     welds = {weld.name for weld in system.mechanism.welds}
     # A weld is two objects: its pin, and the next one, which holds the angle.
     markers = {n: (i, i + 1) if n in welds else (i,) for n, i in system.joints.items()}
-    return markers | {each.slot.name: tuple(dict.fromkeys(each.item_of_piece)) for each in slots}
+    return markers | {slot.slot.name: tuple(dict.fromkeys(slot.item_of_piece)) for slot in slots}
 
 
 def _contacts(contacts: Contacts) -> dict[str, tuple[int, ...]]:
