@@ -457,7 +457,7 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """Say that there is nothing of a name, what was meant perhaps, and what there is."""
     names = list(known)
     near, listed = did_you_mean(name, names), ", ".join(names) or "none"
-    return f"there is no {what} '{name}'{near}{' There' if near else '; listed'} are: {listed}"
+    return f"there is no {what} '{name}'{near}{' There' if near else '; there'} are: {listed}"
 
 
 def dotted(path: KeyPath) -> str:
