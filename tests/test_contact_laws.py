@@ -256,7 +256,7 @@ def test_two_engines_agree_on_walls_and_a_strike_with_friction(kind):
 
 
 def test_two_formulations_agree_on_a_slider_crank_with_clearance():
-    settings = "run.turns=0.1", "accuracy.tolerance=1e-7"
+    settings = "run.turns=0.05", "accuracy.tolerance=1e-7"
     model = MODELS / "textbook" / "slider_crank_contact_laws.yaml"
     one = simulate(load_scene(model, settings))
     redundant = [*settings, "solver={formulation: redundant, steps_per_contact: 200}"]

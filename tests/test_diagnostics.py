@@ -158,10 +158,12 @@ def test_depth_counts_against_the_radius_where_it_is(start, push, told):
     assert any("m deep" in warning for warning in result.warnings) == told
 
 
-@pytest.mark.parametrize(("formulation", "right"), [("minimal", True), ("redundant", False)])
-def test_a_row_of_bounces_is_told_where_it_is_off(formulation, right):
-    """By formulation `minimal` the 24 bounces keep even to 1e-9 m."""
-    bouncing = [f"solver.formulation={formulation}", "run.duration=2.2"]
+@pytest.mark.parametrize(
+    ("formulation", "right", "duration"), [("minimal", True, 2.2), ("redundant", False, 0.8)]
+)
+def test_a_row_of_bounces_is_told_where_it_is_off(formulation, right, duration):
+    """By formulation `minimal` the 24 bounces keep even to 1e-9 m; of the other the first do not."""
+    bouncing = [f"solver.formulation={formulation}", f"run.duration={duration}"]
     result = simulate(load_scene(MODELS / "bouncing.yaml", bouncing), measure=True)
     assert (result.error.exceeds_from is None) == right
     assert any("may be off by more than" in text for text in result.warnings) == (not right)

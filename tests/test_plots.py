@@ -220,7 +220,7 @@ def plain(rigid, tilting):
     return drawn_with("default", rigid, tilting)
 
 
-@pytest.mark.parametrize("look", ["dark_background", "ggplot", "grayscale", "a file"])
+@pytest.mark.parametrize("look", ["dark_background", "ggplot", "a file"])
 def test_figures_look_the_same_whatever_style_is_in_use(look, plain, rigid, tilting):
     if look == "a file":  # such as a matplotlibrc
         Path("own.mplstyle").write_text("text.color: white\nfont.size: 4\nlines.linewidth: 9\n")

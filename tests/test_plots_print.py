@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import results
+from matplotlib.figure import Figure
 from results import texts, words
 
 from exudyn_flexlink.cli import main
@@ -54,7 +55,12 @@ def test_figures_of_one_run_are_the_same_files_in_all_formats(rigid):
         assert content.startswith(STARTS[suffix])
 
 
-def test_plot_writes_what_is_asked_for(rigid):
+def test_plot_writes_what_is_asked_for(rigid, monkeypatch):
+    def two(_, style):
+        assert style is PRINT
+        return {name: Figure((1, 1)) for name in ("forces", "polar")}
+
+    monkeypatch.setattr("exudyn_flexlink.plots.figures", two)
     save(rigid, Path("run"))
     asked = ["--out", "figures", "--format", "pdf,svg", "--style", "print"]
     assert main(["plot", "run", *asked]) == 0
