@@ -162,7 +162,7 @@ def test_depth_counts_against_the_radius_where_it_is(start, push, told):
     ("formulation", "right", "duration"), [("minimal", True, 2.2), ("redundant", False, 0.8)]
 )
 def test_a_row_of_bounces_is_told_where_it_is_off(formulation, right, duration):
-    """By formulation `minimal` the 24 bounces keep even to 1e-9 m; of the other the first do not."""
+    """By formulation `minimal` the 24 bounces keep even to 1e-9 m; by `redundant` not one."""
     bouncing = [f"solver.formulation={formulation}", f"run.duration={duration}"]
     result = simulate(load_scene(MODELS / "bouncing.yaml", bouncing), measure=True)
     assert (result.error.exceeds_from is None) == right
