@@ -267,7 +267,7 @@ def test_largest_forces_of_touches_do_not_depend_on_the_steps():
     settings = (*SHORT, "run={duration: 0.2, sample: 1 ms}")
     coarse, fine = (
         run(*settings, f"accuracy.tolerance={tolerance}").sleeves["sleeve"].touches
-        for tolerance in (1e-6, 1e-8)
+        for tolerance in (1e-6, 1e-9)
     )
     assert coarse.pair.tolist() == fine.pair.tolist()
     assert len(fine.pair) > 5

@@ -174,7 +174,7 @@ def test_a_strike_that_slides_off_a_face_is_told():
     """What is left of the error of a place is multiplied as the pressed lever goes free."""
     settings = [*draw(np.random.default_rng([11, 289]), undamped=True), "run.turns=0.6"]
     model = MODELS / "no_clearance.yaml"
-    exact = simulate(load_scene(model, [*settings, "accuracy.tolerance=1e-9"]), "lagrangian")
+    exact = simulate(load_scene(model, [*settings, "accuracy.tolerance=1e-10"]), "lagrangian")
     for engine in ("exudyn", "lagrangian"):
         found = simulate(load_scene(model, settings), engine, measure=True)
         assert separation(exact, found, common_times(exact, found)).max() <= found.error.largest

@@ -86,7 +86,7 @@ def test_distance_and_speed_of_the_point_are_extremes_too(by):
 @pytest.mark.parametrize("by", [*ENGINES, REDUNDANT])
 def test_the_least_speed_of_a_point_that_all_but_rests_is_not_lost(by):
     """Its square has a sharp bend there, and the root of what that is off by would be much."""
-    result = run(by, "bodies.link.rods=2", "run.turns=1", "run.sample=0.05 ms")
+    result = run(by, "bodies.link.rods=2", "run.turns=1", "run.sample=0.01 ms")
     least, at = result.extremes["link.end.speed_m_per_s"].least
     seen = path(result, "link.end")
     near = np.argsort(np.abs(seen.time - at))[:5]

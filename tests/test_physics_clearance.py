@@ -158,7 +158,7 @@ def test_what_is_zero_by_rounding_is_no_touch():
         own = [*settings, f"accuracy.tolerance={tolerance}"]
         return simulate(load_scene(MODELS / "supported.yaml", own), engine)
 
-    exact = to(1e-7, "lagrangian")
+    exact = to(1e-8, "lagrangian")
     times = np.linspace(0, exact.time[-1], 2001)
     for tolerance in (1e-4, 1e-6):
         found = to(tolerance)

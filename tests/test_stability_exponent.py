@@ -103,9 +103,9 @@ accuracy: {tolerance: 1.0e-9}
 def test_neighbours_that_part_fast_are_put_back_before_they_are_far():
     """x'' = 100 x - 1e8 x^3 parts neighbours of x = 0 at 10/s until they are about 1 mm away.
 
-    That is a thousand times their distance: they would be there in half a lap.
+    That is a thousand times their distance: they would be there in a quarter of a lap.
     """
-    found = studied(SADDLE, 2.0, 8).exponent
+    found = studied(SADDLE, 4.0, 8).exponent
     assert found.value == pytest.approx(10, rel=1e-3)
     assert found.uncertainty + found.noise < 0.1
     assert found.sign == 1
