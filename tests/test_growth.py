@@ -186,7 +186,7 @@ def test_a_run_that_gets_nowhere_is_a_result_of_its_start():
     result = simulate(load_scene(MODELS / "smooth.yaml", ["gravity=[0, -1e20]"]))
     assert not result.outcome.completed
     assert result.outcome.advice
-    assert result.time[-1] < 1e-12
+    assert result.time[-1] < 1e-9  # of 2.5 s
     assert np.isfinite(result.poses).all()
     assert result.energy.kinetic.shape == result.time.shape
 

@@ -119,6 +119,29 @@ def test_turns_of_a_free_guide_end_the_run():
     )
 
 
+@pytest.mark.parametrize("start", [-1.1e-3, -1.3e-3, -1.7e-3, -2.6e-3])
+def test_p_goes_on_from_the_seam_of_its_track_and_comes_back_within_one_step(start):
+    """Thrown up to just beyond the seam, at 0 rad, by a torque that draws it back."""
+    still = simulate(_thrown(0.0, 0.0), "lagrangian")
+    braking = -2 * still.poses[-1, 0, 2] / still.time[-1] ** 2  # rad/s^2, nearly constant
+    result = simulate(_thrown(start, np.sqrt(2 * braking * (4e-5 - start))), "lagrangian")
+    assert result.outcome.completed, result.outcome
+    assert [event.kind for event in result.events] == ["lap", "lap"]
+    assert result.poses[:, 0, 2].max() == pytest.approx(4e-5, rel=0.3)
+
+
+def _thrown(angle, speed):
+    return load_scene(
+        MODELS / "smooth.yaml",
+        [
+            "bodies.link.rods=1",
+            "drives.motor={type: torque, joint: crank, value: -0.004}",
+            "run={duration: 40 ms}",
+            f"initial={{angles: {{guide: {angle}}}, speeds: {{guide: {speed}}}}}",
+        ],
+    )
+
+
 @pytest.mark.parametrize(
     ("settings", "path"),
     [

@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+from cli_runs import MODELS
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.touching import SHORTEST_SWING
-from exudyn_flexlink.integrate.collocation import EIGENVALUES, FROM, TO, WEIGHTS, A, C
-from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
+from exudyn_flexlink.integrate.collocation import collocation
+from exudyn_flexlink.integrate.problem import FEW, MANY, Evaluation, Pressing, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau
+from exudyn_flexlink.loading import load_scene
 
 TIMES = ErrorTimes(SHORTEST_SWING, 0.25 * SHORTEST_SWING)
 
@@ -71,9 +74,9 @@ class LetGo(Pressed):
         return at
 
 
-def advance(problem, q, v, h, count):
+def advance(problem, q, v, h, count, *, stages=FEW):
     """State after `count` steps, and the steps."""
-    radau = Radau(problem, TIMES, np.zeros((len(q), len(q))))
+    radau = Radau(problem, TIMES, np.zeros((len(q), len(q))), collocation(stages))
     at = problem.evaluate(0.0, q, v)
     state = State(q, v, np.linalg.solve(at.mass, at.force))
     steps = []
@@ -92,24 +95,37 @@ def exact(t, frequency, damping):
     return np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
 
 
-def test_the_method_is_radau_iia():
-    """Collocation: exact for polynomials up to degree 4 at the stages, 8 at the end."""
-    for degree in range(5):
-        np.testing.assert_allclose(A @ C**degree, C ** (degree + 1) / (degree + 1), atol=1e-13)
-    for degree in range(9):
-        assert WEIGHTS @ C**degree == pytest.approx(1 / (degree + 1), abs=1e-13)
-    inverse = ((FROM * EIGENVALUES) @ TO).real
-    np.testing.assert_allclose(inverse @ A, np.eye(5), atol=1e-12)
+@pytest.mark.parametrize("stages", [FEW, MANY])
+def test_the_method_is_radau_iia(stages):
+    """Collocation: exact for polynomials up to degree s - 1 at the stages, 2 s - 2 at the end."""
+    method = collocation(stages)
+    a, c = method.a, method.c
+    for degree in range(stages):
+        np.testing.assert_allclose(a @ c**degree, c ** (degree + 1) / (degree + 1), atol=1e-13)
+    for degree in range(method.order):
+        assert method.weights @ c**degree == pytest.approx(1 / (degree + 1), abs=1e-13)
+    inverse = ((method.from_systems * method.eigenvalues) @ method.to_systems).real
+    np.testing.assert_allclose(inverse @ a, np.eye(stages), atol=1e-12)
 
 
-def test_order_nine_on_a_damped_oscillation():
+@pytest.mark.parametrize(
+    ("stages", "counts", "order"), [(FEW, (3, 4, 6, 8), 9), (MANY, (2, 3, 4), 13)]
+)
+def test_the_order_on_a_damped_oscillation(stages, counts, order):
     errors = []
-    for count in (3, 4, 6, 8):
+    for count in counts:
         problem = Oscillator([2.0], [2.0 * 9.0], [2.0 * 0.2])
-        state, _ = advance(problem, np.array([1.0]), np.zeros(1), 2.0 / count, count)
-        errors.append(abs(state.q[0] - exact(2.0, 3.0, 0.2)))
-    orders = np.log(np.array(errors[:-1]) / errors[1:]) / np.log([4 / 3, 6 / 4, 8 / 6])
-    np.testing.assert_allclose(orders, 9.0, atol=0.5)
+        state, _ = advance(problem, np.array([1.0]), np.zeros(1), 3.0 / count, count, stages=stages)
+        errors.append(abs(state.q[0] - exact(3.0, 3.0, 0.2)))
+    orders = np.log(np.array(errors[:-1]) / errors[1:]) / np.log(np.divide(counts[1:], counts[:-1]))
+    np.testing.assert_allclose(orders, order, atol=0.7)
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+@pytest.mark.parametrize(("model", "order"), [("smooth", 13), ("no_clearance", 9)])
+def test_with_contacts_the_order_is_lower(model, order, engine):
+    scene = load_scene(MODELS / f"{model}.yaml", ["run.turns=0.01"])
+    assert simulate(scene, engine).settings.integrator.order == order
 
 
 def test_what_a_contact_no_longer_damps_counts_as_error():
@@ -129,7 +145,9 @@ def test_what_a_contact_no_longer_damps_counts_as_error():
             y = creeping(begin)
             at = problem.evaluate(begin, y[:1], y[1:])
             state = State(y[:1], y[1:], at.force / 1e-3)
-            step = Radau(problem, TIMES, np.zeros((1, 1))).step(begin, h, at, state, 1e-12)
+            step = Radau(problem, TIMES, np.zeros((1, 1)), collocation(FEW)).step(
+                begin, h, at, state, 1e-12
+            )
             off = step.finish[:2] - solve_ivp(rates, (begin, begin + h), y, **exactly).y[:, -1:]
             if step.error <= good_enough:
                 assert max(abs(off[0, 0]), SHORTEST_SWING * abs(off[1, 0])) <= good_enough

@@ -20,7 +20,7 @@ from results import (
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.interrupts import RADAU
+from exudyn_flexlink.engines.interrupts import radau
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text
@@ -75,8 +75,8 @@ def test_settings_without_a_use_are_named():
     scene = run.scene.changed(
         accuracy={"step": 1e-4}, solver={"spectral_radius": 0.5, "integrator": "dop853"}
     )
-    tree, joints = (replace(run, scene=scene, settings=EngineSettings(RADAU, f)) for f in WAYS)
-    local = replace(run, scene=scene, engine="lagrangian", settings=EngineSettings(RADAU))
+    tree, joints = (replace(run, scene=scene, settings=EngineSettings(radau(9), f)) for f in WAYS)
+    local = replace(run, scene=scene, engine="lagrangian", settings=EngineSettings(radau(9)))
     names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
     both = ["solver.spectral_radius", "solver.integrator"]
     assert names == [both, both[1:], both[:1]]

@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 from exudyn_flexlink.curves import Spline, circle_arc, reach
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.pair_events import (
-    NODES,
     Flight,
     Glimpse,
     Seen,
@@ -19,7 +18,10 @@ from exudyn_flexlink.engines.pair_events import (
     first_of,
     first_part,
 )
+from exudyn_flexlink.integrate.collocation import collocation
+from exudyn_flexlink.integrate.problem import FEW
 
+NODES = collocation(FEW).nodes
 BALL = "bodies: {ball: {type: rigid, mass: 1, inertia: 1, points: {c: [0, 0]}}}"
 HILL = [[1, 0], [0.5, 0], [0.25, 0], [0.15, 0], [0.1, 0.005], [0.05, 0.03], [0, 0.05],
         [-0.05, 0.03], [-0.1, 0.005], [-0.15, 0], [-0.25, 0], [-0.5, 0], [-1, 0]]  # fmt: skip

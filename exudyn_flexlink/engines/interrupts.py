@@ -162,7 +162,11 @@ def _follow(
                 progress(done)
 
 
-RADAU = Integrator("Radau IIA", 9)
+def radau(order: int) -> Integrator:
+    """Return what is told of the implicit method."""
+    return Integrator("Radau IIA", order)
+
+
 TOO_DEEP_ADVICE = "take a law without such a bound: 'formula: sphere', or one with a stiffness"
 
 

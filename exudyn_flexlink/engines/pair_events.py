@@ -22,7 +22,7 @@ from typing import Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
     GAP_ROUNDING,
@@ -36,11 +36,8 @@ from exudyn_flexlink.mechanism import Glimpse, Seen
 
 # m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
 EXACT = 1e-12
-NODES = np.array([0.0, *C])
-PARTS = np.diff(NODES)[:, None]  # of the step, between its nodes
 SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of the rate
 LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner is
-POLYNOMIAL = StepPolynomial(NODES)
 
 
 class Turning(Protocol):
@@ -103,11 +100,13 @@ def calm(path: Seen, lengths: FloatArray, pressing: BoolArray, h: float) -> Bool
     """
     values = np.concatenate([path.gap, path.place], axis=1)
     rates = h * np.concatenate([path.gap_rate, path.slip], axis=1)
-    seconds = POLYNOMIAL.coefficients(values.T, rates.T, 2)
+    method = collocation(len(values) - 1)
+    seconds = method.polynomial.coefficients(values.T, rates.T, 2)
     bends = np.abs(seconds).sum(axis=1)
     speeds = np.abs(rates)
     mean = 0.5 * (speeds[:-1] + speeds[1:])
-    ways = PARTS * (mean + 0.25 * PARTS * bends)
+    parts = np.diff(method.nodes)[:, None]  # of the step, between its nodes
+    ways = parts * (mean + 0.25 * parts * bends)
     deep, far = np.split(ways, 2, axis=1)
     gap = path.gap[:-1] + path.gap[1:]
     apart = gap > deep
@@ -123,8 +122,9 @@ def first_of(
     which: IndexArray, path: Seen, lengths: FloatArray, pressing: BoolArray, h: float
 ) -> tuple[float, int] | None:
     """Part of the step and contact of the first event of `which`; None if there is none."""
+    polynomial = collocation(len(path.gap) - 1).polynomial
     gaps, places = (
-        POLYNOMIAL.coefficients(values[:, which].T, h * rates[:, which].T)
+        polynomial.coefficients(values[:, which].T, h * rates[:, which].T)
         for values, rates in ((path.gap, path.gap_rate), (path.place, path.slip))
     )
     crossings: list[tuple[float, int]] = []
@@ -182,9 +182,9 @@ class _OfFace:
         beyond = place.copy()
         beyond[0] -= length
         values = way * np.array([gap, -place, beyond])
-        rates = POLYNOMIAL.derivative(values)
+        rates = StepPolynomial.derivative(values)
         self._values, self._rates = values.tolist(), rates.tolist()
-        self._bends = np.abs(POLYNOMIAL.derivative(rates)).sum(axis=1).tolist()
+        self._bends = np.abs(StepPolynomial.derivative(rates)).sum(axis=1).tolist()
         self._pressing = way < 0
 
     def _all_at(self, part: float) -> list[tuple[float, float]]:
@@ -235,7 +235,8 @@ class Flight:
         a step's nodes, m, and rates, m per step; `way` is -1 behind a face.
         """
         nodes = path[0][None], path[1][None]
-        place, rate, bend = (POLYNOMIAL.coefficients(*nodes, order)[0] for order in range(3))
+        polynomial = collocation(len(path[0]) - 1).polynomial
+        place, rate, bend = (polynomial.coefficients(*nodes, order)[0] for order in range(3))
         self._place, self._rate = place.tolist(), rate.tolist()
         self._bend = float(np.abs(bend).sum())
         self._glance, self._radius, self._way = glance, 0.5 * feature, way

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.touching import ExtremeSeeker, Touches
-from exudyn_flexlink.integrate.collocation import STAGES
 from exudyn_flexlink.mechanism import (
     Contact,
     ContactShapes,
@@ -198,7 +197,6 @@ def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -
 
 AT_ONCE = 32  # steps that wait: more take memory, and little less time
 BLOCK = 512  # steps that are looked through for extremes together
-ROWS = np.arange(1 + STAGES)  # of a step's nodes, where they are the first that is known of it
 
 
 @dataclass(frozen=True)

@@ -23,13 +23,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from enum import Enum, auto
+from functools import cache
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
-from exudyn_flexlink.integrate.collocation import POWERS, STAGES
+from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import (
     GAP_ROUNDING,
     STANDSTILL,
@@ -263,7 +264,13 @@ def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatAr
 FIRST = 0.15
 OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 # Where the largest force in a step is looked for, on the polynomial through its nodes.
-TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ POWERS
+LOOKS_IN_STEPS = np.linspace(0.0, 1.0, 33)
+
+
+@cache
+def to_looks(nodes: int) -> FloatArray:
+    """Weights (looks, nodes) of values at so many nodes of a step for those at looks within."""
+    return collocation(nodes - 1).to_parts(LOOKS_IN_STEPS)
 
 
 class Side(Enum):
@@ -400,7 +407,8 @@ class Touches:
     def note(self, press: FloatArray) -> None:
         """Take forces (steps, nodes, c) in steps: by an impulse law no depth tells the largest."""
         for k in np.flatnonzero(self.pressed & self.rigid).tolist():
-            largest = max(self._open[k].peak_force, float((TO_LOOKS @ press[:, :, k].T).max()))
+            looks = to_looks(press.shape[1]) @ press[:, :, k].T
+            largest = max(self._open[k].peak_force, float(looks.max()))
             self._open[k] = replace(self._open[k], peak_force=largest)
 
     # --- what they did ------------------------------------------------------------------------

@@ -1,37 +1,61 @@
-r"""Coefficients of the Radau IIA method of five stages, of order 9.
+r"""Coefficients of Radau IIA methods, of s stages and order 2 s - 1.
 
 E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8. The stages collocate
 ``y' = f`` at the nodes c: roots of a Jacobi polynomial, and 1: L-stable, and the step ends with its
 last stage. With ``A_ij`` the integral of Lagrange's polynomial l_j from 0 to c_i, the inverse B of
-A has one real eigenvalue and two conjugate pairs. Of each pair one is kept: ``B = T
+A has one real eigenvalue and conjugate pairs. Of each pair one is kept: ``B = T
 diag(lambda) T^-1``. The estimate of a step's error is ``h (gamma f(y_0) + sum_i d_i f_i)``, gamma
-the inverse of the real eigenvalue, of order 5.
+the inverse of the real eigenvalue, of order s.
 """
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
+from numpy.polynomial import chebyshev
 from scipy.special import roots_jacobi
 
-STAGES = 5
-C = np.append((1 + roots_jacobi(STAGES - 1, 1, 0)[0]) / 2, 1.0)
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.integrate.events import StepPolynomial
 
-_powers = C[:, None] ** np.arange(STAGES)
-_of_integral = np.arange(1, STAGES + 1)
-A = (C[:, None] ** _of_integral / _of_integral) @ np.linalg.inv(_powers)
-B = np.linalg.inv(A)
-WEIGHTS = A[-1]
 
-_values, _columns = np.linalg.eig(B)
-# The real eigenvalue, then those with a positive imaginary part.
-_kept = np.argsort(_values.imag)[STAGES // 2 :]
-EIGENVALUES = _values[_kept]
-REAL = float(EIGENVALUES[0].real)
-FROM = _columns[:, _kept] * [1, 2, 2]  # a pair counts twice its real part
-TO = np.linalg.inv(_columns)[_kept]
+class Collocation:
+    """One method: `nodes` (1 + s,) are the parts of a step that it knows, its start and stages."""
 
-_exact = 1.0 / _of_integral - np.eye(STAGES)[0] / REAL
-ERROR = REAL * (np.linalg.solve(_powers.T, _exact) - WEIGHTS) @ B  # of increments of the speeds
+    def __init__(self, stages: int) -> None:
+        self.stages, self.order = stages, 2 * stages - 1
+        self.degrees = np.arange(stages + 1)
+        self.c = np.append((1 + roots_jacobi(stages - 1, 1, 0)[0]) / 2, 1.0)
+        self.nodes = np.append(0.0, self.c)
+        powers, of_integral = self.c[:, None] ** np.arange(stages), np.arange(1, stages + 1)
+        # By Chebyshev's polynomials, with which less is lost by rounding than with powers.
+        x, basis = 2 * self.c - 1, np.eye(stages)
+        integrals = chebyshev.chebval(x, chebyshev.chebint(basis, lbnd=-1, scl=0.5)).T
+        self.a = integrals @ np.linalg.inv(chebyshev.chebvander(x, stages - 1))
+        self.b = np.linalg.inv(self.a)
+        self.weights = self.a[-1]
+        values, columns = np.linalg.eig(self.b)
+        kept = np.argsort(values.imag)[stages // 2 :]  # the real one, then one of each pair
+        self.eigenvalues = values[kept]
+        self.real = float(self.eigenvalues[0].real)
+        twice = np.where(np.arange(len(kept)) > 0, 2, 1)  # a pair counts twice its real part
+        self.from_systems = columns[:, kept] * twice
+        self.to_systems = np.linalg.inv(columns)[kept]
+        exact = 1.0 / of_integral - np.eye(stages)[0] / self.real
+        self.error = self.real * (np.linalg.solve(powers.T, exact) - self.weights) @ self.b
+        # Of the polynomials through the nodes, in powers of the part of a step; and through the
+        # stages alone.
+        self.powers = np.linalg.inv(self.nodes[:, None] ** self.degrees)
+        self.by_stages = np.linalg.inv(powers)
+        self.polynomial = StepPolynomial(self.nodes)
 
-# Coefficients, in powers of the part of a step, of the polynomial through its start and its stages.
-POWERS = np.linalg.inv(np.append(0.0, C)[:, None] ** np.arange(STAGES + 1))
+    def to_parts(self, parts: FloatArray) -> FloatArray:
+        """Weights (looks, 1 + s) of values at the nodes for those at parts (looks,) of a step."""
+        return np.asarray(np.vander(parts, self.stages + 1, increasing=True) @ self.powers)
+
+
+@cache
+def collocation(stages: int) -> Collocation:
+    """Return the method of so many stages."""
+    return Collocation(stages)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.integrate.collocation import FROM, POWERS, REAL, STAGES, TO, WEIGHTS, A
+from exudyn_flexlink.integrate.collocation import Collocation, collocation
 from exudyn_flexlink.integrate.problem import Press, Pressing
 
 PUSH_ROUNDING = 1e-10  # of the largest of c, or of p: values this little below zero are zero
@@ -57,13 +57,11 @@ def least_inverse(mobility: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.pinv(mobility, rcond=RANK, hermitian=True))
 
 
-BOTH = (FROM[:, None, :] * TO.T[None, :, :]).reshape(STAGES * STAGES, -1)
 ROUNDS = 40
 CLOSE = 1e-3  # of the change: what may be left of the gaps' equations
 SHORTEST_PART = 1e-3  # of Newton's way
 LOOKS, LOOK_WEIGHTS = np.polynomial.legendre.leggauss(12)  # a finer rule than that of the stages
 LOOKS, LOOK_WEIGHTS = (1 + LOOKS) / 2, LOOK_WEIGHTS / 2
-TO_LOOKS = np.vander(LOOKS, STAGES + 1, increasing=True) @ POWERS
 STEADY = 0.5  # if a contact keeps this share of its largest damping, the stages resolve the step
 
 
@@ -77,19 +75,27 @@ class ContactShare(NamedTuple):
     press: Press
     touching: FloatArray  # (c, 2): gaps and rates at the start of the step
     start: Pressing  # (c,) each: there
+    method: Collocation
 
     @classmethod
     def of(
-        cls, rows: FloatArray, press: Press, inverses: ComplexArray, touching: FloatArray
+        cls,
+        rows: FloatArray,
+        press: Press,
+        inverses: ComplexArray,
+        touching: FloatArray,
+        method: Collocation,
     ) -> ContactShare:
         """Contacts that touch so (c, 2) at the start of the step."""
+        stages = method.stages
         inverse_times_rows = inverses @ rows.T
         by_system = rows @ inverse_times_rows  # (systems, c, c)
         count = len(rows)
-        pairs = (BOTH @ by_system.reshape(len(by_system), -1)).real  # (stages stages, c c)
-        blocks = pairs.reshape(STAGES, STAGES, count, count).transpose(0, 2, 1, 3)
-        rate_per_force = blocks.reshape(STAGES * count, STAGES * count)
-        return cls(rows, inverse_times_rows, rate_per_force, press, touching, press(touching))
+        pairs = (_both(stages) @ by_system.reshape(len(by_system), -1)).real  # (stages stages, c c)
+        blocks = pairs.reshape(stages, stages, count, count).transpose(0, 2, 1, 3)
+        rate_per_force = blocks.reshape(stages * count, stages * count)
+        start = press(touching)
+        return cls(rows, inverse_times_rows, rate_per_force, press, touching, start, method)
 
     def share(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
         """What the contacts add to a change (stages, n) of the speeds found without them.
@@ -99,8 +105,9 @@ class ContactShare(NamedTuple):
         free = change @ self.rows.T
         before = self.press(touching)
         pushes = self._pushes(h, free, touching, before) - before.force
-        of_systems = TO @ pushes  # (systems, c)
-        return np.asarray((FROM @ (self.inverse_times_rows @ of_systems[:, :, None])[:, :, 0]).real)
+        of_systems = self.method.to_systems @ pushes  # (systems, c)
+        moved = (self.inverse_times_rows @ of_systems[:, :, None])[:, :, 0]
+        return np.asarray((self.method.from_systems @ moved).real)
 
     def _pushes(
         self, h: float, free: FloatArray, touching: FloatArray, start: Pressing
@@ -111,7 +118,7 @@ class ContactShare(NamedTuple):
         is one solution, but they hardly change on both sides of where they leap.
         """
         shape, size = free.shape, free.size
-        spread, same = h * _spread(shape[1]), np.eye(size)
+        spread, same = h * _spread(*shape), np.eye(size)
         flat = free.ravel()
         enough = CLOSE * float(np.abs(flat).max())
         pressing, rates, off = start, np.zeros(size), flat
@@ -150,7 +157,7 @@ class ContactShare(NamedTuple):
         stages = self.press(touching)
         stiffness = np.minimum(self.start.stiffness, stages.stiffness.min(axis=0))
         damping = np.minimum(self.start.damping, stages.damping.min(axis=0))
-        filtered = self._filtered(stiffness * h / REAL + damping, change)
+        filtered = self._filtered(stiffness * h / self.method.real + damping, change)
         most = np.maximum(self.start.damping, stages.damping.max(axis=0))
         if np.all(damping > STEADY * most):  # where all are zero, a leap may lie in between
             return filtered[None]
@@ -170,15 +177,29 @@ class ContactShare(NamedTuple):
         The embedded formula sees the stages alone. Where a force leaps between two of them, its
         impulse by a finer rule, along the step's polynomial, is another than by the stages.
         """
-        nodes = np.concatenate([self.touching[None], touching])
+        nodes, method = np.concatenate([self.touching[None], touching]), self.method
         between = self.press(
-            (TO_LOOKS @ nodes.reshape(STAGES + 1, -1)).reshape(-1, *nodes.shape[1:])
+            (_to_looks(method.stages) @ nodes.reshape(len(nodes), -1)).reshape(-1, *nodes.shape[1:])
         )
-        impulses = h * (LOOK_WEIGHTS @ between.force - WEIGHTS @ stages.force)
-        return np.asarray((REAL / h) * (self.inverse_times_rows[0].real @ impulses))
+        impulses = h * (LOOK_WEIGHTS @ between.force - method.weights @ stages.force)
+        return np.asarray((method.real / h) * (self.inverse_times_rows[0].real @ impulses))
 
 
 @cache
-def _spread(count: int) -> FloatArray:
+def _spread(stages: int, count: int) -> FloatArray:
     """Coefficients a of the method, for each of `count` contacts."""
-    return np.asarray(np.kron(A, np.eye(count)), dtype=np.float64)
+    return np.asarray(np.kron(collocation(stages).a, np.eye(count)), dtype=np.float64)
+
+
+@cache
+def _to_looks(stages: int) -> FloatArray:
+    """Weights of values at the nodes for those at `LOOKS`."""
+    return collocation(stages).to_parts(LOOKS)
+
+
+@cache
+def _both(stages: int) -> ComplexArray:
+    """Coefficients (stages stages, systems) from forces at stages to changes at stages."""
+    method = collocation(stages)
+    both = method.from_systems[:, None, :] * method.to_systems.T[None, :, :]
+    return np.asarray(both.reshape(stages * stages, -1))

@@ -7,7 +7,7 @@ step, so that a `Window` keeps times between two such instants.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from math import inf, isfinite
 from typing import Any, NamedTuple, Protocol
 
@@ -29,6 +29,17 @@ def instant(t: float, least: float) -> float:
 def later(t: float, by: float) -> float:
     """Return the instant that is later than t (s) by so much (s), if at all, or as clocks tell."""
     return t + instant(t, by) if by else t
+
+
+FEW, MANY = 5, 7  # stages of a step
+
+
+def stages_for(contacts: Sized) -> int:
+    """Return the number of stages of a mechanism's steps.
+
+    More stages pay where steps are long. With `contacts` they are not: they end at touches.
+    """
+    return FEW if len(contacts) else MANY
 
 
 class Window:

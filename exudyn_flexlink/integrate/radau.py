@@ -1,17 +1,17 @@
-r"""Steps of Radau IIA, of order 9, for ``M(q) q'' = f(t, q, q')``, with an estimate of their error.
+r"""Steps of Radau IIA for ``M(q) q'' = f(t, q, q')``, with an estimate of their error.
 
-E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8: five stages,
+E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8: s stages,
 collocation at c, L-stable, stiffly accurate. The unknowns are the stages' speeds ``V = v0 + W``:
 
     A = (1/h) B W,  B = (a_ij)^-1,     Q = q0 + h a V,     R = f(Q, V) - M(Q) A = 0
 
 solved by simplified Newton, ``(M/h B + D + h a K) dW = R``, with springs K and dampers D, to which
-contacts add their own share. In the eigenvectors of B that is one real system and two complex ones
-of the size of q:
+contacts add their own share. In the eigenvectors of B that is one real system and (s - 1)/2 complex
+ones of the size of q:
 
     (M lambda/h + D + h/lambda K) w = (T^-1 R)_lambda.
 
-The error is that of Hairer and Wanner's embedded formula, of order 5. The real matrix filters it,
+The error is that of Hairer and Wanner's embedded formula, of order s. The real matrix filters it,
 with contacts as slack as they become within the step. Where contact forces leap, the error is also
 the difference of their impulses along the step's polynomial and by the stages (see
 `contact_share`). Within a step speeds follow the polynomial through the start and the stages, and
@@ -25,24 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
-from exudyn_flexlink.integrate.collocation import (
-    EIGENVALUES,
-    ERROR,
-    FROM,
-    POWERS,
-    REAL,
-    STAGES,
-    TO,
-    A,
-    B,
-    C,
-)
+from exudyn_flexlink.integrate.collocation import Collocation, collocation
 from exudyn_flexlink.integrate.contact_share import ContactShare
 from exudyn_flexlink.integrate.problem import Equations, Evaluation, State
 
-DEGREES = np.arange(STAGES + 1)
-SYSTEMS = EIGENVALUES[:, None, None]
-MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
 NEWTON = 1e-4  # of the error allowed: the iteration's own error, alike in both runs that measure
@@ -73,19 +59,26 @@ class Step(NamedTuple):
         """Time at its end, s."""
         return self.t + self.h
 
+    @property
+    def method(self) -> Collocation:
+        """The method by which it was made."""
+        return collocation(len(self.accelerations))
+
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coordinates and speeds (instants, n) at times within the step."""
         part = ((time - self.t) / self.h)[:, None]
-        powers = part**DEGREES
-        speeds = POWERS @ self.speeds
-        q = self.start.q + self.h * ((part * powers / (DEGREES + 1)) @ speeds)
+        method = self.method
+        powers = part**method.degrees
+        speeds = method.powers @ self.speeds
+        q = self.start.q + self.h * ((part * powers / (method.degrees + 1)) @ speeds)
         return q, powers @ speeds
 
     def ending(self, end: float) -> Step:
         """Return the same with its end moved a little, to `end` (s), along its polynomial."""
         h = end - self.t
-        begins = np.concatenate([[0.0], C]) * (h / self.h)
-        speeds = begins[:, None] ** DEGREES @ (POWERS @ self.speeds)
+        method = self.method
+        begins = method.nodes * (h / self.h)
+        speeds = begins[:, None] ** method.degrees @ (method.powers @ self.speeds)
         q, v = self.at(np.array([end]))
         return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
 
@@ -101,13 +94,18 @@ class Radau:
     """Makes steps of Radau IIA with some equations."""
 
     def __init__(
-        self, equations: Equations, error_times: ErrorTimes, position_per_speed_error: FloatArray
+        self,
+        equations: Equations,
+        error_times: ErrorTimes,
+        position_per_speed_error: FloatArray,
+        method: Collocation,
     ) -> None:
-        """Take the equations, and what turns speed errors into position errors.
+        """Take the equations, what turns speed errors into position errors, and the method.
 
         `position_per_speed_error` (n, n), s, is the part of slow modes in that.
         """
-        self.equations, self.error_times = equations, error_times
+        self.equations, self.error_times, self.method = equations, error_times, method
+        self._systems = method.eigenvalues[:, None, None]
         self.position_per_speed_error = position_per_speed_error
         self.iterations = 0
         # Begin, length and speeds of the last step solved.
@@ -125,21 +123,21 @@ class Radau:
         `start` is the evaluation at `state`; the iteration ends at a part of the error `allowed`
         (m).
         """
-        times = t + C * h
+        times, method = t + self.method.c * h, self.method
         guess = self._guess(t, h, state.v)
         residual = self._residual(times, h, state, guess)
         if residual is None:
             return None
         # New matrices cost less than the rounds of the iteration that they save.
         try:
-            matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
+            matrices = self._factorised(h, start, self._stages.pick(method.stages // 2))
             w = self._solve(times, state, matrices, allowed, (guess, residual))
         except np.linalg.LinAlgError:  # a bad guess, or a contact beside which all else is rounding
             return None
         if w is None:
             return None
-        speeds, accelerations = state.v + w, (B @ w) / h
-        moved = h * (A @ speeds)
+        speeds, accelerations = state.v + w, (method.b @ w) / h
+        moved = h * (method.a @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
         in_contact = matrices.contacts is not None
         tau = self.error_times.in_contact if in_contact else self.error_times.free
@@ -153,11 +151,15 @@ class Radau:
     def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
         """Matrices at the step's middle, which is nearest to all stages; contacts at its start."""
         stiffness, damping = self.equations.jacobians(middle)
-        systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
+        systems = middle.mass * (self._systems / h) + damping + stiffness * (h / self._systems)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
         acting = self.equations.contacts_at(start)
-        contacts = None if acting is None else ContactShare.of(*acting, inverses, start.touching)
-        return _Matrices(h, inverses, stiffness, contacts)
+        contacts = (
+            None
+            if acting is None
+            else ContactShare.of(*acting, inverses, start.touching, self.method)
+        )
+        return _Matrices(h, inverses, stiffness, contacts, self.method)
 
     def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
         """Increments of the stages' speeds, from the polynomial of the last step solved.
@@ -166,10 +168,11 @@ class Radau:
         only a far shorter one, such as one that ended at an event.
         """
         if self._last is None or t - self._last[0] + h > FARTHEST * self._last[1]:
-            return np.zeros((STAGES, len(v)))
+            return np.zeros((self.method.stages, len(v)))
         begin, before, speeds = self._last
-        ahead = ((t - begin + C * h) / before)[:, None] ** DEGREES
-        return np.asarray(ahead @ (POWERS @ speeds) - v)
+        method = self.method
+        ahead = ((t - begin + method.c * h) / before)[:, None] ** method.degrees
+        return np.asarray(ahead @ (method.powers @ speeds) - v)
 
     def _solve(
         self,
@@ -216,9 +219,10 @@ class Radau:
     ) -> FloatArray | None:
         """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
         self.iterations += 1
-        speeds, accelerations = state.v + w, (B @ w) / h
+        speeds, accelerations = state.v + w, (self.method.b @ w) / h
+        places = state.q + h * (self.method.a @ speeds)
         try:
-            stages = self.equations.evaluate_stages(times, state.q + h * (A @ speeds), speeds)
+            stages = self.equations.evaluate_stages(times, places, speeds)
         except (ValueError, ArithmeticError):
             return None
         self._stages = stages
@@ -228,18 +232,19 @@ class Radau:
         self, start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
     ) -> FloatArray:
         """Estimated errors of coordinates, and of speeds in one or two ways (2 or 3, n)."""
-        h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
-        of_place = state.v + ERROR @ moved / h
+        h, inverse, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
+        error, real = self.method.error, self.method.real
+        of_place = state.v + error @ moved / h
         # By the state's accelerations: the force at the start was found before the last round.
-        inertia = start.mass @ (state.a + ERROR @ w / h)
+        inertia = start.mass @ (state.a + error @ w / h)
         spring = matrices.stiffness @ of_place
         if contacts is not None:
             spring += contacts.pull(of_place)
-        of_speed = real @ (inertia - (h / REAL) * spring)
+        of_speed = inverse @ (inertia - (h / real) * spring)
         of_speeds = of_speed[None]
         if contacts is not None:
             of_speeds = contacts.errors(h, of_speed, self._stages.touching)
-        return np.concatenate([((h / REAL) * (of_place + of_speeds[0]))[None], of_speeds])
+        return np.concatenate([((h / real) * (of_place + of_speeds[0]))[None], of_speeds])
 
 
 class _Matrices(NamedTuple):
@@ -249,8 +254,9 @@ class _Matrices(NamedTuple):
     inverses: ComplexArray  # (systems, n, n), that of the real one first
     stiffness: FloatArray
     contacts: ContactShare | None
+    method: Collocation
 
     def change(self, residual: FloatArray) -> FloatArray:
         """Change (stages, n) of the stages' speeds, without contacts."""
-        turned = self.inverses @ (TO @ residual)[:, :, None]
-        return np.asarray((FROM @ turned[:, :, 0]).real)
+        turned = self.inverses @ (self.method.to_systems @ residual)[:, :, None]
+        return np.asarray((self.method.from_systems @ turned[:, :, 0]).real)

@@ -7,8 +7,8 @@ force leaps inside a step. The length of steps follows from the error allowed, o
 A step may go over some knots of a curve that a coordinate follows. At a knot the curve's third
 derivative jumps by J. With the speed u' of the place on the curve the acceleration of the point
 there bends: from there on it has ``J u'^3 (t - t_k)`` more. The method takes smooth functions to
-order 9, a bend only to order 2. If a step of length h passes the knots after its parts sigma_k, the
-speed at its stage i misses
+order 9 or 13, a bend only to order 2. If a step of length h passes the knots after its parts
+sigma_k, the speed at its stage i misses
 
     h^2 u'^3 sum_k kappa_i(sigma_k) J_k,
     kappa_i(s) = (c_i - s)_+^2 / 2 - sum_j a_ij (c_j - s)_+    (Peano's kernel).
@@ -27,7 +27,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.collocation import STAGES, A, C
+from exudyn_flexlink.integrate.collocation import Collocation, collocation
 from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing
 from exudyn_flexlink.integrate.problem import (
     Equations,
@@ -44,7 +44,6 @@ LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
 SAFETY = 0.9
 # RADAU5's factor (2 k + 1)/(2 k + n), of at most k = 8 rounds of which n = 2 were made.
 TWO_ROUNDS = 17 / 18
-ORDER = STAGES + 1  # of the estimated error
 PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
 FREELY = 0.3  # of the run: what moves freely keeps an error of its speed for half of it on average
 
@@ -53,8 +52,8 @@ FREELY = 0.3  # of the run: what moves freely keeps an error of its speed for ha
 class ErrorControl:
     """The same error (m) for every step, by the `tolerance` of the run; or `fixed` steps (s).
 
-    Other limits of steps are `limits` times as long as the problem states them. Steps to events are
-    so much too long (s), `late`.
+    The method has so many `stages`. Other limits of steps are `limits` times as long as the problem
+    states them. Steps to events are so much too long (s), `late`.
 
     Measured on the shipped scenes by `scripts/tolerance.py`: over two turns, the error of S and of
     the lever's tip is 0.01 to 0.5 of the tolerance, from 1e-3 to 1e-8 m, where that decides on the
@@ -62,10 +61,16 @@ class ErrorControl:
     """
 
     tolerance: float
+    stages: int
     fixed: float | None = None
     limits: float = 1.0
     late: float = 0.0
     _before: tuple[float, float] | None = None  # length and error ratio of the last step
+
+    @property
+    def method(self) -> Collocation:
+        """The method that makes the steps."""
+        return collocation(self.stages)
 
     @property
     def allowed(self) -> float:
@@ -94,10 +99,11 @@ class ErrorControl:
         Hairer and Wanner, eq. IV.8.25: the trend from the step before goes on.
         """
         ratio = max(error / self.allowed, 1e-12)
-        grow = TWO_ROUNDS * SAFETY * ratio ** (-1.0 / ORDER)
+        order = self.method.stages + 1  # of the estimated error
+        grow = TWO_ROUNDS * SAFETY * ratio ** (-1.0 / order)
         if self._before is not None:
             before, then = self._before
-            grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / ORDER))
+            grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / order))
         return float(max(LEAST_GROWTH, min(MOST_GROWTH, grow)))
 
 
@@ -155,8 +161,8 @@ class KnotControl:
         scale = speed**2 * self._moved[k]
         while len(places):
             parts = (places - begin) / (end - begin)
-            since = np.maximum(C[:, None] - parts, 0.0)
-            missed = ((since * since / 2 - A @ since) * (parts > AT_KNOT)) @ jumps
+            since = np.maximum(step.method.c[:, None] - parts, 0.0)
+            missed = ((since * since / 2 - step.method.a @ since) * (parts > AT_KNOT)) @ jumps
             if scale * abs(end - begin) * np.hypot(*missed.T).max() <= self.allowed:
                 break
             half = np.count_nonzero(parts <= AT_KNOT)
@@ -246,7 +252,7 @@ class ImplicitStepper:
     ) -> None:
         """`end` (s) is that of the run."""
         self.model, self.problem, self.control = model, problem, control
-        self.radau = Radau(model, error_times, np.zeros((0, 0)))
+        self.radau = Radau(model, error_times, np.zeros((0, 0)), control.method)
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         self.rounded: list[float] = []
@@ -423,7 +429,7 @@ class ImplicitStepper:
 
     def _with_its_stages(self, step: Step) -> Step | None:
         """Return a step whose end was moved with what its stages are now; None if they are none."""
-        times = step.t + C * step.h
+        times = step.t + step.method.c * step.h
         try:
             stages = self.model.evaluate_stages(times, *step.at(times))
             accelerations = stages.accelerations

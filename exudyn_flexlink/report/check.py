@@ -6,6 +6,7 @@ from math import degrees, inf
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
+from exudyn_flexlink.integrate.problem import stages_for
 from exudyn_flexlink.laws import Impulse, LineContact, PowerPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -300,7 +301,8 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
     rows += [["", note] for note in coarse_tolerance(scene, assembly)]
-    rows.append(["formulation", _FORMULATIONS[form]])
+    stages = stages_for(mechanism.contacts_and_pairs)
+    rows.append(["formulation", _FORMULATIONS[form].format(2 * stages - 1)])
     if form != "minimal" and (resolved := resolutions(scene, assembly)):
         longest = min(*(contact.step for contact in resolved), fixed_step or inf)
         fewest = min(contact.steps(fixed_step) for contact in resolved)
@@ -310,7 +312,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
 
 
 _FORMULATIONS = {
-    "minimal": "minimal: as many coordinates as freedoms, steps of order 9",
+    "minimal": "minimal: as many coordinates as freedoms, steps of order {}",
     "redundant": "redundant: rigid bodies held by joints, steps of order 2",
     "beam": "beam: rigid bodies held by joints and the link as a beam, steps of order 2",
 }

@@ -10,7 +10,8 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
-from exudyn_flexlink.engines.interrupts import RADAU, timed
+from exudyn_flexlink.engines.interrupts import timed
+from exudyn_flexlink.integrate.problem import stages_for
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import beyond_redundant, fittest, formulation
 from exudyn_flexlink.result import Result
@@ -21,7 +22,10 @@ PACKAGES = "exudyn", "numpy"
 
 def order(scene: Scene) -> int:
     """Return the order of the method that solves a scene."""
-    return RADAU.order if formulation(scene) == "minimal" else redundant.ORDER
+    if formulation(scene) != "minimal":
+        return redundant.ORDER
+    contacts = assemble_scene(scene).mechanism.contacts_and_pairs
+    return 2 * stages_for(contacts) - 1
 
 
 def run(

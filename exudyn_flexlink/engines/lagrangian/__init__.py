@@ -1,4 +1,4 @@
 """The paper's own method: hand-written equations of motion.
 
-They are solved by an implicit method of order 9; where speeds jump by SciPy's DOP853.
+They are solved by an implicit method of order 9 or 13; where speeds jump by SciPy's DOP853.
 """

@@ -47,10 +47,9 @@ from exudyn_flexlink.engines.lagrangian.model import (
     turning_row,
 )
 from exudyn_flexlink.engines.lagrangian.system import Motion, System, joined
-from exudyn_flexlink.engines.pair_events import NODES, TurnsGuard, calm, changed, first_of, late_by
+from exudyn_flexlink.engines.pair_events import TurnsGuard, calm, changed, first_of, late_by
 from exudyn_flexlink.engines.recording import (
     AT_ONCE,
-    ROWS,
     BlockRecorder,
     Kept,
     Steps,
@@ -58,8 +57,7 @@ from exudyn_flexlink.engines.recording import (
     push_of,
 )
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, ExtremeSeeker, Moment
-from exudyn_flexlink.integrate.collocation import WEIGHTS
-from exudyn_flexlink.integrate.events import Crossing, Guard, fall
+from exudyn_flexlink.integrate.events import Crossing, Guard, fall, first_fall
 from exudyn_flexlink.integrate.explicit import DenseStep
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
@@ -122,9 +120,10 @@ class Recorder(BlockRecorder):
         t, h, motions = (list(column) for column in zip(*self._waiting, strict=True))
         self._waiting.clear()
         counts = np.array([len(motion.t) for motion in motions])
-        nodes = (np.cumsum(counts) - counts)[:, None] + ROWS
+        rows = np.arange(len(self.seeker.nodes))  # of nodes, the first that is known of a step
+        nodes = (np.cumsum(counts) - counts)[:, None] + rows
         samples = np.delete(np.arange(counts.sum()), nodes.ravel())
-        of = np.repeat(np.arange(len(counts)), counts - len(ROWS))
+        of = np.repeat(np.arange(len(counts)), counts - len(rows))
         whole = joined(motions)
         known = self._known(whole)
         steps = Steps(np.array(t), np.array(h), nodes, samples, of)
@@ -362,8 +361,6 @@ class Impacts:
 
 
 TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
-LAST = len(NODES) - 1
-AT_NODES = slice(len(NODES))
 
 
 @dataclass(frozen=True)
@@ -432,6 +429,8 @@ class Problem(HybridProblem):
         self.system, self.recorder, self.goal = system, recorder, goal
         self.reached, self.stop_reason, self.stop_advice = False, "", ""
         self._halves, self._end = halves, end
+        self._parts = recorder.seeker.nodes  # of a step, where it is known
+        self._last = len(self._parts) - 1
         self._first = inf  # s: limit of the first step after a contact has closed
         q, v = system.model.start
         self.q, self.v = q[system.model.first :], v[system.model.first :]
@@ -501,9 +500,13 @@ class Problem(HybridProblem):
     def _nodes(self, step: Path) -> tuple[Motion, Seen]:
         """Motion at a step's nodes and at the samples within it; contacts at the nodes."""
         if self._ahead is None or self._ahead[0] is not step:
-            times = np.concatenate([step.t + step.h * NODES, self.recorder.due(step)])
+            times = np.concatenate([step.t + step.h * self._parts, self.recorder.due(step)])
             motion = self.system.motion(times, *step.at(times))
-            self._ahead = step, motion, self.system.contacts.look(motion.frame.pick(AT_NODES))
+            self._ahead = (
+                step,
+                motion,
+                self.system.contacts.look(motion.frame.pick(slice(self._last + 1))),
+            )
         return self._ahead[1:]
 
     def begin_motion(self) -> Motion:
@@ -514,7 +517,7 @@ class Problem(HybridProblem):
         """What happens first within a step."""
         motion, path = self._nodes(step)
         happening = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
-        if self.goal is not None and self._to_turn(motion.frame.q[LAST]) < 0:
+        if self.goal is not None and self._to_turn(motion.frame.q[self._last]) < 0:
 
             def left(t: float) -> float:
                 return self._to_turn(self._at(step, t)[0].q[0])
@@ -528,7 +531,7 @@ class Problem(HybridProblem):
 
     def _end_of_piece(self, step: Path, motion: Motion) -> list[Crossing]:
         """Where P comes to an end of its piece, from which it may be back before the step ends."""
-        track, places = self.system.track, motion.place[1 : LAST + 1]
+        track, places = self.system.track, motion.place[1 : self._last + 1]
         start, end = track.present.start - track.seam, track.present.end + track.seam
         if start <= places.min() and places.max() <= end:
             return []
@@ -539,8 +542,11 @@ class Problem(HybridProblem):
         def left(t: float) -> float:
             return track.left(float(self._at(step, t)[1][0]))[which]
 
-        end_of_piece = fall(left, step.t, step.t + step.h * NODES[1 + node])
-        return [Crossing(end_of_piece, PieceGuard(self, way))]
+        beyond = step.t + step.h * float(self._parts[1 + node])
+        end_of_piece = first_fall(
+            left, None, (step.t, beyond)
+        )  # it may start at an end, and return
+        return [Crossing(beyond if end_of_piece is None else end_of_piece, PieceGuard(self, way))]
 
     def _of_contacts(self, step: Path, motion: Motion, path: Seen) -> list[Crossing]:
         contacts = self.system.contacts
@@ -560,7 +566,7 @@ class Problem(HybridProblem):
                 guard = (FaceGuard if k < contacts.faces else WallGuard)(self, k)
                 happening.append(Crossing(step.t + part * step.h, guard))
         if self.touches.rigid.any():
-            lifted = self.impacts.lifted(step, motion.pick(AT_NODES))
+            lifted = self.impacts.lifted(step, motion.pick(slice(self._last + 1)))
             happening += [Crossing(time, FaceGuard(self, k)) for time, k in lifted]
         return happening
 
@@ -603,7 +609,7 @@ class Problem(HybridProblem):
     def slipped(self, step: Step) -> float:
         """How far (m) P, which follows the guide's angle, ended from where its speed takes it."""
         begin, stages = step.begin.kept.frame, step.stages.kept.frame
-        moved = step.h * (WEIGHTS @ stages.going[:, 0])
+        moved = step.h * (step.method.weights @ stages.going[:, 0])
         return float(abs(stages.points[-1, 0] - begin.points[0] - moved))
 
     def accept(self, step: Path) -> None:
@@ -612,10 +618,10 @@ class Problem(HybridProblem):
         seen, self._first = path.pick(-1), inf
         self.time = step.t + step.h
         first, at = self.system.model.first, motion.frame
-        self.all_q, self.seen = at.q[LAST], seen
-        self.q, self.v = at.q[LAST, first:], at.v[LAST, first:]
+        self.all_q, self.seen = at.q[self._last], seen
+        self.q, self.v = at.q[self._last, first:], at.v[self._last, first:]
         self.recorder.take(step, motion)
-        self.system.track.u = float(motion.place[LAST])
+        self.system.track.u = float(motion.place[self._last])
         contacts = self.system.contacts
         inside = np.minimum(seen.place, contacts.length - seen.place)[: contacts.faces]
         for k in np.flatnonzero(inside < 0).tolist():

@@ -1,8 +1,8 @@
 """Run a scene by the hand-written equations of motion.
 
 A scene's `accuracy.tolerance` is the error that the whole run may make in positions, m. The
-implicit method of order 9 or SciPy's explicit DOP853 keeps it, as the scene asks. If speeds jump,
-it is the explicit one.
+implicit method of order 9 or 13 keeps it, or SciPy's explicit DOP853, as the scene asks. If speeds
+jump, it is the explicit one.
 """
 
 from __future__ import annotations
@@ -12,16 +12,15 @@ from dataclasses import dataclass, replace
 
 from exudyn_flexlink.engines.diagnostics import passed_on
 from exudyn_flexlink.engines.finer import LATE
-from exudyn_flexlink.engines.interrupts import RADAU, TOO_DEEP_ADVICE, interrupts, outcome_of, timed
+from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, interrupts, outcome_of, radau, timed
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.problem import Forces, Problem, Recorder
 from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.engines.pair_events import NODES
 from exudyn_flexlink.engines.recording import Histories
 from exudyn_flexlink.engines.touching import ExtremeSeeker, error_times
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
-from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.problem import NoConvergenceError, stages_for
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ErrorControl, ImplicitStepper
 from exudyn_flexlink.laws import Impulse
@@ -56,8 +55,10 @@ class Prepared:
 
 def order(scene: Scene) -> int:
     """Return the order of the method that solves a scene."""
-    method = DOP853 if explicit(scene, assemble_scene(scene).mechanism) else RADAU
-    return method.order
+    mechanism = assemble_scene(scene).mechanism
+    if explicit(scene, mechanism):
+        return DOP853.order
+    return 2 * stages_for(mechanism.contacts_and_pairs) - 1
 
 
 def run(
@@ -93,19 +94,20 @@ def prepare(
     end, laps = end_of_run(scene, mechanism), list[Event]()
     system = System(model, laps)
     watched = Watched(scene, mechanism, assembly.state.q)
-    seeker = ExtremeSeeker(watched, system.contacts.all, NODES)
-    recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
+    control = ErrorControl(
+        tolerance, stages_for(mechanism.contacts_and_pairs), limits=limits, late=LATE * seed
+    )
+    seeker = ExtremeSeeker(watched, system.contacts.all, control.method.nodes)
+    recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
     goal = turn_goal(scene, assembly)
     problem = Problem(system, recorder, goal, half_periods(assembly), end)
     if seed:
         problem.start_off()
     stepper: ImplicitStepper | ExplicitStepper
-    late = LATE * seed
     if explicit(scene, mechanism):
-        stepper = ExplicitStepper(problem, tolerance, limits, late)
+        stepper = ExplicitStepper(problem, tolerance, limits, control.late)
     else:
-        control = ErrorControl(tolerance, limits=limits, late=late)
         stepper = ImplicitStepper(system, problem, control, error_times(mechanism, end), end)
     solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress)
     return Prepared(scene, model, system, problem, solution, laps, tolerance)
@@ -142,7 +144,10 @@ def finish(prepared: Prepared, complaint: str) -> Result:
     recorder, model = prepared.problem.recorder, prepared.model
     kept = recorder.all_kept()
     forces = Forces(model, kept)
-    method = DOP853 if isinstance(prepared.solution.stepper, ExplicitStepper) else RADAU
+    stepper = prepared.solution.stepper
+    made_by = (
+        DOP853 if isinstance(stepper, ExplicitStepper) else radau(stepper.control.method.order)
+    )
     places = prepared.problem.seen.place
     histories = Histories(
         prepared.scene, prepared.solution.stepper, recorder, kept, *recorder.motion(kept), places
@@ -151,7 +156,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         prepared.laps,
         forces.joints(),
         engine="lagrangian",
-        settings=EngineSettings(replace(method, tolerance=prepared.tolerance)),
+        settings=EngineSettings(replace(made_by, tolerance=prepared.tolerance)),
         drive_torques=forces.drive_torques(),
         drive_forces={},
         slot_forces={model.mechanism.slots[0].name: forces.slot},

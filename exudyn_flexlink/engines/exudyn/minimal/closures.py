@@ -42,7 +42,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     Transform,
 )
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import STAGES, C
+from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import OnSingularity
@@ -262,8 +262,6 @@ def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor]:
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 CLOSE = 1e-9  # of a step: instants so little before it are within
 FARTHEST = 2.0  # lengths of a step: so far beyond its end its polynomial predicts coordinates
-DEGREES = np.arange(STAGES)
-BY_STAGES = np.linalg.inv(C[:, None] ** DEGREES)  # coefficients of the polynomial through stages
 MOST_ITERATIONS = 12
 # Of the mechanism's size: after so small a change Newton's method, which is quadratic except right
 # at a dead centre, has converged.
@@ -316,13 +314,14 @@ class StepStages(NamedTuple):
         """
         if t is self.t or np.array_equal(t, self.t):
             return np.asarray(self.y + (self.reach @ (z - self.z)[:, :, None])[:, :, 0])
-        h = max((self.t[-1] - self.t[0]) / (C[-1] - C[0]), EVENT_TIME)
+        method = collocation(len(self.t))
+        h = max((self.t[-1] - self.t[0]) / (method.c[-1] - method.c[0]), EVENT_TIME)
         parts = 1 + (t - self.t[-1]) / h
         if parts.min() < -CLOSE or parts.max() > 1 + FARTHEST:
             return None
-        weights = parts[:, None] ** DEGREES @ BY_STAGES
+        weights = parts[:, None] ** method.degrees[:-1] @ method.by_stages
         _, coordinates, free = self.reach.shape
-        reach = weights @ self.reach.reshape(STAGES, coordinates * free)
+        reach = weights @ self.reach.reshape(len(self.t), coordinates * free)
         moved = reach.reshape(len(t), coordinates, free) @ (z - weights @ self.z)[:, :, None]
         return np.asarray(weights @ self.y + moved[:, :, 0])
 
@@ -513,10 +512,9 @@ class ClosedCoordinates:
         except DeadCentreError:
             self._last = None  # a shorter step, guessed from this one, would fail likewise
             raise
-        inner = slice(STAGES)  # the stages, without what lies beside one
-        self._last = StepStages(t[inner], z[inner], placed.y[inner], placed.reach[inner])
+        self._last = StepStages(t, z, placed.y, placed.reach)
         lengths = self._present_scale[self._split.dependent]
-        self._gains = np.abs(placed.inverse[inner] * lengths[:, None]).max((1, 2), initial=0.0)
+        self._gains = np.abs(placed.inverse * lengths[:, None]).max((1, 2), initial=0.0)
         return self._moving(t, v, placed)
 
     def _placed(self, t: FloatArray, near: FloatArray) -> Placed:

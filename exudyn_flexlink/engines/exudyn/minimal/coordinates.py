@@ -81,12 +81,9 @@ def _turned(angle: float) -> FloatArray:
 
 
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
-# rad per step of what a closure holds, so that the search for its place stays local; and of what a
-# motor turns, which no error of the coordinates solved for may tell.
-LARGEST_TURN = 0.3
-# rad per step of what turns freely, be it as evenly as it may: the polynomials on which extremes
-# are looked for are off by 1e-12 of a radius then.
-LARGEST_FREE_TURN = 1.0
+# rad per step of every link, be it as evenly as it may: what turns evenly makes no error that would
+# limit a step, and the polynomials on which extremes are looked for are off by 1e-12 of a radius.
+LARGEST_TURN = 1.0
 
 
 class TreeState(NamedTuple):
@@ -202,11 +199,7 @@ class OpenCoordinates(TreeCoordinates):
             self._chosen = slice(int(self.free[0]), int(self.free[-1]) + 1)
         self._picked = Transform(np.eye(self._links)[:, self._chosen], self._chosen)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        # Per radian of each coordinate, how much of a step it makes.
-        self._turning = np.array([link.kind == HINGE for link in layout.links]) / LARGEST_FREE_TURN
-        for link in (*layout.motors, *(slot.turning for slot in layout.slots)):
-            if layout.links[link].kind == HINGE:
-                self._turning[link] = 1.0 / LARGEST_TURN
+        self._hinges = [i for i, link in enumerate(layout.links) if link.kind == HINGE]
         self._followed = np.zeros(self._links)  # m per unit of coordinates not solved for
         self._followed[list(layout.motors)] = lengths[list(layout.motors)]
         self._followed[[slot.sliding for slot in layout.slots]] = 1.0
@@ -307,9 +300,9 @@ class OpenCoordinates(TreeCoordinates):
         self._driven = None
 
     def longest(self, at: TreeState) -> float:
-        """Limit of a step, s: guides, and what motors turn, turn a little, all else not much."""
-        fastest = float((self._turning * np.abs(at.v)).max(initial=0.0))
-        return 1.0 / fastest if fastest > 0 else np.inf
+        """Limit of a step, s: links turn by LARGEST_TURN at most."""
+        fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
+        return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far a slide, or what a motor drives, ended a step from where its speeds take it.

@@ -36,7 +36,6 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.loads import LoadSize, Now
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.engines.pair_events import (
-    POLYNOMIAL,
     Flight,
     calm,
     changed,
@@ -44,9 +43,8 @@ from exudyn_flexlink.engines.pair_events import (
     first_part,
     late_by,
 )
-from exudyn_flexlink.engines.touching import TO_LOOKS, Side
+from exudyn_flexlink.engines.touching import Side, to_looks
 from exudyn_flexlink.expressions import RATES, SHORTER, Bounds, Expression, remainders, resolved
-from exudyn_flexlink.integrate.collocation import POWERS, C
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
     GAP_ROUNDING,
@@ -118,9 +116,9 @@ class FrictionWatch:
         happening = []
         for guard in self._guards(step):
             at_nodes = np.concatenate([guard.value(state) for state in known])
-            if (TO_LOOKS @ at_nodes)[1:].min() > 0:
+            if (to_looks(len(at_nodes)) @ at_nodes)[1:].min() > 0:
                 continue
-            slope = Polynomial(POWERS @ at_nodes).deriv()
+            slope = Polynomial(step.method.powers @ at_nodes).deriv()
             time = first_fall(
                 partial(self._at, step, guard.value),
                 lambda t, slope=slope: float(slope((t - step.t) / step.h)),  # type: ignore[misc]
@@ -584,7 +582,7 @@ class EventFinder:
         self, step: Step, point: Followed, place: PlaceOf, nodes: tuple[FloatArray, FloatArray]
     ) -> Crossing | None:
         """Where one of them does, by coordinates and slots' places at nodes."""
-        times = (step.t + step.h * C).tolist()
+        times = (step.t + step.h * step.method.c).tolist()
         for time, at in zip(times, place(*nodes).tolist(), strict=True):
             ahead, behind = point.left(at)
             if min(ahead, behind) >= -point.seam:
@@ -647,7 +645,7 @@ class EventFinder:
         if not len(free):
             return
         place, rate = self._places(step.h, nodes, free)
-        moved = POLYNOMIAL.coefficients(place, rate, 1)
+        moved = step.method.polynomial.coefficients(place, rate, 1)
         along, across = (np.abs(part).sum(axis=1) for part in (moved.real, moved.imag))
         straight = self._contacts.scene_group.shapes.straight[free]
         way = np.where(straight, across, np.abs(moved).sum(axis=1))
@@ -660,7 +658,7 @@ class EventFinder:
         if not len(near):
             return
         # The last round of the iteration moved the stages a little, by more than a gap is rounded.
-        times = step.t + step.h * C[:-1]
+        times = step.t + step.h * step.method.c[:-1]
         within = self.model.states(times, *step.at(times))
         exact = self._at_nodes(within, end)
         paths = zip(*self._places(step.h, exact, near), strict=True)

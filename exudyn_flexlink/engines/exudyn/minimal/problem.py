@@ -33,7 +33,6 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.pair_events import TurnsGuard
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
-from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import Crossing, Guard
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
@@ -201,7 +200,7 @@ class MinimalProblem:
     def slipped(self, step: Step) -> float:
         """How far (m) a dependent coordinate ended from where its speed would have taken it."""
         stages, begin = step.stages.kept.state, step.begin.kept.state
-        return self.model.coordinates.slipped(step.h, WEIGHTS, stages, begin)
+        return self.model.coordinates.slipped(step.h, step.method.weights, stages, begin)
 
     def overlooked(self, step: Step, allowed: float) -> float:
         """Part of a step after which a formula is not what it is at the stages; 1 if nowhere."""

@@ -18,9 +18,8 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import joined, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
-from exudyn_flexlink.engines.recording import AT_ONCE, ROWS, BlockRecorder, Kept, Steps, Totals
+from exudyn_flexlink.engines.recording import AT_ONCE, BlockRecorder, Kept, Steps, Totals
 from exudyn_flexlink.engines.touching import ExtremeSeeker
-from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
@@ -93,7 +92,11 @@ class TreeRecorder(BlockRecorder):
                 self.grid = np.delete(self.grid, self._next + np.flatnonzero(near))
         samples = self._due(step.end)
         edges = self._edges(step, samples)
-        stages = edges[:-1, None] + np.diff(edges)[:, None] * C if len(edges) > 2 else edges[:0]
+        stages = (
+            edges[:-1, None] + np.diff(edges)[:, None] * step.method.c
+            if len(edges) > 2
+            else edges[:0]
+        )
         return self.model.window.all_inside(np.concatenate([samples, stages.ravel(), edges[-1:]]))
 
     def _edges(self, step: Step, samples: FloatArray) -> FloatArray:
@@ -200,16 +203,18 @@ def _steps(waiting: list[_Waiting]) -> Steps:
     Rows are first the starts and stages of all steps, then the instants within them, without ends.
     """
     begins, lengths, nodes, samples, of = [], [], [], [], []
-    count, row = 0, len(waiting) * len(ROWS)
+    stages_in = waiting[0].step.method.stages
+    rows = np.arange(1 + stages_in)
+    count, row = 0, len(waiting) * len(rows)
     for k, wait in enumerate(waiting):
-        rows, parts = len(ROWS) * k + ROWS[None], len(wait.edges) - 1
+        nodes_of, parts = len(rows) * k + rows[None], len(wait.edges) - 1
         inner = row + np.arange(wait.samples)
         if parts > 1:
-            stages = row + wait.samples + np.arange(parts * STAGES).reshape(parts, STAGES)
-            rows = np.column_stack([[rows[0, 0], *stages[:-1, -1]], stages])
+            stages = row + wait.samples + np.arange(parts * stages_in).reshape(parts, stages_in)
+            nodes_of = np.column_stack([[nodes_of[0, 0], *stages[:-1, -1]], stages])
         begins.append(wait.edges[:-1])
         lengths.append(np.diff(wait.edges) if parts > 1 else np.array([wait.step.h]))
-        nodes.append(rows)
+        nodes.append(nodes_of)
         samples.append(inner)
         # A sample at the end of a part belongs to that part.
         part = np.searchsorted(wait.edges[1:-1], wait.t[: wait.samples])

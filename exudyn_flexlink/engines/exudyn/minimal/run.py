@@ -21,13 +21,12 @@ from exudyn_flexlink.engines.exudyn.minimal.model import TROUBLES, MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeKept, TreeRecorder
 from exudyn_flexlink.engines.finer import LATE
-from exudyn_flexlink.engines.interrupts import RADAU, TOO_DEEP_ADVICE, interrupts, outcome_of
+from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, interrupts, outcome_of, radau
 from exudyn_flexlink.engines.recording import Histories, push_of
 from exudyn_flexlink.engines.touching import FIRST, ExtremeSeeker, error_times
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.integrate.problem import NoConvergenceError, instant
+from exudyn_flexlink.integrate.problem import NoConvergenceError, instant, stages_for
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ErrorControl, ImplicitStepper
 from exudyn_flexlink.mechanism import (
@@ -251,7 +250,8 @@ class RunReader:
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step
         tolerance = self.run.stepper.control.tolerance if step is None else None
-        return EngineSettings(replace(RADAU, tolerance=tolerance, step=step), "minimal")
+        made_by = radau(self.run.stepper.control.method.order)
+        return EngineSettings(replace(made_by, tolerance=tolerance, step=step), "minimal")
 
     # --- reactions ----------------------------------------------------------------------------
 
@@ -332,11 +332,18 @@ def prepare(
     except DeadCentreError as error:
         hint = "it is a dead centre: start at another angle"
         raise SceneError(scene.document, [Mistake(("joints",), str(error), hint)]) from error
-    watched = Watched(scene, mechanism, assembly.state.q)
-    seeker = ExtremeSeeker(watched, model.contacts.all, np.array([0.0, *C]))
-    recorder = TreeRecorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
+    control = ErrorControl(
+        accuracy.tolerance or smallest,
+        stages_for(mechanism.contacts_and_pairs),
+        accuracy.step,
+        limits,
+        late=LATE * seed,
+    )
+    watched = Watched(scene, mechanism, assembly.state.q)
+    seeker = ExtremeSeeker(watched, model.contacts.all, control.method.nodes)
+    recorder = TreeRecorder(model, sample_times(scene, mechanism, end), seeker)
     goal = _goal(scene, assembly, layout)
     try:
         problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
@@ -345,7 +352,6 @@ def prepare(
             ("joints", error.joint, "friction"), f"{error}, as it starts", error.advice
         )
         raise SceneError(scene.document, [mistake]) from error
-    control = ErrorControl(accuracy.tolerance or smallest, accuracy.step, limits, late=LATE * seed)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
     knots, leap = mechanism.knots(end), model.window.go_on
     leap(0.0, min(knots, default=inf))
