@@ -69,12 +69,14 @@ def test_the_told_error_bounds_that_of_a_pendulums_force(formulation, tolerance)
     scene = scene_from(results.PENDULUM, tolerance=tolerance)
     scene = scene.changed(solver=scene.solver.model_copy(update={"formulation": formulation}))
     run = simulate(scene, measure=True)
-    exact = force_on_a_falling_rod(run.time)
-    true = np.linalg.norm(run.joint_forces["pin"] - exact, axis=1).max()
+    coarse, true = (
+        np.linalg.norm(each.joint_forces["pin"] - force_on_a_falling_rod(each.time), axis=1).max()
+        for each in (simulate(scene), run)
+    )
     told = run.error.forces["joint force of pin"]
     assert told.touching is None
     assert told.free.size == pytest.approx(2.5 * MASS * G, rel=0.1)  # as the rod hangs
-    assert true <= told.free.largest <= 100 * true + 1e-12
+    assert true <= told.free.largest <= 3 * (coarse + true) + 1e-12
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-9])
@@ -97,7 +99,8 @@ def test_the_told_error_bounds_that_of_a_flexible_link_whose_steps_something_els
     judge = load_scene(model, [*settings, "accuracy.tolerance=1e-11"])
     true = force_deviations(found, simulate(judge, "lagrangian"))
     told = found.error.forces
-    assert set(told) == {"drive torque of motor", "slot force of pin", CRANK}
+    bending = "bending moment of link"
+    assert set(told) == {"drive torque of motor", "slot force of pin", CRANK, bending}
     for name, own in told.items():
         assert true[name].free.largest <= own.free.largest <= 100 * true[name].free.largest
     assert found.checks.steps > simulate(scene).checks.steps

@@ -72,7 +72,7 @@ def labels(figure):
 
 
 ALWAYS = ["coordinates", "mechanism", "energy", "forces"]
-TURNING = ["coordinates", "polar", "lever", "mechanism", "energy", "forces"]
+TURNING = ["coordinates", "polar", "lever", "mechanism", "energy", "forces", "bending"]
 PLAY = ["coordinates", "polar", "mechanism", "guide_contact", "energy", "forces"]
 
 
@@ -172,7 +172,7 @@ def test_a_line_on_axes_of_time_tells_from_when_on_a_run_is_doubtful(rigid):
     places = {
         "energy": (LATE.exceeds_from, 2),
         "lever": (LATE.exceeds_from, 1),
-        "forces": (turns, 4),
+        "forces": (turns, 5),
     }
     for name, (place, panels) in places.items():
         marks = [

@@ -259,6 +259,35 @@ def test_tables_are_those_of_the_saved_run(run, tilting, monkeypatch):
             ask()
 
 
+def test_even_rows_hold_what_is_between_samples_and_give_a_spectrum_without_a_shift():
+    """A mass on a spring, at 5 Hz, beside a pendulum whose touches have samples of their own."""
+    scene = fl.load_scene(
+        "textbook/pendulum_on_stop",
+        {
+            "bodies.mass": {"type": "rigid", "mass": 1, "points": {"c": [0, 0]}, "inertia": 1},
+            "joints.rail": {
+                "type": "prismatic", "points": ["ground", "mass.c"], "at": [3, 0], "axis": [1, 0],
+            },
+            "springs.coil": {
+                "type": "linear", "joint": "rail", "stiffness": (10 * np.pi) ** 2, "length": 0,
+            },
+            "initial.along": {"rail": 0.1},
+            "run": {"duration": 4},
+        },
+    )  # fmt: skip
+    run = fl.simulate(scene, measure=False)
+    assert np.ptp(np.diff(run.time)) > 1e-4
+    table = run.to_dataframe(every="1 ms")
+    time, place = table["t_s"].to_numpy(), table["mass.c.x_m"].to_numpy() - 3
+    np.testing.assert_allclose(time, 1e-3 * np.arange(4001), rtol=1e-12)
+    np.testing.assert_allclose(place, 0.1 * np.cos(10 * np.pi * time), atol=2e-4)
+    np.testing.assert_array_equal(place + 3, run.path("mass.c").at(time)[:, 0])
+    power = np.abs(np.fft.rfft(place[:-1]))
+    assert np.fft.rfftfreq(4000, 1e-3)[power.argmax()] == 5.0
+    with pytest.raises(ValueError, match="every: must be greater than 0"):
+        run.to_dataframe(every=0)
+
+
 # --- signals ----------------------------------------------------------------------------------
 
 

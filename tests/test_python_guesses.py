@@ -137,7 +137,7 @@ def test_a_column_of_a_sweep():
 
 # --- figures ---------------------------------------------------------------------------------
 
-PANELS = {"coordinates": 1, "lever": 2, "mechanism": 5, "energy": 2, "forces": 5}
+PANELS = {"coordinates": 1, "lever": 2, "mechanism": 5, "energy": 2, "forces": 6, "bending": 1}
 
 
 @pytest.mark.parametrize("name", PANELS)
@@ -294,6 +294,6 @@ def test_the_first_hour_runs_as_its_page_says(capsys, tmp_path, monkeypatch):
 def test_each_task_of_the_first_hour_is_short():
     parts = text_of(FIRST_HOUR).split("\n## ")[1:]
     found = [BLOCK.findall(part) for part in parts]
-    assert len(found) == 12
+    assert len(found) == 13
     assert all(len(blocks) == 1 for blocks in found)
     assert all(len(text.splitlines()) <= 5 for ((_, text),) in found)

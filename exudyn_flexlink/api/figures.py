@@ -21,13 +21,14 @@ import numpy as np
 
 from exudyn_flexlink.arguments import a, among, instants, takes, told
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import point_names, struck_bodies
+from exudyn_flexlink.observables import bent_links, point_names, struck_bodies
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import unknown
 from exudyn_flexlink.storage import (
     all_columns,
     arrays_of,
     attributes_of,
+    bending_columns,
     lever_columns,
     touch_columns,
     trajectory_columns,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 
 
 def data_frame(result: Result, name: str | None) -> DataFrame:
-    """Return what is known of a point, a struck body, a contact or a joint as a table; or all."""
+    """Return what is known of a point, struck body, link, contact or joint as a table; or all."""
     columns = all_columns(result) if name is None else _columns(result, name)
     frame: DataFrame = needed("pandas").DataFrame(columns)
     return frame
@@ -53,14 +54,17 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
     struck = struck_bodies(result.scene)
     if name in struck:
         return lever_columns(result, struck[name])
+    if name in bent_links(result.scene):
+        return bending_columns(result, name)
     if name in result.intervals:
         return touch_columns(result, name)
     return trajectory_columns(result, name)
 
 
 def told_names(result: Result) -> list[str]:
-    """Names of what a table can tell of: struck bodies, contacts, joints with clearance, points."""
-    return [*struck_bodies(result.scene), *result.intervals, *point_names(result.scene)]
+    """Names of what a table can tell of: bodies struck or bent, what touches, and points."""
+    scene = result.scene
+    return [*struck_bodies(scene), *bent_links(scene), *result.intervals, *point_names(scene)]
 
 
 def data_set(result: Result) -> Dataset:
@@ -89,7 +93,16 @@ def needed(package: str) -> Any:
 
 
 # Those of `plots.FIGURES`: what is asked for names alone needs no matplotlib.
-NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
+NAMES = (
+    "coordinates",
+    "polar",
+    "lever",
+    "mechanism",
+    "guide_contact",
+    "energy",
+    "forces",
+    "bending",
+)
 SMALL = 70  # dots per inch: a figure beside text, some tens of kilobytes
 FORM = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
 
@@ -199,6 +212,13 @@ class Plots:
         Panels: one for each quantity, and the first strikes, larger, if there are any.
         """
         return self._drawn("forces", style=style, ax=ax, label=label)
+
+    def bending(self, *, style: str = "screen", ax: Given = None) -> Figure:
+        """Draw the bending moment along flexible links over time, its largest marked.
+
+        Panels: one for each link.
+        """
+        return self._drawn("bending", style=style, ax=ax)
 
     @takes(style=style)
     def all(self, style: str = "screen") -> dict[str, Figure]:

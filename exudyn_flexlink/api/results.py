@@ -27,6 +27,7 @@ from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
 from exudyn_flexlink.arguments import among, number, takes, two_texts, whole
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.observables import (
+    Bending,
     BodyMotion,
     JointForce,
     LeverResponse,
@@ -96,6 +97,11 @@ class Result(PlainResult):
 
         """
         return observables.joint_force(self, name)
+
+    @takes(name=among(lambda result: observables.bent_links(result.scene), "flexible body"))
+    def link(self, name: str) -> Bending:
+        """Return how a flexible link is bent: `moment`, `stress`, `strain` (N, H) of its hinges."""
+        return observables.bending(self, name)
 
     @takes(contact=among(lambda result: result.scene.all_contacts, "contact"))
     def strikes(self, contact: str) -> list[Strike]:
@@ -178,13 +184,16 @@ class Result(PlainResult):
         """Return how the watched point is off its ideal place, from `after` (s) on."""
         return observables.vibration(self, after)
 
-    @takes(name=among(told_names, "point, struck body, contact or joint"))
-    def to_dataframe(self, name: str | None = None) -> DataFrame:
-        """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.
+    @takes(name=among(told_names, "point, body, contact or joint"), every=PERIOD)
+    def to_dataframe(self, name: str | None = None, *, every: float | None = None) -> DataFrame:
+        """Return a table: of a point's path, a struck body, a flexible link's moments, or touches.
 
         Without a name all that is told at every sample: bodies and points, answers of struck
         bodies, forces, energies; as ``lever.angle_rad``, ``link.end.x_m``, ``energy.kinetic_J``,
         ``crank.joint_force_x_N``.
+
+        Samples are closer where more happens, and stand on both sides of a jump. With `every` (s)
+        rows are evenly so far apart, as a spectrum needs them; touches stay one a row.
 
         Columns carry their units, as in the CSV files of a saved run. Needs pandas.
 
@@ -192,7 +201,7 @@ class Result(PlainResult):
             ImportError: pandas is not installed.
 
         """
-        return data_frame(self, name)
+        return data_frame(self if every is None else observables.resampled(self, every), name)
 
     def to_xarray(self) -> Dataset:
         """Return all samples, poses, forces and energies, as one dataset. Needs xarray.

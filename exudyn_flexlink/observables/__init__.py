@@ -5,8 +5,11 @@ number of samples. What a scene does not have, a point, a contact, a joint with 
 joint where a crank is asked for, is a ValueError that says so.
 """
 
+from exudyn_flexlink.observables.bending import Bending, BendingPeak, bending
 from exudyn_flexlink.observables.forces import (
+    BENDING,
     Force,
+    bent_links,
     force_peaks,
     forces_of,
     momentary_forces,
@@ -58,6 +61,7 @@ from exudyn_flexlink.observables.points import (
     paths,
     point_anchor,
     point_names,
+    resampled,
     room,
     steady_speeds,
     still_text,

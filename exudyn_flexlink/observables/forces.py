@@ -8,17 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables.levers import extremes_of
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import FlexibleBody, Scene
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
+BENDING = "bending moment"
 NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
 
 
 @dataclass(frozen=True)
 class Force:
-    """A force at a run's samples: `values` (N,), or (N, 2) of a vector, in `unit`, N or N m."""
+    """A force at a run's samples: `values` (N,), or (N, 2) of a vector, in `unit`, N or N m.
+
+    Of the bending moments of a link `values` (N, H) are those of all hinges.
+    """
 
     quantity: str
     name: str
@@ -27,10 +33,13 @@ class Force:
 
     @property
     def size(self) -> FloatArray:
-        """Length of the vector (N,); what is no vector keeps its sign."""
-        if self.values.ndim == 1:
-            return self.values
-        return np.asarray(np.linalg.norm(self.values, axis=-1))
+        """Length of the vector (N,), or the largest moment along a link; else with its sign."""
+        return self.values if self.values.ndim == 1 else self.lengths(self.values)
+
+    def lengths(self, values: FloatArray) -> FloatArray:
+        """Sizes (n,) of such forces (n, k), or of differences of them."""
+        order = np.inf if self.quantity == BENDING else 2
+        return np.asarray(np.linalg.norm(values.reshape(len(values), -1), order, axis=1))
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,7 @@ class ForcePeak:
 def forces_of(result: Result) -> dict[str, Force]:
     """Torques and forces of drives; forces of slots, joints, springs, gears, walls and contacts.
 
-    Without the hinges inside a flexible body.
+    Without the forces in hinges inside a flexible body, whose moments are told.
     """
     joints = {n: force for n, force in result.joint_forces.items() if n in result.scene.joints}
     kinds: tuple[tuple[str, str, Mapping[str, FloatArray]], ...] = (
@@ -56,6 +65,7 @@ def forces_of(result: Result) -> dict[str, Force]:
         ("spring force", "N", result.spring_forces),
         ("gear force", "N", result.gear_forces),
         ("gear torque", "N m", result.gear_torques),
+        (BENDING, "N m", {link: moments(result, link) for link in bent_links(result.scene)}),
         ("wall force", "N", _wall_forces(result)),
         *(
             (f"contact {'torque' if unit == 'N m' else 'force'}", unit, {name: contact.force})
@@ -68,6 +78,35 @@ def forces_of(result: Result) -> dict[str, Force]:
         for quantity, unit, by_name in kinds
         for name, values in by_name.items()
     }
+
+
+def bent_links(scene: Scene) -> dict[str, FlexibleBody]:
+    """Return the flexible bodies that have hinges, by name."""
+    return {
+        name: body
+        for name, body in scene.bodies.items()
+        if isinstance(body, FlexibleBody) and (body.rods > 1 or body.layout == "half_ends")
+    }
+
+
+def moments(result: Result, link: str) -> FloatArray:
+    """Bending moments (N, H) N m of a link's hinges, positive where it bends to its left.
+
+    The rods of a link that was solved as a beam are its chords. Between two of them it bends over
+    the distance of their middles: 3/4 of a cell beside a half rod.
+    """
+    mechanism = build_mechanism(result.scene)
+    parts = set(mechanism.bodies[link])
+    hinges = [s for s in mechanism.springs if s.first in parts and s.second in parts]
+    first, second = np.array([(hinge.first, hinge.second) for hinge in hinges]).T
+    stiffness, damping = np.array([(hinge.stiffness, hinge.damping) for hinge in hinges]).T
+    if result.settings.formulation == "beam" and bent_links(result.scene)[link].layout != "equal":
+        stiffness[[0, -1]] *= 4 / 3
+        damping[[0, -1]] *= 4 / 3
+    angle, rate = (
+        motion[:, second, 2] - motion[:, first, 2] for motion in (result.poses, result.rates)
+    )
+    return np.asarray(stiffness * angle + damping * rate)
 
 
 def momentary_forces(result: Result) -> set[str]:

@@ -8,7 +8,7 @@ The force of a joint comes with the bound of its error at each sample.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, inf, isinf, nan
 from typing import Any
@@ -155,12 +155,15 @@ def force_deviations(
     for name, force in both[0].items():
         if name not in both[1]:
             continue
+        values = [forces[name].values for forces in both]
+        if values[0].shape[1:] != values[1].shape[1:]:  # links of other numbers of rods
+            values = [forces[name].size for forces in both]
         first_force, second_force = (
-            straight_between(run.time, forces[name].values, time)
-            for run, forces in zip((first, second), both, strict=True)
+            straight_between(run.time, value, time)
+            for run, value in zip((first, second), values, strict=True)
         )
         free, touched = (
-            _spread(time[part], first_force[part], second_force[part])
+            _spread(time[part], force.lengths, first_force[part], second_force[part])
             for part in (alike & ~in_touch, alike & in_touch)
         )
         instants = None
@@ -206,7 +209,7 @@ def _in_touches(
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
     instants.append(near / fastest if fastest > 0 else 0.0)
-    return _spread(time, first_force, second_force, MOST_SAMPLES), max(instants)
+    return _spread(time, np.abs, first_force, second_force, MOST_SAMPLES), max(instants)
 
 
 def _between(time: FloatArray, values: FloatArray) -> Any:
@@ -268,14 +271,20 @@ def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
 
 
 def _spread(
-    time: FloatArray, first: FloatArray, second: FloatArray, share: float = 1.0
+    time: FloatArray,
+    lengths: Callable[[FloatArray], FloatArray],
+    first: FloatArray,
+    second: FloatArray,
+    share: float = 1.0,
 ) -> ForceSpread | None:
-    """How far forces (n,) or (n, k) are apart in a `share` of samples, those that differ least."""
+    """How far forces (n,) or (n, k) are apart in a `share` of samples, those that differ least.
+
+    `lengths` are sizes (n,) of such forces.
+    """
     if not len(time):
         return None
-    first, second = (values.reshape(len(time), -1) for values in (first, second))
-    apart = np.linalg.norm(first - second, axis=1)
-    size = max(float(np.linalg.norm(values, axis=1).max()) for values in (first, second))
+    apart = lengths(first - second)
+    size = max(float(lengths(values).max()) for values in (first, second))
     count = ceil(share * len(apart))
     kept = np.argsort(apart)[:count]
     worst = int(kept[-1])

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass, replace
 from math import ceil, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arguments import instants, takes
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray, Variable, members
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -251,6 +252,36 @@ def between_samples(
     x = (np.asarray(at) - time[i]).reshape(shape) / span
     b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
     return np.asarray(values[i] + span * x * (v0 + x * (b + x * c)))
+
+
+def resampled(result: Result, every: float) -> Result:
+    """Return a run with samples evenly `every` (s) apart, from its first one, for tables.
+
+    Poses between samples are those of `between_samples`, all else goes straight from one sample to
+    the next. At a jump, on both sides of which there is a sample, it is the later one.
+    """
+    time = result.time
+    count = int((time[-1] - time[0]) / every * (1 + 1e-12))
+    even = time[0] + every * np.arange(count + 1)
+    before = np.clip(np.searchsorted(time, even, side="right") - 1, 0, len(time) - 1)
+    after = np.minimum(before + 1, len(time) - 1)
+    span = time[after] - time[before]
+    part = np.divide(even - time[before], span, out=np.zeros(len(even)), where=span > 0)
+
+    def on_line(value: Any, variable: Variable | None) -> Any:
+        if isinstance(value, Mapping):
+            return {key: on_line(item, variable) for key, item in value.items()}
+        if is_dataclass(value) and not isinstance(value, type):
+            fields = {m.name: (getattr(value, m.name), m.variable) for m in members(type(value))}
+            return replace(value, **{name: on_line(*field) for name, field in fields.items()})
+        if variable is None or variable.dimensions.partition(" ")[0] != "time":
+            return value
+        parts = part.reshape(-1, *[1] * (value.ndim - 1))
+        return (1 - parts) * value[before] + parts * value[after]
+
+    poses = between_samples(time, result.poses, result.rates, even)
+    straight: Result = on_line(result, None)
+    return replace(straight, time=even, poses=poses)
 
 
 def crank_joint(scene: Scene) -> str | None:

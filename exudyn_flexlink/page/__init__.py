@@ -27,6 +27,7 @@ from exudyn_flexlink.observables import joints_with_play
 from exudyn_flexlink.plots import PRINT, SCREEN, figure_bytes, figures
 from exudyn_flexlink.report import (
     Table,
+    bending_table,
     cost_table,
     effects_table,
     energy_table,
@@ -179,6 +180,9 @@ def contents_of(result: Result) -> dict[str, Any]:
         _strikes(result, pictures),
         _touches(result, pictures),
         Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
+        Section(
+            "bending", "Bending", (), _of(pictures, "bending"), _filled([bending_table(result)])
+        ),
         Section(
             "energy",
             "Energy",

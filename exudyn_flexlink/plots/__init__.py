@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.plots.drawing import mechanism, start
-from exudyn_flexlink.plots.forces import energy, forces, guide_contact
+from exudyn_flexlink.plots.forces import bending, energy, forces, guide_contact
 from exudyn_flexlink.plots.frame import (
     ENGINE_COLOURS,
     FORMATS,
@@ -42,6 +42,7 @@ FIGURES = {
     "guide_contact": guide_contact,
     "energy": energy,
     "forces": forces,
+    "bending": bending,
 }
 """Figures of a run by name; each is None where it would have nothing to show."""
 

@@ -17,11 +17,14 @@ from matplotlib.patches import Patch
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.mechanism import Channel, Mechanism, build_mechanism
 from exudyn_flexlink.observables import (
+    BENDING,
     TWO_POINTS,
+    Bending,
     ContactStates,
     Force,
     State,
     Strike,
+    bent_links,
     contact_states,
     forces_of,
     laps,
@@ -31,6 +34,7 @@ from exudyn_flexlink.observables import (
     touching,
     turned_since_start,
 )
+from exudyn_flexlink.observables import bending as bending_of
 from exudyn_flexlink.plots.frame import (
     BLACK,
     BLUE,
@@ -82,6 +86,7 @@ STATE_WORDS = {
     State.SAME_SIDE: "two points, same side",
     State.OPPOSITE_SIDES: "two points, opposite sides",
 }
+BENDING_HEIGHT = 2.2  # inches of a link's panel
 ROOM = 2.3  # half the height of a drawing, in clearances
 ARROW = 0.9  # length, in clearances
 FORCE_DIGITS = 2  # that are shown of a wall's force: stiff walls make much of small errors
@@ -168,6 +173,49 @@ def guide_contact(result: Result, *, style: Style = SCREEN, ax: Given = None) ->
     letter(panels)
     legend_outside(panels[0], below=True, handles=list(known.values()))
     return figure
+
+
+@styled
+def bending(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
+    """Bending moment along every flexible link over the run; None without any hinge."""
+    links = list(bent_links(result.scene))
+    if not links or len(result.time) < 2:
+        return None
+    height = BENDING_HEIGHT * len(links) + 0.4
+    figure, panels = placed(
+        ax, links, lambda: new_figure(result, "Bending of links", height, style), sharex=True
+    )
+    x, label = along(result)
+    for axes, link in zip(panels, links, strict=False):
+        _draw_bending(axes, result, bending_of(result, link), x)
+    over_run(panels, result, x, label)
+    letter(panels)
+    return figure
+
+
+def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> None:
+    """Draw a link's moments as colours, each hinge a band of the length that bends in it."""
+    body = bent_links(result.scene)[bent.link]
+    factor, unit = length_unit(body.length)
+    half = 0.5 * body.length / body.rods
+    edges = factor * np.append(bent.place - half, bent.place[-1] + half)
+    most = float(np.abs(bent.moment).max()) or 1.0
+    # A colour holds from the middle between two samples to the next one.
+    times = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
+    drawn = axes.pcolormesh(
+        times, edges, bent.moment.T, cmap="RdBu_r", vmin=-most, vmax=most, rasterized=True
+    )
+    peak = bent.largest
+    words = f"{bent.link}, circle: the largest, {peak.moment:.3g} N m"
+    if peak.stress is not None:
+        words += f", {peak.stress / 1e6:.3g} MPa"
+    place = np.interp(peak.at, result.time, x), factor * peak.place
+    axes.plot(*place, "o", mfc="none", color=BLACK, markersize=sized(7.0))
+    axes.set_title(words.replace("-", "\N{MINUS SIGN}"), loc="left")
+    axes.set_ylim(0.0, factor * body.length)
+    axes.set_ylabel(f"place on {bent.link} ({unit})")
+    axes.grid(visible=False)
+    axes.figure.colorbar(drawn, ax=axes, label="bending moment\n(N m)", pad=0.01)
 
 
 def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
@@ -340,6 +388,8 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     for name, force in forces_of(result).items():
         if name not in momentary:
             vector = "size of the\n" if force.values.ndim > 1 else ""
+            if force.quantity == BENDING:
+                vector = "largest\n"
             line = " " if vector else "\n"
             axis = f"{vector}{force.quantity}{line}({force.unit})"
             panels.setdefault(axis, {})[name] = force

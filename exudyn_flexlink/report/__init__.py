@@ -3,6 +3,7 @@
 from exudyn_flexlink.report.check import check_text, run_duration
 from exudyn_flexlink.report.parts import effects_table, equilibrium_text, rest_told
 from exudyn_flexlink.report.run import (
+    bending_table,
     cost_table,
     energy_table,
     error_table,

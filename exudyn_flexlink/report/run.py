@@ -17,6 +17,8 @@ from exudyn_flexlink.observables import (
     PairTotals,
     State,
     Strike,
+    bending,
+    bent_links,
     contact_totals,
     crank_joint,
     deepest,
@@ -257,6 +259,20 @@ def peak_table(result: Result) -> Table:
     return shown if known else shown.without(head[3:])
 
 
+def bending_table(result: Result) -> Table:
+    """Return the largest bending of flexible links: moment, where and when, stress and strain."""
+    rows, last = [], float(result.time[-1])
+    for link in bent_links(result.scene):
+        largest = bending(result, link).largest
+        surface = ("", "")
+        if largest.stress is not None and largest.strain is not None:
+            surface = f"{largest.stress / 1e6:.4g} MPa", f"{largest.strain:.3g}"
+        place = f"{1e3 * largest.place:.4g} mm"
+        rows.append([link, f"{largest.moment:.4g} N m", place, instant(largest.at, last), *surface])
+    head = ["", "moment", "at hinge", "at", "stress", "strain"]
+    return Table("Largest bending of links", rows, head, ["", "", "", "s", "", ""])
+
+
 def force_error_table(deviations: Mapping[str, ForceDeviation], caption: str = "") -> Table:
     """Return how far forces are off: the first of many."""
     rows = [row for name, deviation in deviations.items() for row in _rows(name, deviation)]
@@ -316,6 +332,7 @@ def run_text(result: Result) -> str:
         lines_of(restitution_table(result.scene)),
         *(_strikes(result, contact) for contact in result.scene.all_contacts),
         lines_of(response_table(result)),
+        lines_of(bending_table(result)),
         lines_of(friction_table(result)),
         *(guide_lines(result, joint) for joint in joints_with_play(result)),
         lines_of(error_table(result)),

@@ -182,6 +182,11 @@ class RectangleSection(Part):
         """Second moment of area about the bending axis (m^4)."""
         return self.width * self.thickness**3 / 12
 
+    @property
+    def half_height(self) -> float:
+        """Distance of the outermost fibre from the bending axis (m)."""
+        return self.thickness / 2
+
 
 class RoundSection(Part):
     """A full circle."""
@@ -199,6 +204,11 @@ class RoundSection(Part):
         """Second moment of area about the bending axis (m^4)."""
         return pi * self.diameter**4 / 64
 
+    @property
+    def half_height(self) -> float:
+        """Distance of the outermost fibre from the bending axis (m)."""
+        return self.diameter / 2
+
 
 class GeneralSection(Part):
     """Any section, given by its two numbers."""
@@ -208,6 +218,10 @@ class GeneralSection(Part):
     second_moment: si.PositiveSecondMoment = Field(
         description="second moment of area about the bending axis"
     )
+
+    @property
+    def half_height(self) -> None:
+        """Distance of the outermost fibre from the bending axis: not known."""
 
 
 Section = Annotated[

@@ -19,6 +19,7 @@ from exudyn_flexlink.storage.run import (
     all_columns,
     arrays_of,
     attributes_of,
+    bending_columns,
     lever_columns,
     load,
     save,

@@ -30,10 +30,14 @@ from pydantic_core import to_json
 from exudyn_flexlink.arrays import FloatArray, Member, Variable, members
 from exudyn_flexlink.loading import plain_data
 from exudyn_flexlink.observables import (
+    BENDING,
+    BendingPeak,
     ContactTotals,
     LeverResponse,
     State,
     Strike,
+    bending,
+    bent_links,
     body_motion,
     contact_totals,
     crank_angle,
@@ -347,6 +351,18 @@ def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
     }
 
 
+def bending_columns(result: Result, link: str) -> dict[str, FloatArray]:
+    """Moments of a link's hinges by their places, as columns (N,) like ``moment_at_0.007_m_N_m``.
+
+    Raises:
+        ValueError: the link has no hinges.
+
+    """
+    bent = bending(result, link)
+    columns = zip(bent.place.tolist(), bent.moment.T, strict=True)
+    return _instants(result) | {f"moment_at_{place:.6g}_m_N_m": values for place, values in columns}
+
+
 def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     """Every touch of a joint's pairs or of a contact, as columns (touches,) by name and unit.
 
@@ -375,6 +391,8 @@ def force_columns(result: Result) -> dict[str, FloatArray]:
         if quantity == "wall_force":  # of 'sleeve, upper wall'
             name, _, wall = name.rpartition(", ")
             quantity = f"{wall.replace(' ', '_')}_force"
+        if force.quantity == BENDING:  # the largest along the link
+            values = force.size
         parts = {"": values} if values.ndim == 1 else {"_x": values[:, 0], "_y": values[:, 1]}
         if told not in left_out:
             for axis, numbers in parts.items():
@@ -422,6 +440,8 @@ def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
     forces = force_columns(result)
     if len(forces) > len(_instants(result)):
         tables["forces.csv"] = forces
+    for link in bent_links(result.scene):
+        tables[_free_name(f"bending_{_fit(link)}", tables)] = bending_columns(result, link)
     for body, contact in struck_bodies(result.scene).items():
         tables[_free_name(f"lever_{_fit(body)}", tables)] = lever_columns(result, contact)
     for joint in (*result.bearings, *result.sleeves):
@@ -450,6 +470,7 @@ def save(result: Result, folder: Path) -> None:
 
     ``result.nc`` is all of it. The rest is for readers: ``summary.json``,
     ``trajectory_<point>.csv`` of the watched point, ``forces.csv`` of all forces and torques,
+    ``bending_<link>.csv`` of the hinges of every flexible link,
     ``lever_<body>.csv`` of every body that a contact strikes, and ``touches_<joint>.csv`` of every
     joint with clearance that touched. The column crank_angle_rad has the name of its joint where
     that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
@@ -493,6 +514,7 @@ def _summary(result: Result) -> dict[str, Any]:
             body: _peaks(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
         },
+        "bending": {link: _bending(bending(result, link).largest) for link in bent_links(scene)},
         "extremes": {
             # a contact that never was has none
             name: _ends(extremes) if len(extremes.time) else None
@@ -521,6 +543,17 @@ def _strike(strike: Strike, scene: Scene) -> dict[str, Any]:
         column_of(names.get(key) or key, scene.unit_of(strike.contact, units.get(key, ""))): value
         for key, value in vars(strike).items()
         if key not in absent
+    }
+
+
+def _bending(largest: BendingPeak) -> dict[str, float | None]:
+    """The largest bending of a link, by name and unit."""
+    return {
+        "moment_N_m": largest.moment,
+        "place_m": largest.place,
+        "at_s": largest.at,
+        "stress_Pa": largest.stress,
+        "strain": largest.strain,
     }
 
 

@@ -19,6 +19,8 @@ from exudyn_flexlink.observables import (
     DISPLACEMENT,
     State,
     Strike,
+    bending,
+    bent_links,
     contact_totals,
     joints_with_play,
     lever_response,
@@ -106,11 +108,11 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     Of every contact: strikes, the time between the last two, energy lost, the largest force and
     speed of approach. Of struck bodies: the angle from where it stood at time 0, and its swing, the
     largest less the least; of one that does not turn on a hinge its displacement and its stroke. Of
-    joints with clearance: touches, impacts, energy lost, largest force, part of the time without
-    contact. Of joints with friction: the energy that it took. Of the watched point: where it went
-    at most. Of the run: its end, energy dissipated and what the balance misses, the error that a
-    second run tells (None where none was made), and the horizon, the instant from which on both
-    part (None if they never do).
+    flexible links: the largest bending moment and stress. Of joints with clearance: touches,
+    impacts, energy lost, largest force, part of the time without contact. Of joints with friction:
+    the energy that it took. Of the watched point: where it went at most. Of the run: its end,
+    energy dissipated and what the balance misses, the error that a second run tells (None where
+    none was made), and the horizon, the instant from which on both part (None if they never do).
     """
     columns: dict[str, Scalar] = {}
     for contact in result.scene.all_contacts:
@@ -123,6 +125,10 @@ def standard_row(result: Result) -> dict[str, Scalar]:
             f"{body}.least_{measure.name}": least,
             f"{body}.greatest_{measure.name}": greatest,
         }
+    for link in bent_links(result.scene):
+        largest = bending(result, link).largest
+        columns[f"{link}.greatest_bending_moment_N_m"] = abs(largest.moment)
+        columns[f"{link}.greatest_bending_stress_Pa"] = largest.stress
     for joint in joints_with_play(result):
         columns |= _of_joint(result, joint)
     for joint, friction in result.frictions.items():

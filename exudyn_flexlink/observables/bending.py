@@ -1,0 +1,98 @@
+"""How flexible links are bent: moments of their hinges, and stress and strain of their surface.
+
+With the angle phi, stiffness k and damping c of a hinge its moment is ``M = k phi + c phi'``. In a
+section with the second moment I, whose outermost fibre is h/2 from the bending axis, the stress of
+that fibre is ``M h / (2 I)``, and its strain ``M h / (2 E I)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.observables.forces import BENDING, bent_links, moments
+from exudyn_flexlink.observables.parting import force_error
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import FlexibleBody
+
+
+@dataclass(frozen=True)
+class BendingPeak:
+    """The largest bending of a link: `moment` (N m, of either sign), its `place` (m) and `at` (s).
+
+    `stress` (Pa) and `strain` are the largest in size; None of a section whose height is not known.
+    """
+
+    moment: float
+    place: float
+    at: float
+    stress: float | None
+    strain: float | None
+
+
+@dataclass(frozen=True)
+class Bending:
+    """How a flexible link is bent at its H hinges, at samples `time` (N,) s.
+
+    `place` (H,) m is that of each hinge on the straight link, from its start. `moment` (N, H) N m
+    is positive where the link bends to its left. `stress` (N, H) Pa and `strain` (N, H) are those
+    of the surface on its right, positive where that is stretched; None of a section whose height is
+    not known. `error` (N,) N m bounds how far moments are off, as `force_error` has it.
+    """
+
+    link: str
+    time: FloatArray
+    place: FloatArray
+    moment: FloatArray
+    stress: FloatArray | None
+    strain: FloatArray | None
+    error: FloatArray
+
+    @property
+    def largest(self) -> BendingPeak:
+        """Where and when the moment is largest in size, with the largest stress and strain."""
+        size = np.abs(self.moment)
+        n, hinge = np.unravel_index(int(size.argmax()), size.shape)
+        stress, strain = (
+            None if values is None else float(np.abs(values).max())
+            for values in (self.stress, self.strain)
+        )
+        peak = float(self.moment[n, hinge])
+        return BendingPeak(peak, float(self.place[hinge]), float(self.time[n]), stress, strain)
+
+    def __repr__(self) -> str:
+        largest = self.largest
+        return (
+            f"<Bending of {self.link}: to {largest.moment:.5g} N m at {largest.place:.4g} m, "
+            f"{len(self.place)} hinges, {len(self.time)} samples>"
+        )
+
+
+def _places(body: FlexibleBody) -> FloatArray:
+    """Places (H,) m of a link's hinges, from its start."""
+    cell = body.length / body.rods
+    if body.layout == "half_ends":
+        return np.asarray((np.arange(body.rods) + 0.5) * cell)
+    return np.asarray(np.arange(1, body.rods) * cell)
+
+
+def bending(result: Result, link: str) -> Bending:
+    """Return how a flexible link is bent.
+
+    Raises:
+        ValueError: the link has no hinges.
+
+    """
+    scene, known = result.scene, bent_links(result.scene)
+    if link not in known:
+        there = ", ".join(known) or "none"
+        raise ValueError(f"'{link}' has no hinges that bend; there are: {there}")
+    body = known[link]
+    moment, stress, strain = moments(result, link), None, None
+    if (half := body.section.half_height) is not None:
+        stress = moment * half / body.section.second_moment
+        strain = stress / scene.materials[body.material].youngs_modulus
+    error = force_error(result, f"{BENDING} of {link}")
+    return Bending(link, result.time, _places(body), moment, stress, strain, error)
