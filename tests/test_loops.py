@@ -374,13 +374,14 @@ def test_coupled_wheels_feel_the_force_of_circling_masses(angle, drives, speeds)
     """Also where samples fall on a dead centre, at which nothing follows from the loop.
 
     Half of the rod's mass is carried by each wheel, whose own is half as far out. With 0.5 deg the
-    run ends so near to a dead centre that a step which may end elsewhere would not end there.
+    run ends so near to a dead centre that a step which may end elsewhere would not end there, and
+    a sample is 0.04 deg from one: there rounding of angles is up to 4e-3 of a force.
     """
     result = simulate(scene_from(WHEELS.format(angle=angle, drives=drives, speeds=speeds)))
     assert result.outcome.completed, result.outcome
     towards = (2 * np.pi) ** 2  # N: 1 kg at 1 m
     for joint, share in (("a", 1.0), ("b", 1.0), ("c", 0.5), ("d", 0.5)):
         size = np.hypot(*result.joint_forces[joint].T)
-        assert size == pytest.approx(share * towards, rel=2e-3)
+        assert size == pytest.approx(share * towards, rel=6e-3)
     assert result.checks.energy_residual < 1e-6 * result.checks.largest_kinetic_energy
     assert np.all(np.diff(result.time) > 0)

@@ -11,10 +11,10 @@ from math import inf
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.diagnostics import passed_on, shortened
 from exudyn_flexlink.engines.exudyn.engine import LOCKED_ADVICE, NO_SOLUTION, no_solution_advice
-from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, ClosedCoordinates, Track
+from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import TROUBLES, MinimalModel
@@ -122,13 +122,15 @@ def _of_closures(
     coordinates = model.coordinates
     assert isinstance(coordinates, ClosedCoordinates)
     closures, motors = coordinates.closures, model.layout.motors
-    at = closures.configuration_on(x, _track(coordinates, places))
-    multipliers, rest = _multipliers(closures.jacobian(at), model.layout.known, forces)
+    # Places count along the whole curves, not on their present pieces.
+    curves = [point.slot.curve.places for point in coordinates.points]
+    jacobian = closures.jacobian(closures.joined(x, places), curves)
+    multipliers, rest = _multipliers(jacobian, closures.known, forces)
     reactions = Reactions()
     reactions.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
     teeth = tooth_pushes((gear for _, gear in closures.gears), reactions.gears, poses)
     reactions.on_parts += [(push.part, push.force) for push in teeth]
-    in_joints = closures.forces(at, multipliers)
+    in_joints = closures.forces(x, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.
     rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
     for joint, (first, second), reaction in rows:
@@ -142,19 +144,8 @@ def _of_closures(
     return reactions
 
 
-def _track(coordinates: ClosedCoordinates, places: FloatArray) -> Track | None:
-    """Slots' curves at places (n, slots) on the whole of them."""
-    if not coordinates.points:
-        return None
-    columns = np.zeros((3, *places.shape), dtype=complex)
-    for k, point in enumerate(coordinates.points):
-        vectors = np.array(point.slot.curve.derivatives(places[:, k]))
-        columns[:, :, k] = vectors[..., 0] + 1j * vectors[..., 1]
-    return Track(*columns)
-
-
 def _multipliers(
-    jacobian: FloatArray, known: list[int], forces: FloatArray
+    jacobian: FloatArray, known: IndexArray, forces: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Multipliers (n, rows) of `forces` (n, links), and what is left of those for motors.
 

@@ -1,0 +1,201 @@
+"""Rows of closures as sums of terms, whose derivatives are terms again.
+
+The gap of a joint, from its first point to its second in axes that its first part carries, is a sum
+of arms: each of constant length, or as long as the coordinate s of a slide, and turned by a sum phi
+of hinges' angles. So gaps, and all other rows r of closures, are sums of terms f with constant
+weights W:
+
+    r = W f,      f = (y, 1, cos phi, s cos phi, sin phi, s sin phi, gamma, gamma_u, gamma_uu)
+
+with y the coordinates and gamma(u) the places on the curves of slots. Terms are functions of
+arguments phi, s, u and y, which are sums of coordinates, and a derivative of a term by one of them
+is another term, but for its sign. So one product of f and a constant table gives the rows and their
+Jacobian. At speeds y' second derivatives without accelerations are sums of products of a term and
+the rates of two arguments, as in
+
+    (s cos phi)'' = -(s cos phi) phi' phi' - (sin phi) phi' s' - (sin phi) s' phi'
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array, issparse
+
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.curves import Places
+from exudyn_flexlink.mechanism import GROUND, Anchor
+from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, TreeLayout
+
+# The slots' curves: points and two derivatives (n,) at parameters (n,).
+Curves = Sequence[Callable[[FloatArray], Places]]
+# How an arm's angle grows with the coordinates of the tree, and the slide that is its length.
+Turn = tuple[tuple[float, ...], int | None]
+
+DENSE = 30_000  # numbers: larger tables, of which the most are zero, are multiplied as sparse ones
+
+
+class Terms:
+    """Terms of gaps, what their derivatives are, and the gaps as sums of them.
+
+    Coordinates y are those of the tree, then the slots' places, then the ways of drives that move
+    no coordinate of the tree. `gaps` (gaps, terms) are complex weights. `angles` (coordinates,
+    arms) are how the arms' angles depend on y; from the terms `cosines`, `sines` and `curves` on
+    those of arms and curves follow. Terms `slid` are multiplied by the coordinates `slides`.
+
+    Derivatives by each coordinate, and after those the terms themselves, are the sums `slopes`
+    (terms, (coordinates + 1) * terms) of terms. Second derivatives are the sums `bends` (terms,
+    products) of products of terms `bent` (products,) and two `rates` (coordinates, 2 * products).
+    """
+
+    def __init__(
+        self,
+        layout: TreeLayout,
+        ends: Sequence[tuple[Anchor, Anchor, float]],
+        slots: Sequence[int],
+        drives: int,
+    ) -> None:
+        """`ends` are both points of each gap, and the angle of its axes against the first part.
+
+        `slots` are the gaps that are closed by a point of a curve.
+        """
+        weights: dict[Turn, ComplexArray] = defaultdict(lambda: np.zeros(len(ends), dtype=complex))
+        for gap, (first, second, angle) in enumerate(ends):
+            for anchor, side in ((first, -1.0), (second, 1.0)):
+                for turn, arm in _arms(layout, anchor, first.part, angle):
+                    weights[turn][gap] += side * arm
+        # What both points share cancels. With each slide its derivative, of constant length.
+        used = [turn for turn, weight in weights.items() if weight.any()]
+        arms = list(dict.fromkeys(arm for turn in used for arm in (turn, (turn[0], None))))
+        links, count = len(layout.links), len(arms)
+        self.coordinates = one = links + len(slots) + drives
+        self.places = links + np.arange(len(slots))
+        self.cosines, self.sines, self.curves = one + 1 + np.arange(3) * count
+        self.count = int(self.curves) + 6 * len(slots)
+        self.angles = np.zeros((one, count))
+        self.angles[:links] = np.reshape([angle for angle, _ in arms], (-1, links)).T
+        self.gaps = np.zeros((len(ends), self.count), dtype=complex)
+        self.gaps[:, self.cosines : self.sines] = np.transpose([weights[arm] for arm in arms])
+        self.gaps[:, self.sines : self.curves] = 1j * self.gaps[:, self.cosines : self.sines]
+        curves = np.arange(self.curves, self.count).reshape(-1, 6)  # both parts of gamma, ...
+        self.gaps[slots, curves[:, 0]], self.gaps[slots, curves[:, 1]] = -1.0, -1j
+
+        cosine, coordinate = self.cosines + np.arange(count), np.arange(one)
+        slid = [
+            (k, slide, arms.index((angle, None)))
+            for k, (angle, slide) in enumerate(arms)
+            if slide is not None
+        ]
+        along, slides, constant = np.reshape(slid, (-1, 3)).astype(int).T
+        self.slid = np.append(self.cosines + along, self.sines + along)
+        self.slides = np.tile(slides, 2)
+        derivatives: list[tuple[Any, ...]] = [
+            # Terms, their derivatives but for the sign, by which arguments, and the signs.
+            (coordinate, one, coordinate, 1),
+            (cosine, cosine + count, one + np.arange(count), -1),
+            (cosine + count, cosine, one + np.arange(count), 1),
+            (self.slid, np.append(self.cosines + constant, self.sines + constant), self.slides, 1),
+            (curves[:, :4], curves[:, 2:], self.places[:, None], 1),
+        ]
+        columns = [np.reshape(np.broadcast_arrays(*some), (4, -1)) for some in derivatives]
+        term, by, argument, sign = np.hstack(columns)
+        arguments = np.hstack([np.eye(one), self.angles])
+        at, k = np.nonzero(arguments[:, argument])
+        every = np.arange(self.count)
+        self.slopes = _matrix(
+            np.append(sign[k] * arguments[at, argument[k]], np.ones(self.count)),
+            (
+                np.append(term[k], every),
+                np.append(at * self.count + by[k], one * self.count + every),
+            ),
+            (self.count, (one + 1) * self.count),
+        )
+        once, twice = np.nonzero(by[:, None] == term)
+        products = np.arange(len(once))
+        self.bends = _matrix(
+            sign[once] * sign[twice], (term[once], products), (self.count, len(products))
+        )
+        self.bent, self.rates = by[twice], arguments[:, argument[np.append(once, twice)]]
+
+
+def _arms(
+    layout: TreeLayout, anchor: Anchor, part: int, along: float
+) -> Iterator[tuple[Turn, complex]]:
+    """Arms (m; without unit along slides) from the ground to an anchor.
+
+    They are in axes at an angle `along` (rad) against a part.
+    """
+    axis = np.exp(-1j * (layout.turn(GROUND, part) + along))
+    angle = -layout.turning_row(GROUND, part)
+    link, x, y = layout.place(anchor)
+    for i in layout.path(link):
+        joint = layout.links[i]
+        yield (tuple(angle), None), axis * complex(*joint.offset)
+        axis *= np.exp(1j * joint.turn)
+        if joint.kind == HINGE:
+            angle[i] += 1.0
+        else:
+            yield (tuple(angle), i), axis * (1j if joint.kind == ALONG_Y else 1.0)
+    yield (tuple(angle), None), axis * complex(x, y)
+
+
+class Table:
+    """Rows (rows, terms) of closures with their derivatives, by coordinates in some `order`."""
+
+    def __init__(self, terms: Terms, rows: FloatArray, order: IndexArray) -> None:
+        self._terms, one = terms, terms.coordinates
+        self._shape = len(rows), one + 1
+        in_order, place = np.append(order, np.arange(one, terms.count)), np.argsort(order)
+        self._angles = terms.angles[order]
+        self._slides, self._places = place[terms.slides], place[terms.places]
+        matrix = csr_array if issparse(terms.slopes) else np.asarray
+        weights = matrix(rows)
+        slopes = matrix((weights @ terms.slopes).reshape((len(rows) * (one + 1), terms.count)))
+        columns = np.arange(len(rows))[:, None] * (one + 1) + in_order[: one + 1]
+        self._slopes = _packed(slopes[columns.ravel()][:, in_order])
+        self._rates = _packed(terms.rates[order].T)
+        self._bends = _packed(weights @ terms.bends)
+
+    def values(self, y: FloatArray, curves: Curves) -> FloatArray:
+        """Terms (n, terms) at coordinates (n, coordinates)."""
+        terms, one = self._terms, self._terms.coordinates
+        f = np.empty((len(y), terms.count))
+        f[:, :one], f[:, one] = y, 1.0
+        angles = y @ self._angles
+        np.cos(angles, out=f[:, terms.cosines : terms.sines])
+        np.sin(angles, out=f[:, terms.sines : terms.curves])
+        if len(self._slides):
+            f[:, terms.slid] *= y[:, self._slides]
+        for k, curve in enumerate(curves):
+            at = f[:, terms.curves + 6 * k :][:, :6].view(complex)
+            at.T[:] = curve(y[:, self._places[k]])
+        return f
+
+    def slopes(self, f: FloatArray) -> FloatArray:
+        """Derivatives (n, rows, coordinates + 1) of the rows, and in the last column the rows."""
+        return np.ascontiguousarray(f @ self._slopes).reshape(len(f), *self._shape)
+
+    def bends(self, f: FloatArray, v: FloatArray) -> FloatArray:
+        """Second derivatives (n, rows) of the rows at speeds (n, coordinates)."""
+        rates, count = v @ self._rates, len(self._terms.bent)
+        products = f.take(self._terms.bent, axis=1) * rates[:, :count] * rates[:, count:]
+        return np.asarray(products @ self._bends)
+
+
+def _matrix(values: FloatArray, at: tuple[IndexArray, IndexArray], shape: tuple[int, int]) -> Any:
+    """Matrix of few numbers, sparse if it is so large that zeros count."""
+    if np.prod(shape) > 10 * DENSE:  # it is multiplied but a few times
+        return csr_array((values, at), shape=shape)
+    matrix = np.zeros(shape)
+    matrix[at] = values
+    return matrix
+
+
+def _packed(matrix: Any) -> Any:
+    """Transpose of a matrix, dense if that is small, else sparse."""
+    if np.prod(matrix.shape) > DENSE:
+        return csr_array(matrix).T
+    return (matrix.toarray() if issparse(matrix) else matrix).T.copy()
