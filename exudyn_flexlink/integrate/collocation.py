@@ -18,13 +18,14 @@ from scipy.special import roots_jacobi
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.events import StepPolynomial
+from exudyn_flexlink.integrate.problem import order_of
 
 
 class Collocation:
     """One method: `nodes` (1 + s,) are the parts of a step that it knows, its start and stages."""
 
     def __init__(self, stages: int) -> None:
-        self.stages, self.order = stages, 2 * stages - 1
+        self.stages, self.order = stages, order_of(stages)
         self.degrees = np.arange(stages + 1)
         self.c = np.append((1 + roots_jacobi(stages - 1, 1, 0)[0]) / 2, 1.0)
         self.nodes = np.append(0.0, self.c)

@@ -42,6 +42,11 @@ def stages_for(contacts: Sized) -> int:
     return FEW if len(contacts) else MANY
 
 
+def order_of(stages: int) -> int:
+    """Order of Radau IIA with so many stages."""
+    return 2 * stages - 1
+
+
 class Window:
     """Times from one such instant to the next."""
 

@@ -82,11 +82,8 @@ def forces_of(result: Result) -> dict[str, Force]:
 
 def bent_links(scene: Scene) -> dict[str, FlexibleBody]:
     """Return the flexible bodies that have hinges, by name."""
-    return {
-        name: body
-        for name, body in scene.bodies.items()
-        if isinstance(body, FlexibleBody) and (body.rods > 1 or body.layout == "half_ends")
-    }
+    bodies = scene.bodies.items()
+    return {n: body for n, body in bodies if isinstance(body, FlexibleBody) and body.rods > 1}
 
 
 def moments(result: Result, link: str) -> FloatArray:

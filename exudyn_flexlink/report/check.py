@@ -6,7 +6,7 @@ from math import degrees, inf
 
 from exudyn_flexlink import scene as specs
 from exudyn_flexlink.expressions import Expression
-from exudyn_flexlink.integrate.problem import stages_for
+from exudyn_flexlink.integrate.problem import order_of, stages_for
 from exudyn_flexlink.laws import Impulse, LineContact, PowerPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -301,8 +301,8 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
     rows += [["", note] for note in coarse_tolerance(scene, assembly)]
-    stages = stages_for(mechanism.contacts_and_pairs)
-    rows.append(["formulation", _FORMULATIONS[form].format(2 * stages - 1)])
+    order = order_of(stages_for(mechanism.contacts_and_pairs))
+    rows.append(["formulation", _FORMULATIONS[form].format(order)])
     if form != "minimal" and (resolved := resolutions(scene, assembly)):
         longest = min(*(contact.step for contact in resolved), fixed_step or inf)
         fewest = min(contact.steps(fixed_step) for contact in resolved)

@@ -11,7 +11,7 @@ from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.interrupts import timed
-from exudyn_flexlink.integrate.problem import stages_for
+from exudyn_flexlink.integrate.problem import order_of, stages_for
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import beyond_redundant, fittest, formulation
 from exudyn_flexlink.result import Result
@@ -25,7 +25,7 @@ def order(scene: Scene) -> int:
     if formulation(scene) != "minimal":
         return redundant.ORDER
     contacts = assemble_scene(scene).mechanism.contacts_and_pairs
-    return 2 * stages_for(contacts) - 1
+    return order_of(stages_for(contacts))
 
 
 def run(

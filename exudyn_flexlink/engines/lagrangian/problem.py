@@ -543,9 +543,8 @@ class Problem(HybridProblem):
             return track.left(float(self._at(step, t)[1][0]))[which]
 
         beyond = step.t + step.h * float(self._parts[1 + node])
-        end_of_piece = first_fall(
-            left, None, (step.t, beyond)
-        )  # it may start at an end, and return
+        # It may start at an end, and be back there within the step.
+        end_of_piece = first_fall(left, None, (step.t, beyond))
         return [Crossing(beyond if end_of_piece is None else end_of_piece, PieceGuard(self, way))]
 
     def _of_contacts(self, step: Path, motion: Motion, path: Seen) -> list[Crossing]:

@@ -20,7 +20,7 @@ from exudyn_flexlink.engines.recording import Histories
 from exudyn_flexlink.engines.touching import ExtremeSeeker, error_times
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
-from exudyn_flexlink.integrate.problem import NoConvergenceError, stages_for
+from exudyn_flexlink.integrate.problem import NoConvergenceError, order_of, stages_for
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ErrorControl, ImplicitStepper
 from exudyn_flexlink.laws import Impulse
@@ -58,7 +58,7 @@ def order(scene: Scene) -> int:
     mechanism = assemble_scene(scene).mechanism
     if explicit(scene, mechanism):
         return DOP853.order
-    return 2 * stages_for(mechanism.contacts_and_pairs) - 1
+    return order_of(stages_for(mechanism.contacts_and_pairs))
 
 
 def run(

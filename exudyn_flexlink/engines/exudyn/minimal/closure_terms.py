@@ -71,11 +71,12 @@ class Terms:
         used = [turn for turn, weight in weights.items() if weight.any()]
         arms = list(dict.fromkeys(arm for turn in used for arm in (turn, (turn[0], None))))
         links, count = len(layout.links), len(arms)
-        self.coordinates = one = links + len(slots) + drives
+        # After the coordinates comes the term 1.
+        self.coordinates = unit = links + len(slots) + drives
         self.places = links + np.arange(len(slots))
-        self.cosines, self.sines, self.curves = one + 1 + np.arange(3) * count
+        self.cosines, self.sines, self.curves = unit + 1 + np.arange(3) * count
         self.count = int(self.curves) + 6 * len(slots)
-        self.angles = np.zeros((one, count))
+        self.angles = np.zeros((unit, count))
         self.angles[:links] = np.reshape([angle for angle, _ in arms], (-1, links)).T
         self.gaps = np.zeros((len(ends), self.count), dtype=complex)
         self.gaps[:, self.cosines : self.sines] = np.transpose([weights[arm] for arm in arms])
@@ -83,7 +84,7 @@ class Terms:
         curves = np.arange(self.curves, self.count).reshape(-1, 6)  # both parts of gamma, ...
         self.gaps[slots, curves[:, 0]], self.gaps[slots, curves[:, 1]] = -1.0, -1j
 
-        cosine, coordinate = self.cosines + np.arange(count), np.arange(one)
+        cosine, coordinate = self.cosines + np.arange(count), np.arange(unit)
         slid = [
             (k, slide, arms.index((angle, None)))
             for k, (angle, slide) in enumerate(arms)
@@ -94,24 +95,26 @@ class Terms:
         self.slides = np.tile(slides, 2)
         derivatives: list[tuple[Any, ...]] = [
             # Terms, their derivatives but for the sign, by which arguments, and the signs.
-            (coordinate, one, coordinate, 1),
-            (cosine, cosine + count, one + np.arange(count), -1),
-            (cosine + count, cosine, one + np.arange(count), 1),
+            (coordinate, unit, coordinate, 1),
+            (cosine, cosine + count, unit + np.arange(count), -1),
+            (cosine + count, cosine, unit + np.arange(count), 1),
             (self.slid, np.append(self.cosines + constant, self.sines + constant), self.slides, 1),
             (curves[:, :4], curves[:, 2:], self.places[:, None], 1),
         ]
-        columns = [np.reshape(np.broadcast_arrays(*some), (4, -1)) for some in derivatives]
+        columns = [
+            np.reshape(np.broadcast_arrays(*derivative), (4, -1)) for derivative in derivatives
+        ]
         term, by, argument, sign = np.hstack(columns)
-        arguments = np.hstack([np.eye(one), self.angles])
+        arguments = np.hstack([np.eye(unit), self.angles])
         at, k = np.nonzero(arguments[:, argument])
-        every = np.arange(self.count)
+        numbers = np.arange(self.count)
         self.slopes = _matrix(
             np.append(sign[k] * arguments[at, argument[k]], np.ones(self.count)),
             (
-                np.append(term[k], every),
-                np.append(at * self.count + by[k], one * self.count + every),
+                np.append(term[k], numbers),
+                np.append(at * self.count + by[k], unit * self.count + numbers),
             ),
-            (self.count, (one + 1) * self.count),
+            (self.count, (unit + 1) * self.count),
         )
         once, twice = np.nonzero(by[:, None] == term)
         products = np.arange(len(once))
@@ -146,24 +149,24 @@ class Table:
     """Rows (rows, terms) of closures with their derivatives, by coordinates in some `order`."""
 
     def __init__(self, terms: Terms, rows: FloatArray, order: IndexArray) -> None:
-        self._terms, one = terms, terms.coordinates
-        self._shape = len(rows), one + 1
-        in_order, place = np.append(order, np.arange(one, terms.count)), np.argsort(order)
+        self._terms, unit = terms, terms.coordinates
+        self._shape = len(rows), unit + 1
+        in_order, place = np.append(order, np.arange(unit, terms.count)), np.argsort(order)
         self._angles = terms.angles[order]
         self._slides, self._places = place[terms.slides], place[terms.places]
         matrix = csr_array if issparse(terms.slopes) else np.asarray
         weights = matrix(rows)
-        slopes = matrix((weights @ terms.slopes).reshape((len(rows) * (one + 1), terms.count)))
-        columns = np.arange(len(rows))[:, None] * (one + 1) + in_order[: one + 1]
+        slopes = matrix((weights @ terms.slopes).reshape((len(rows) * (unit + 1), terms.count)))
+        columns = np.arange(len(rows))[:, None] * (unit + 1) + in_order[: unit + 1]
         self._slopes = _packed(slopes[columns.ravel()][:, in_order])
         self._rates = _packed(terms.rates[order].T)
         self._bends = _packed(weights @ terms.bends)
 
     def values(self, y: FloatArray, curves: Curves) -> FloatArray:
         """Terms (n, terms) at coordinates (n, coordinates)."""
-        terms, one = self._terms, self._terms.coordinates
+        terms, unit = self._terms, self._terms.coordinates
         f = np.empty((len(y), terms.count))
-        f[:, :one], f[:, one] = y, 1.0
+        f[:, :unit], f[:, unit] = y, 1.0
         angles = y @ self._angles
         np.cos(angles, out=f[:, terms.cosines : terms.sines])
         np.sin(angles, out=f[:, terms.sines : terms.curves])

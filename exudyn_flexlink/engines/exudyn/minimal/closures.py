@@ -35,8 +35,8 @@ from scipy.linalg import qr
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Evaluator
 from exudyn_flexlink.engines.exudyn.minimal.closure_terms import Curves, Table, Terms
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
-from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, TrackPoint, Transform
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint, Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import EVENT_TIME
@@ -80,11 +80,8 @@ class Closures:
         self._axes = np.array([layout.turn(GROUND, first.part) + along for first, _, along in ends])
 
         # What each row holds of gaps and of angles, and how many metres a unit of it counts.
-        part, no_gap, no_turn = (
-            np.eye(len(ends), dtype=complex),
-            np.zeros(len(ends)),
-            np.zeros(links),
-        )
+        part = np.eye(len(ends), dtype=complex)
+        no_gap, no_turn = np.zeros(len(ends)), np.zeros(links)
         held = [
             gap for gap, joint in zip(part, joints, strict=False) if not isinstance(joint, Slide)
         ]
@@ -102,14 +99,14 @@ class Closures:
         self._held, turning, self.scale = (np.array(column) for column in zip(*rows, strict=True))
         self.rows = np.real(self._held.conj() @ self.terms.gaps)
         self.rows[:, :links] += turning
-        one = self.terms.coordinates
+        count = self.terms.coordinates  # the number, too, of the term 1
         angles = [
             slide.angle - layout.turn(*pair) for slide, pair in zip(slides, turned, strict=True)
         ]
-        self.rows[driven - len(slides) : driven, one] = np.negative(angles)
-        drives = np.arange(one - len(rows) + driven, one)
+        self.rows[driven - len(slides) : driven, count] = np.negative(angles)
+        drives = np.arange(count - len(rows) + driven, count)
         self.rows[driven:, drives] = -np.eye(len(drives))
-        self._table = Table(self.terms, self.rows, np.arange(one))
+        self._table = Table(self.terms, self.rows, np.arange(count))
         # Motors turn and slide on from where they start, and gears mesh as they do there.
         f = self._table.values(
             self.joined(start, np.array([point.u for point in followed]))[None], self.curves
@@ -322,7 +319,6 @@ class ClosedCoordinates:
     def __init__(
         self,
         layout: TreeLayout,
-        kinematics: LinkKinematics,
         start: tuple[FloatArray, FloatArray],
         points: Sequence[TrackPoint],
         lengths: FloatArray,
@@ -332,7 +328,6 @@ class ClosedCoordinates:
         self._links, self._lengths = len(layout.links), lengths
         self._size = float(lengths.max())
         self._slots = slice(self._links, self._links + len(points))
-        self._hinges = np.flatnonzero(kinematics.hinge)
         self.closures = Closures(layout, start[0], self.points, self._size)
         self._pieces = [(point.changes, point.at) for point in self.points]
         self._time = 0.0
@@ -483,11 +478,6 @@ class ClosedCoordinates:
         self._gain = self._gain_at_end()
         if time == 0.0:
             self._gain_chosen = self._gain
-
-    def longest(self, at: TreeState) -> float:
-        """Limit of a step, s: links turn by LARGEST_TURN at most."""
-        fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
-        return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far (m) dependent and driven coordinates ended from where their speeds take them.

@@ -81,9 +81,6 @@ def _turned(angle: float) -> FloatArray:
 
 
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
-# rad per step of every link, be it as evenly as it may: what turns evenly makes no error that would
-# limit a step, and the polynomials on which extremes are looked for are off by 1e-12 of a radius.
-LARGEST_TURN = 1.0
 
 
 class TreeState(NamedTuple):
@@ -142,9 +139,6 @@ class TreeCoordinates(Protocol):
         """Tell whether other coordinates should be the independent ones."""
         return False
 
-    def longest(self, at: TreeState) -> float:
-        """Limit of a step (s) so that the search for places stays local."""
-
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far (m) a dependent coordinate ended a step from where its speeds take it."""
 
@@ -199,7 +193,6 @@ class OpenCoordinates(TreeCoordinates):
             self._chosen = slice(int(self.free[0]), int(self.free[-1]) + 1)
         self._picked = Transform(np.eye(self._links)[:, self._chosen], self._chosen)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        self._hinges = [i for i, link in enumerate(layout.links) if link.kind == HINGE]
         self._followed = np.zeros(self._links)  # m per unit of coordinates not solved for
         self._followed[list(layout.motors)] = lengths[list(layout.motors)]
         self._followed[[slot.sliding for slot in layout.slots]] = 1.0
@@ -298,11 +291,6 @@ class OpenCoordinates(TreeCoordinates):
         """The slots' points have gone on to other pieces."""
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
         self._driven = None
-
-    def longest(self, at: TreeState) -> float:
-        """Limit of a step, s: links turn by LARGEST_TURN at most."""
-        fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
-        return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far a slide, or what a motor drives, ended a step from where its speeds take it.

@@ -120,7 +120,7 @@ class MinimalModel:
             riders = [TrackPoint(r.slot, *begun[r.slot.name], events) for r in layout.rides]
             return OpenCoordinates(layout, self.start, guides, riders, self._lengths)
         points = [TrackPoint(slot, *begun[slot.name], events) for slot in slots]
-        return ClosedCoordinates(layout, self.kinematics, self.start, points, self._lengths)
+        return ClosedCoordinates(layout, self.start, points, self._lengths)
 
     def _build(self) -> None:
         self._container = Engine.SystemContainer()

@@ -39,6 +39,9 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import FREELY, PART, OnSingularity, slow_motions
 from exudyn_flexlink.mechanism import pressed_among
 
+# rad per step of every link, be it as evenly as it may: what turns evenly makes no error that would
+# limit a step, and the polynomials on which extremes are looked for are off by 1e-12 of a radius.
+LARGEST_TURN = 1.0
 GIVE_WAY = "a law with stiffness"
 NO_HELD_SPEED = ", or a torque in place of a drive that holds a speed"
 
@@ -190,8 +193,10 @@ class MinimalProblem:
         return self._states
 
     def longest(self, at: Evaluation) -> float:
-        """Limit of a step, s: places stay near those searched from."""
-        limits = [self._first, self.model.coordinates.longest(at.kept.state)]
+        """Limit of a step, s: links turn by LARGEST_TURN at most."""
+        turning = np.abs(at.kept.state.v[self.model.kinematics.hinge])
+        fastest = float(turning.max(initial=0.0))
+        limits = [self._first, LARGEST_TURN / fastest if fastest > 0 else inf]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
             acting = np.array(self.half_periods)[self.model.touches.pressed]
             limits += (FIRST * acting).tolist()
