@@ -412,18 +412,23 @@ class ImplicitStepper:
         step = self._step(h)
         step = None if step is None else self._ending(event, step)
         given = self.control.fixed is not None
-        if step is None or not (given or self._arrives(event, step)):
+        if step is None or not (given or self.knots.part(step) >= 1):
             self.h = h / 3  # reach the event from nearer
             return None
         return step
 
     def _ending(self, event: Crossing, step: Step) -> Step | None:
-        """Move a step's end a little along its polynomial, to its event."""
+        """Move a step's end a little along its polynomial, to its event; None if it is not there.
+
+        Then the motion only came near it, by the polynomial of a longer step.
+        """
         solved, farthest = step, END_SHIFT * step.h
         for _ in range(CORRECTIONS):
             late = event.guard.late(step)
-            if late == 0.0 or abs(late) > farthest:
+            if late == 0.0:
                 break
+            if abs(late) > farthest:
+                return None
             step = step.ending(step.end - late)
         return step if step is solved else self._with_its_stages(step)
 
@@ -437,7 +442,3 @@ class ImplicitStepper:
             return None
         finish = step.finish._replace(a=accelerations[-1])
         return step._replace(finish=finish, stages=stages, accelerations=accelerations)
-
-    def _arrives(self, event: Crossing, step: Step) -> bool:
-        """Tell that a step ends at its event, and that nothing keeps it from being good."""
-        return event.guard.arrives(step) and self.knots.part(step) >= 1
