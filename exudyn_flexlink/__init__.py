@@ -80,6 +80,8 @@ if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError as FilmError
     from exudyn_flexlink.api.exudyn_systems import exudyn_system as exudyn_system
     from exudyn_flexlink.api.figures import Animation as Animation
+    from exudyn_flexlink.api.linear import LinearModel as LinearModel
+    from exudyn_flexlink.api.linear import linearised as linearised
     from exudyn_flexlink.api.results import Comparison as Comparison
     from exudyn_flexlink.api.results import Fit as Fit
     from exudyn_flexlink.api.results import MeasuredComparison as MeasuredComparison
@@ -108,6 +110,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem as ExudynSystem
     from exudyn_flexlink.fitting import NoFitError as NoFitError
     from exudyn_flexlink.fitting import NoOverlapError as NoOverlapError
+    from exudyn_flexlink.linear import NotLinearError as NotLinearError
     from exudyn_flexlink.shipped import model_names as model_names
     from exudyn_flexlink.source import SceneError as SceneError
     from exudyn_flexlink.stability import ImpossibleLapsError as ImpossibleLapsError
@@ -124,6 +127,7 @@ _HOMES = {
     "animation": ("FilmError",),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.figures": ("Animation",),
+    "api.linear": ("LinearModel", "linearised"),
     "api.results": (
         "Comparison",
         "Fit",
@@ -150,6 +154,7 @@ _HOMES = {
     "continuing": ("CannotContinueError",),
     "engines": ("NotRepresentableError",),
     "fitting": ("NoFitError", "NoOverlapError"),
+    "linear": ("NotLinearError",),
     "shipped": ("model_names",),
     "source": ("SceneError",),
     "stability": ("ImpossibleLapsError", "NoRhythmError", "StoppedError", "TooShortError"),
