@@ -1,6 +1,8 @@
-"""What the program says of linear equations about a state."""
+"""What the program says of linear equations about a state, and of sensitivities of runs."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from exudyn_flexlink.report.text import (
     listed,
     section,
 )
+from exudyn_flexlink.sensitivities import Sensitivity
 
 
 def linear_text(model: LinearModel) -> str:
@@ -51,3 +54,24 @@ def _most_moved(mode: Mode) -> str:
         return ""
     name, moved = max(mode.points.items(), key=lambda point: float(np.linalg.norm(point[1])))
     return f"{name} ({abs(moved[0]):.3g}, {abs(moved[1]):.3g})"
+
+
+def sensitivity_text(rows: Sequence[Sensitivity]) -> str:
+    """Return a table for each quantity, by how it changes for 1 % of each parameter."""
+    tables = []
+    for quantity in dict.fromkeys(row.quantity for row in rows):
+        of = [row for row in rows if row.quantity == quantity]
+        of.sort(key=lambda row: -abs(row.relative))
+        cells = [
+            [
+                row.parameter,
+                f"{row.derivative:.5g}",
+                f"+- {row.error:.2g}",
+                row.unit,
+                f"{row.relative:.3g} %",
+            ]
+            for row in of
+        ]
+        head = ["", "derivative", "", "", "for 1 %"]
+        tables.append(lines_of(Table(f"{quantity}, {of[0].value:.6g}", cells, head)))
+    return in_blocks(tables)
