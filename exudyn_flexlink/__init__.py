@@ -80,6 +80,8 @@ if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError as FilmError
     from exudyn_flexlink.api.exudyn_systems import exudyn_system as exudyn_system
     from exudyn_flexlink.api.figures import Animation as Animation
+    from exudyn_flexlink.api.linear import LinearModel as LinearModel
+    from exudyn_flexlink.api.linear import linearised as linearised
     from exudyn_flexlink.api.results import Comparison as Comparison
     from exudyn_flexlink.api.results import Fit as Fit
     from exudyn_flexlink.api.results import MeasuredComparison as MeasuredComparison
@@ -95,12 +97,14 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.scenes import idealise as idealise
     from exudyn_flexlink.api.scenes import load_scene as load_scene
     from exudyn_flexlink.api.studies import Branches as Branches
+    from exudyn_flexlink.api.studies import Sensitivities as Sensitivities
     from exudyn_flexlink.api.studies import Simulate as Simulate
     from exudyn_flexlink.api.studies import Stability as Stability
     from exudyn_flexlink.api.studies import SweepTable as SweepTable
     from exudyn_flexlink.api.studies import bifurcation as bifurcation
     from exudyn_flexlink.api.studies import load_sweep as load_sweep
     from exudyn_flexlink.api.studies import lyapunov as lyapunov
+    from exudyn_flexlink.api.studies import sensitivity as sensitivity
     from exudyn_flexlink.api.studies import stability_of as stability_of
     from exudyn_flexlink.api.studies import sweep as sweep
     from exudyn_flexlink.continuing import CannotContinueError as CannotContinueError
@@ -108,6 +112,8 @@ if TYPE_CHECKING:
     from exudyn_flexlink.engines.exudyn.redundant.opened import ExudynSystem as ExudynSystem
     from exudyn_flexlink.fitting import NoFitError as NoFitError
     from exudyn_flexlink.fitting import NoOverlapError as NoOverlapError
+    from exudyn_flexlink.linear import NotLinearError as NotLinearError
+    from exudyn_flexlink.sensitivities import NoSensitivityError as NoSensitivityError
     from exudyn_flexlink.shipped import model_names as model_names
     from exudyn_flexlink.source import SceneError as SceneError
     from exudyn_flexlink.stability import ImpossibleLapsError as ImpossibleLapsError
@@ -124,6 +130,7 @@ _HOMES = {
     "animation": ("FilmError",),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.figures": ("Animation",),
+    "api.linear": ("LinearModel", "linearised"),
     "api.results": (
         "Comparison",
         "Fit",
@@ -138,18 +145,22 @@ _HOMES = {
     "api.scenes": ("Equilibrium", "Scene", "equilibrium", "idealise", "load_scene"),
     "api.studies": (
         "Branches",
+        "Sensitivities",
         "Simulate",
         "Stability",
         "SweepTable",
         "bifurcation",
         "load_sweep",
         "lyapunov",
+        "sensitivity",
         "stability_of",
         "sweep",
     ),
     "continuing": ("CannotContinueError",),
     "engines": ("NotRepresentableError",),
     "fitting": ("NoFitError", "NoOverlapError"),
+    "linear": ("NotLinearError",),
+    "sensitivities": ("NoSensitivityError",),
     "shipped": ("model_names",),
     "source": ("SceneError",),
     "stability": ("ImpossibleLapsError", "NoRhythmError", "StoppedError", "TooShortError"),

@@ -17,7 +17,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, Variable, members
 from exudyn_flexlink.curves import Laps, ends_of_lap, next_lap
-from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.loading import assemble_scene, put_together
 from exudyn_flexlink.mechanism import (
     CLOSED,
     Assembly,
@@ -49,12 +49,22 @@ def continued(result: Result, at: float | None = None) -> Scene:
         CannotContinueError: something presses at that instant, or it is not in the run.
 
     """
+    k = _sample(result, at)
+    _require_free(result, float(result.time[k]))
+    return _going_on(result, k)
+
+
+def _sample(result: Result, at: float | None) -> int:
+    """Number of the sample next to an instant (s), of the last one if left out."""
     last = float(result.time[-1])
     if at is not None and not 0 <= at <= last:
         raise CannotContinueError(f"the run goes from 0 to {last:.9g} s; {at:.9g} s is not in it")
-    k = len(result.time) - 1 if at is None else result.sample_at(at)
+    return len(result.time) - 1 if at is None else result.sample_at(at)
+
+
+def _going_on(result: Result, k: int) -> Scene:
+    """Return the scene that begins with the state of a run at its sample k."""
     time = float(result.time[k])
-    _require_free(result, time)
     assembly = assemble_scene(result.scene)
     state, bodies = state_at(result, time), assembly.mechanism.bodies
     laps = {
@@ -68,6 +78,31 @@ def continued(result: Result, at: float | None = None) -> Scene:
         clock=result.scene.initial.clock + time,
     )
     return result.scene.changed(initial=initial, springs=springs_as_assembled(result.scene))
+
+
+def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, float], float]:
+    """Return the state of a run at its sample next to `at` (s), or last, and what presses then.
+
+    Drives of the assembly begin at that instant. Contacts that press are by their numbers among
+    `Mechanism.contacts_and_pairs`, with the speeds (m/s) at which their touches began. Last is the
+    instant (s) of the sample.
+
+    Raises:
+        CannotContinueError: `at` is not in the run.
+
+    """
+    k = _sample(result, at)
+    time, assembly = float(result.time[k]), put_together(_going_on(result, k))
+    mechanism, touching = assembly.mechanism, dict[int, float]()
+    numbers = {contact.name: number for number, contact in enumerate(mechanism.touching)}
+    count = len(numbers)
+    for channel in mechanism.channels:
+        numbers[channel.name] = count
+        count += len(channel.contacts)
+    for name, touches in result.intervals.items():
+        for touch in touches.where((touches.begin <= time) & (time < touches.end)):
+            touching[numbers[name] + touch.pair] = touch.approach_speed
+    return assembly, touching, time
 
 
 def moved(scene: Scene, state: FloatArray) -> Scene:

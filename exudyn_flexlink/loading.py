@@ -521,7 +521,7 @@ def assemble_scene(scene: Scene) -> Assembly:
 
     """
     resting = scene.initial.at_rest
-    assembly = rest_of_scene(scene).assembly if resting else _put_together(scene)
+    assembly = rest_of_scene(scene).assembly if resting else put_together(scene)
     mistakes = moving_drives(assembly) if resting else _start_mistakes(scene, assembly)
     if mistakes:
         raise SceneError(scene.document, mistakes)
@@ -537,7 +537,7 @@ def rest_of_scene(scene: Scene) -> Rest:
         SceneError: as of `assemble_scene`; or nothing balances.
 
     """
-    assembly = _put_together(scene)
+    assembly = put_together(scene)
     try:
         rest = rest_of(assembly)
     except NO_START as error:
@@ -548,7 +548,8 @@ def rest_of_scene(scene: Scene) -> Rest:
     return rest
 
 
-def _put_together(scene: Scene) -> Assembly:
+def put_together(scene: Scene) -> Assembly:
+    """As `assemble_scene` from the start, whatever presses or is outside its guide then."""
     try:
         mechanism = build_mechanism(scene)
         undriven = drive_mistakes(mechanism, end_of_run(scene, mechanism))

@@ -158,6 +158,12 @@ ITEMS = (
         (script("report_picture", "--out", OUT),),
         {"report.png": "report.png"},
     ),
+    Item(
+        "modes",
+        "5 s",
+        ((*PROGRAM, "check", "no_clearance", "--equilibrium", "--figure", f"{OUT}/modes.png"),),
+        {"modes.png": "modes.png"},
+    ),
     Item("paper", "2 min", (script("paper_figures", "--out", OUT),), PAPER),
     Item(
         "stability",

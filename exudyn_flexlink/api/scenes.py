@@ -283,7 +283,8 @@ class Equilibrium(Rest):
     (N m, or N), ``gears["mesh"]`` the tangential force of a gear or a belt (N; N m without pitch
     circles), and ``presses["floor"]`` N the force of a contact. Undamped small motions have the
     `frequencies` (Hz; 0: nothing resists), and it is `stable` unless one grows, at the rate
-    `growth` (1/s). `notes` tell what else is to be known, as of an unstable balance left.
+    `growth` (1/s); with dampers they have the exponents `damped` (1/s). `notes` tell what else is
+    to be known, as of an unstable balance left.
     """
 
     scene: PlainScene

@@ -18,16 +18,27 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink import engines, stability, storage, sweeps
+from exudyn_flexlink import engines, sensitivities, stability, storage, sweeps
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import Shown, needed, style, style_of
 from exudyn_flexlink.api.results import PERIOD, Result, own_result
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
-from exudyn_flexlink.arguments import among, function, number, plain, takes, told, values, whole
+from exudyn_flexlink.arguments import (
+    among,
+    function,
+    number,
+    plain,
+    takes,
+    text,
+    told,
+    values,
+    whole,
+)
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.fitting import parameters_of
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.quantities import Dimension
-from exudyn_flexlink.report import exponent_text, stability_text
+from exudyn_flexlink.report import exponent_text, sensitivity_text, stability_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.scene import Run
 from exudyn_flexlink.scene import Scene as PlainScene
@@ -414,6 +425,76 @@ def sweep(
     if progress is not None and table.whole:
         progress(1.0)
     return with_methods(SweepTable, table)
+
+
+@dataclass(frozen=True, repr=False)
+class Sensitivities:
+    """How quantities of a run change with numbers of its scene: `rows`, and the `table` of runs.
+
+    Each row has `quantity`, `parameter`, the values of both, `value` and `at`, the `derivative`
+    with its `unit` and `error`, the `step` to both sides that it was taken over, and `relative`,
+    by how many per cent the quantity changes for one of the parameter.
+    """
+
+    rows: tuple[sensitivities.Sensitivity, ...]
+    table: SweepTable
+
+    def summary(self) -> str:
+        """Return a line for each, the most sensitive first."""
+        return sensitivity_text(self.rows)
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a row for each: quantity, parameter, value, derivative, error, relative.
+
+        Raises:
+            ImportError: pandas is not installed.
+
+        """
+        columns = [vars(row) | {"relative": row.relative} for row in self.rows]
+        frame: DataFrame = needed("pandas").DataFrame(columns)
+        return frame
+
+    def __repr__(self) -> str:
+        """Return one line: of what, to what."""
+        of, to = (dict.fromkeys(getattr(row, key) for row in self.rows)
+                  for key in ("quantity", "parameter"))  # fmt: skip
+        return f"<Sensitivities of {', '.join(of)} to {', '.join(to)}>"
+
+
+def _texts(value: Any, _: Any = None) -> list[str]:
+    """Take a text, or several."""
+    return [text(value)] if isinstance(value, str) else [text(item) for item in values(value)]
+
+
+@takes(scene=given_scene, of=_texts, to=_texts, engine=ENGINE, workers=whole(1))
+def sensitivity(
+    scene: Scene,
+    of: str | Iterable[str],
+    to: str | Iterable[str],
+    engine: str = EXUDYN,
+    progress: Callable[[float], None] | None = None,
+    *,
+    row: RowFunction | None = None,
+    workers: int | None = None,
+) -> Sensitivities:
+    """Tell how quantities of a run change with numbers of its scene, with errors.
+
+    `of` are columns of a sweep's table, such as ``"strike.greatest_force_N"``, `to` paths of the
+    model file, such as ``"springs.lever_return.frequency"``. They are differences of runs, by steps
+    of 2 % and less, at a tenth of the scene's tolerance: two runs, and six for each path. `row` and
+    `workers` are those of `sweep`.
+
+    Raises:
+        NoSensitivityError: no such quantity, or none that changes smoothly enough to tell.
+        SceneError: a path leads to no number.
+
+    """
+    parameters = parameters_of(scene, list(to), "to")
+    points = sensitivities.points_of(scene, parameters)
+    table = sweep(scene, points, engine, progress, row=row, workers=workers, measure=False)
+    if not table.whole:
+        raise KeyboardInterrupt
+    return Sensitivities(tuple(sensitivities.told(table, list(of), parameters)), table)
 
 
 @takes()

@@ -304,11 +304,13 @@ COMMANDS = {
          "no_clearance --set bodies.link.hinges.stiffness=beam",
          "clearance --without impact",
          "whitworth --figure whitworth.png",
-         "hanging_chain --equilibrium"),
+         "hanging_chain --equilibrium",
+         "no_clearance --equilibrium --figure modes.png"),
         (*MODEL, without(),
          Option("--equilibrium", "tell where all forces balance while drives stand still, what "
                 "joints hold there, and the frequencies of small motions about it"),
-         *figure("draw the mechanism where it starts, with names"))),
+         *figure("draw the mechanism where it starts, with names; with '--equilibrium' its slowest "
+                 "motions about the rest"))),
     "plot": Command(
         "commands", "Draw the figures of a saved run, or of a sweep, again.",
         ("runs/no_clearance",

@@ -22,6 +22,8 @@ from exudyn_flexlink.cli.terminal import (
     complain,
     tell,
 )
+from exudyn_flexlink.engines import linear_model
+from exudyn_flexlink.linear import NotLinearError
 from exudyn_flexlink.loading import assemble_scene, rest_of_scene
 from exudyn_flexlink.mechanism import beyond_redundant, formulation, input_notes
 from exudyn_flexlink.report import (
@@ -54,9 +56,15 @@ def check_command(options: argparse.Namespace) -> int:
         complain(f"warning: {note}")
     if options.figure is None:
         return DONE
-    from exudyn_flexlink.plots import start
+    from exudyn_flexlink.plots import modes, start
 
-    return write_figure(options.figure, partial(start, scene, assembly), force=options.force)
+    draw = partial(start, scene, assembly)
+    if options.equilibrium:
+        try:
+            draw = partial(modes, linear_model(scene))
+        except NotLinearError as error:
+            raise argparse.ArgumentTypeError(f"no modes can be drawn: {error}") from error
+    return write_figure(options.figure, draw, force=options.force)
 
 
 def plot_command(options: argparse.Namespace) -> int:

@@ -12,6 +12,7 @@ from types import ModuleType
 
 from threadpoolctl import ThreadpoolController
 
+from exudyn_flexlink.continuing import instant_of
 from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.finer import given_up, measured_by, partner, retuned, unmeasured
 from exudyn_flexlink.engines.interrupts import (
@@ -20,6 +21,9 @@ from exudyn_flexlink.engines.interrupts import (
     aside,
     deferrable_interrupts,
 )
+from exudyn_flexlink.linear import LinearModel
+from exudyn_flexlink.loading import rest_of_scene
+from exudyn_flexlink.mechanism import Ramp
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
@@ -71,6 +75,32 @@ def simulate(
         except KeyboardInterrupt:  # the run is whole
             raise LateInterruptError(result) from None
     return result
+
+
+def linear_model(of: Scene | Result, at: float | None = None) -> LinearModel:
+    """Linearise a scene at its rest, drives held, or a run at its sample next to `at` (s), or last.
+
+    Raises:
+        CannotContinueError: the run has no such instant.
+        NotLinearError: see `linear`.
+        SceneError: the scene has no rest.
+
+    """
+    room = import_module("exudyn_flexlink.engines.exudyn.minimal.linear")
+    if isinstance(of, Result):
+        scene, (assembly, touching, time) = of.scene, instant_of(of, at)
+    else:
+        scene, rest, time = of, rest_of_scene(of), None
+        mechanism = rest.assembly.mechanism
+        held = tuple(replace(motor, speed=Ramp(0.0)) for motor in mechanism.speed_motors)
+        assembly = replace(rest.assembly, mechanism=replace(mechanism, speed_motors=held))
+        contacts = enumerate(mechanism.contacts_and_pairs)
+        touching = {k: 0.0 for k, contact in contacts if contact.name in rest.presses}
+    if scene.solver.formulation == "beam":
+        message = "a beam has no linear equations here, its rods have: take 'minimal'"
+        raise NotRepresentableError(("solver", "formulation"), message)
+    made: LinearModel = room.linear_model(scene, assembly, touching, time)
+    return made
 
 
 def _measured(scene: Scene, engine: str, progress: Progress | None) -> Result:

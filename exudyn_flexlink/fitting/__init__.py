@@ -3,7 +3,14 @@
 No engine here: whoever fits hands in what runs a scene.
 """
 
-from exudyn_flexlink.fitting.least_squares import Fit, NoFitError, Parameter, Vary, fit
+from exudyn_flexlink.fitting.least_squares import (
+    Fit,
+    NoFitError,
+    Parameter,
+    Vary,
+    fit,
+    parameters_of,
+)
 from exudyn_flexlink.fitting.series import (
     Against,
     Distance,

@@ -52,8 +52,10 @@ class Parameter:
     high: float
 
 
-def parameters_of(scene: Scene, vary: Vary) -> list[Parameter]:
+def parameters_of(scene: Scene, vary: Vary, called: str = "vary") -> list[Parameter]:
     """Return what is varied, each from the scene's own value; bounds by default are its key's.
+
+    `called` is the argument that gives it.
 
     Raises:
         SceneError: a path leads to no number, or bounds can't be; all such mistakes are in it.
@@ -73,7 +75,7 @@ def parameters_of(scene: Scene, vary: Vary) -> list[Parameter]:
                 Mistake(tuple(path.split(".")), mistake.message, mistake.hint) for mistake in each
             ]
     if mistakes:
-        raise SceneError(Document("vary"), mistakes)
+        raise SceneError(Document(called), mistakes)
     return parameters
 
 

@@ -73,9 +73,10 @@ class Rest:
     """Where all forces balance; SI units.
 
     `presses` (N; N m of a hinge's stop) are forces of the contacts that press, by name. Small
-    motions go as exp(s t) with the `exponents` s (n,), undamped: purely imaginary where stable.
-    `left` are the rates (1/s) at which the unstable balances grow that were found on the way here,
-    and left.
+    motions go as exp(s t) with the `exponents` s (n,), undamped: purely imaginary where stable;
+    with dampers they have those of `damped`. `stiffness` and `damping` (n, n) are by motions of
+    unit mass. `left` are the rates (1/s) at which the unstable balances grow that were found on the
+    way here, and left.
     """
 
     assembly: Assembly
@@ -83,12 +84,28 @@ class Rest:
     multipliers: FloatArray
     presses: Mapping[str, float]
     exponents: ComplexArray
+    stiffness: FloatArray
+    damping: FloatArray
     left: tuple[float, ...]
 
     @property
     def frequencies(self) -> FloatArray:
         """Frequencies (n,) Hz of small motions about it, undamped; 0 of what nothing resists."""
         return np.sort(np.abs(self.exponents.imag)) / (2 * pi)
+
+    @property
+    def damped(self) -> ComplexArray:
+        """Exponents (1/s) with dampers and contacts that lose energy; of each pair that of Im > 0.
+
+        Empty where nothing damps.
+        """
+        if not np.any(self.damping):
+            return np.zeros(0, dtype=complex)
+        count = len(self.damping)
+        by_state = np.hstack([-self.stiffness, -self.damping])
+        exponents = np.linalg.eigvals(np.vstack([np.eye(count, 2 * count, count), by_state]))
+        exponents = exponents[exponents.imag >= 0].astype(complex)
+        return np.asarray(exponents[np.argsort(np.abs(exponents))])
 
     @property
     def growth(self) -> float:
@@ -288,7 +305,10 @@ class _Look:
 
 
 class _Search:
-    """A mechanism whose drives and gears hold what they have at first; the scale of its motions."""
+    """A mechanism whose drives and gears hold what they have at first; the scale of its motions.
+
+    It has no dry friction.
+    """
 
     def __init__(self, assembly: Assembly) -> None:
         self._assembly, q = assembly, assembly.state.q
@@ -299,7 +319,7 @@ class _Search:
         firsts = zip(joints.kinds, joints.first_rows.tolist(), strict=False)
         meshed = iter(joints.residual[[row for kind, row in firsts if kind == "gear"]].tolist())
         gears = tuple(replace(gear, start=next(meshed)) for gear in mechanism.gears)
-        self._mechanism = replace(mechanism, speed_motors=held, gears=gears)
+        self._mechanism = replace(mechanism, speed_motors=held, gears=gears, frictions=())
         self._tree, self._contacts = spanning_tree(mechanism), mechanism.contacts_and_pairs
         self._reach = max(part.reach for part in mechanism.parts)
 
@@ -333,14 +353,16 @@ class _Search:
         rounding = BALANCED * float(np.linalg.norm(pulled)) + stiffest * off
         return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
 
-    def _forces(self, q: FloatArray) -> tuple[FloatArray, dict[str, float]]:
-        """Generalised forces (3 parts,) at rest with those of contacts, and these (N) by name."""
-        still = np.zeros_like(q)
-        forces, presses = applied_forces(self._mechanism, q, still, 0.0), {}
+    def _forces(
+        self, q: FloatArray, v: FloatArray | None = None
+    ) -> tuple[FloatArray, dict[str, float]]:
+        """Generalised forces (3 parts,) with those of contacts, and these (N) by name; at rest."""
+        speeds = np.zeros_like(q) if v is None else v
+        forces, presses = applied_forces(self._mechanism, q, speeds, 0.0), {}
         for contact in (self._contacts[k] for k in pressed_among(self._contacts, q)):
             if not isinstance(contact.law, Impulse):
-                depth = -float(approach(contact, q, still).gap)
-                press = float(contact.law.force(depth, 0.0, 0.0))
+                at = approach(contact, q, speeds)
+                press = float(contact.law.force(-at.gap, -at.gap_rate, 0.0))
                 forces += press * _gradient(contact, q)
                 presses[contact.name] = press
         return forces, presses
@@ -361,6 +383,16 @@ class _Search:
         changes = np.array(columns).reshape(-1, q.size)
         return np.asarray(motions.reshape(q.size, -1).T @ changes.T)
 
+    def _damping(self, at: _Look) -> FloatArray:
+        """C, by central differences of speeds."""
+        columns = []
+        for motion in np.moveaxis(at.motions, -1, 0):
+            dt = DT / self.size(motion)
+            slower, faster = (self._forces(at.q, v)[0] for v in (-dt * motion, dt * motion))
+            columns.append((slower - faster) / (2 * dt))
+        changes = np.array(columns).reshape(-1, at.q.size)
+        return np.asarray(at.motions.reshape(at.q.size, -1).T @ changes.T)
+
     def resting(self, at: _Look, unstable: list[_Look]) -> Rest:
         """Put together what is known of a rest, and of those that were left for it."""
         mechanism, laps = self._assembly.mechanism, self._assembly.state.laps
@@ -372,7 +404,10 @@ class _Search:
         whole = standing_at(mechanism, at.q, places, laps)
         exponents = np.sqrt(-at.squares.astype(complex))
         growing = (float(np.sqrt(-left.lowest)) for left in unstable)
-        return Rest(whole, at.joints, at.multipliers, at.presses, exponents, tuple(growing))
+        return Rest(
+            whole, at.joints, at.multipliers, at.presses, exponents,
+            at.stiffness, self._damping(at), tuple(growing),
+        )  # fmt: skip
 
     # --- steps --------------------------------------------------------------------------------
 

@@ -20,6 +20,7 @@ from exudyn_flexlink.plots.frame import (
     is_figure,
     save_figure,
 )
+from exudyn_flexlink.plots.modes import modes, response
 from exudyn_flexlink.plots.motion import coordinates, lever, polar
 from exudyn_flexlink.plots.panels import Given, labelled_run, listed
 from exudyn_flexlink.plots.studies import (

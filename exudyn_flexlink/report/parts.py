@@ -14,6 +14,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.curves import Curve, Spline
 from exudyn_flexlink.laws import LineContact, PowerPenalty, PressingLaw, RestitutionPenalty
+from exudyn_flexlink.linear import motion_told
 from exudyn_flexlink.loading import other_ways, rest_of_scene
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -35,7 +36,15 @@ from exudyn_flexlink.mechanism import (
     welded_to,
     wound_at_start,
 )
-from exudyn_flexlink.report.text import Table, in_blocks, listed, number, section, table
+from exudyn_flexlink.report.text import (
+    MOST_LISTED,
+    Table,
+    in_blocks,
+    listed,
+    number,
+    section,
+    table,
+)
 from exudyn_flexlink.scene import (
     DampedLaw,
     FlexibleBody,
@@ -84,7 +93,7 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
         section("What drives hold", _held(rest.drives, slides)),
         section("What gears and belts hold", _held(rest.gears, meshing)),
         section("Contacts that press", presses),
-        section("Small motions about it, undamped", [["", _modes(rest)]]),
+        _small_motions(rest),
         section("To know", [["", note] for note in rest.notes]),
     ]
     return in_blocks(blocks)
@@ -105,6 +114,15 @@ def rest_told(rest: Rest) -> str:
 def _held(numbers: Mapping[str, float], forces: Collection[str]) -> list[list[str]]:
     """Rows of what holds: `forces` are in N, the others in N m."""
     return [[name, f"{x:.5g} {'N' if name in forces else 'N m'}"] for name, x in numbers.items()]
+
+
+def _small_motions(rest: Rest) -> list[str]:
+    """Frequencies of small motions, also damped ones if anything damps."""
+    if not len(rest.damped):
+        return section("Small motions about it, undamped", [["", _modes(rest)]])
+    damped = [["", motion_told(exponent)] for exponent in rest.damped[:MOST_LISTED].tolist()]
+    damped[0][0] = "damped"
+    return section("Small motions about it", [["undamped", _modes(rest)], *damped])
 
 
 def _modes(rest: Rest) -> str:

@@ -406,6 +406,11 @@ class ClosedCoordinates:
             gains = np.asarray(np.linalg.solve(matrix[:, dependent], matrix[:, free]))
         return float(np.abs(gains).max(initial=0.0))
 
+    @property
+    def numbers(self) -> IndexArray:
+        """Numbers of the independent coordinates: of links, and behind these of points."""
+        return self._split.free
+
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
         return self._y[self._split.free], self._v[self._split.free]

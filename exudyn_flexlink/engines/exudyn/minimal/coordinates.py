@@ -111,6 +111,10 @@ class TreeCoordinates(Protocol):
     points: Sequence[TrackPoint]
     """The slots' points, as they are followed."""
 
+    @property
+    def numbers(self) -> IndexArray:
+        """Numbers of the independent coordinates: of links, and behind these of `points`."""
+
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
 
@@ -209,6 +213,12 @@ class OpenCoordinates(TreeCoordinates):
         _, _, dx, dy, _, _ = self._riders[k].at(self._riders[k].u)
         along, across = self._end[1][self._rides[k]].tolist()
         return float((along * dx + across * dy) / (dx * dx + dy * dy))
+
+    @property
+    def numbers(self) -> IndexArray:
+        """Numbers of the independent coordinates: of links, and behind these of points."""
+        first = self._links + len(self._guides)
+        return np.append(self.free, np.arange(first, first + len(self._riders)))
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""

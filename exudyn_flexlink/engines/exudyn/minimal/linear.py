@@ -1,0 +1,208 @@
+"""A tree's equations about one state, linearised: mass, damping and stiffness.
+
+With ``M z'' = f`` for the independent coordinates z, the residual ``r = M a - f`` at the
+accelerations a of the motion has the derivatives ``K = dr/dz`` and ``C = dr/dz'``. Central
+differences of order 8 tell them, halved until they agree (`scipy.differentiate`): of smooth forces
+to ten digits or so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+
+import numpy as np
+from scipy.differentiate import jacobian
+
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines.exudyn.minimal.contacts import ContactPush
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
+from exudyn_flexlink.engines.exudyn.minimal.model import TROUBLES, MinimalModel, TreeForces
+from exudyn_flexlink.engines.touching import Change, Moment
+from exudyn_flexlink.engines.track_follower import DeadCentreError
+from exudyn_flexlink.linear import LinearModel, NotLinearError
+from exudyn_flexlink.mechanism import Assembly, FaceContact
+from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, tree_layout
+from exudyn_flexlink.scene import Scene
+
+LARGEST = 0.01  # of the mechanism's size: how far differences move anything
+LEAST_MOVED = 0.1  # of what the coordinate that moves most moves: others count as much
+OF_DEPTH = 0.2  # of a contact's depth: differences change it by less
+LEAST_DEPTH = 1e-12  # m or rad: a contact that is less deep begins or ends
+HALVINGS = 16
+ROUNDING = 2e-14  # of the forces that the first differences make: smaller changes are rounding
+AGREE = 1e-10  # of an entry: differences of two steps that agree so well are not halved again
+ENOUGH = 1e-12  # of those forces: differences that agree so well are not halved again
+AT_ONCE = 4_000_000  # entries of mass matrices that are evaluated together
+SLIDES = 5.0  # times the slip at which friction acts in full but for 1e-4: a slower contact is held
+
+
+def linear_model(
+    scene: Scene, assembly: Assembly, touching: Mapping[int, float], time: float | None
+) -> LinearModel:
+    """Linearise about the state of an assembly, at time 0 of its drives.
+
+    `touching` are the contacts that press, by their numbers among all contacts and pairs, with the
+    speeds (m/s) at which they began.
+
+    Raises:
+        NotLinearError: a contact by impulse presses, friction holds, or nothing can move.
+
+    """
+    layout = tree_layout(assembly.mechanism)
+    try:
+        model = MinimalModel(assembly, layout, [])
+        _let_press(model, touching)
+        z = np.stack(model.coordinates.independent())
+        if not z.size:
+            raise NotLinearError("nothing can move: there are no independent coordinates")
+        state = model.states(np.zeros(1), *z[:, None])
+        if model.frictions.all:
+            model.frictions.settle(model.without_reactions(np.zeros(1), state))
+        at = model.forces_at(np.zeros(1), state).pick(0)
+        _refuse(model, at.kept)
+        residuals = partial(_residuals, model, z, at.accelerations)
+        slopes, errors = _slopes(residuals, _steps(model, at.kept))
+    except (DeadCentreError, *TROUBLES) as error:
+        raise NotLinearError(f"no linear equations there: {error}") from error
+    names, units, factors = zip(*_named(model), strict=True)
+    scaled = np.outer(factors, factors)
+    moving = at.kept.state.transform.expanded(np.diag(factors))
+    still = np.zeros_like(moving)
+    moved = motions(layout, model.kinematics, still + at.kept.state.x, moving, still)
+    return LinearModel(
+        scene,
+        assembly,
+        time,
+        names,
+        units,
+        scaled * at.mass,
+        scaled * slopes[1],
+        scaled * slopes[0],
+        np.abs(scaled) * errors[1],
+        np.abs(scaled) * errors[0],
+        np.moveaxis(moved.rates, 0, -1),
+        tuple(model.contacts.all[k].name for k in model.touches.pressing),
+    )
+
+
+def _let_press(model: MinimalModel, touching: Mapping[int, float]) -> None:
+    """Let contacts press, and what a guide without clearance holds on its axis."""
+    held = {k: 0.0 for k in _two_sided(model) if model.contacts.touch(k, *model.start).inside >= 0}
+    for k, approach in (held | dict(touching)).items():
+        model.touches.change(k, Change.CLOSES, Moment(0.0, 0.0, -approach))
+        model.contacts.follow(k, model.start[0], presses=True)
+
+
+def _two_sided(model: MinimalModel) -> list[int]:
+    """Numbers of the contacts that hold a point on a line: their force goes through 0 smoothly."""
+    faces = enumerate(model.contacts.all)
+    return [k for k, face in faces if isinstance(face, FaceContact) and face.side == 0]
+
+
+def _depths(model: MinimalModel, at: ContactPush) -> FloatArray:
+    """Depths (a,) beyond which the contacts that act are no longer smooth; inf where always."""
+    always = model.contacts.lets_go.copy()
+    always[_two_sided(model)] = True
+    return np.where(always[model.touches.pressing], np.inf, -at.look.gap)
+
+
+def _refuse(model: MinimalModel, at: TreeForces) -> None:
+    """Refuse what has no linear equations: friction that holds, contacts that do not give way."""
+    contacts = model.contacts.all
+    for k in model.rigid.closed():
+        why = "presses by impulse, which has no stiffness: give it a law that has one"
+        raise NotLinearError(f"'{contacts[k].name}' {why}")
+    driven = model.frictions.driven(at.state)
+    for k in model.frictions.held.tolist():
+        if not driven[k]:
+            raise NotLinearError(f"dry friction of joint '{model.frictions.all[k].name}' holds it")
+    if at.push is None:
+        return
+    acting = [contacts[k] for k in model.touches.pressing]
+    depths, slips = _depths(model, at.push).tolist(), at.push.look.slip.tolist()
+    for contact, depth, slip in zip(acting, depths, slips, strict=True):
+        friction = contact.friction
+        if friction is not None and abs(slip) < SLIDES * friction.slip_speed:
+            raise NotLinearError(f"friction of '{contact.name}' holds it")
+        if depth < LEAST_DEPTH:
+            why = "begins or ends to press then: take another instant"
+            raise NotLinearError(f"'{contact.name}' {why}")
+
+
+def _residuals(
+    model: MinimalModel, z: FloatArray, accelerations: FloatArray, moved: FloatArray
+) -> FloatArray:
+    """Residuals (states, n) where the coordinates and speeds z (2, n) are moved (states, 2, n)."""
+    residuals = []
+    parts = 1 + len(moved) * len(model.layout.links) ** 2 // AT_ONCE
+    for part in np.array_split(z + moved, parts):
+        time = np.zeros(len(part))
+        at = model.forces_at(time, model.states(time, part[:, 0], part[:, 1]))
+        residuals.append(at.mass @ accelerations - at.force)
+    return np.concatenate(residuals)
+
+
+def _slopes(
+    of: Callable[[FloatArray], FloatArray], steps: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Derivatives (2, n, n) of residuals by coordinates and speeds, and their errors.
+
+    The first differences are by `steps` (n,), of both: what is rounding of the forces that these
+    make is 0.
+    """
+    count = len(steps)
+    ways = np.diag(np.tile(steps, 2))
+    forces = np.abs(of(ways.reshape(-1, 2, count))).max(axis=0)
+    forces = np.where(forces > 0, forces, 1.0)
+
+    def scaled(x: FloatArray) -> FloatArray:
+        values = of((x.reshape(2 * count, -1).T @ ways).reshape(-1, 2, count)) / forces
+        return np.asarray(values.T.reshape(count, *x.shape[1:]))
+
+    agree = {"rtol": AGREE, "atol": ENOUGH}
+    solved = jacobian(
+        scaled, np.zeros(2 * count), initial_step=1.0, maxiter=HALVINGS, tolerances=agree
+    )
+    error = np.maximum(solved.error, ROUNDING)
+    both = np.stack([np.where(np.abs(solved.df) > error, solved.df, 0.0), error])
+    slopes, errors = np.moveaxis(both.reshape(2, count, 2, count), 2, 1)
+    units = forces[:, None] / steps
+    return units * slopes, units * errors
+
+
+def _steps(model: MinimalModel, at: TreeForces) -> FloatArray:
+    """Largest differences (n,) of the coordinates, by what they move and by depths of contacts."""
+    state = at.state
+    model.look(state.x, state.transform)
+    moved = np.array([model.size(way) for way in np.eye(len(model.coordinates.numbers))])
+    size = max(part.reach for part in model.assembly.mechanism.parts)
+    steps = LARGEST * size / np.maximum(moved, LEAST_MOVED * moved.max())
+    if at.push is not None:
+        across = np.abs(state.transform.reduced_rows(at.push.rows.across))
+        depths = _depths(model, at.push)[:, None]
+        deep = OF_DEPTH * depths / np.maximum(across, np.finfo(float).tiny)
+        steps = np.minimum(steps, deep.min(axis=0))
+    return np.asarray(steps)
+
+
+def _named(model: MinimalModel) -> Iterator[tuple[str, str, float]]:
+    """Name and unit of each independent coordinate, and how much of the model's makes a unit."""
+    layout, parts = model.layout, model.assembly.mechanism.parts
+    joints = {link: (name, sign) for name, (link, sign) in layout.joints.items()}
+    for number in model.coordinates.numbers.tolist():
+        slot = number - len(layout.links)
+        if slot >= 0:  # a place on a curve
+            point = model.coordinates.points[slot]
+            yield point.slot.name, "m", 1 / abs(complex(*point.at(point.u)[2:4]))
+            continue
+        kind = layout.links[number].kind
+        unit = "rad" if kind == HINGE else "m"
+        if number in joints:
+            name, sign = joints[number]
+            yield name, unit, sign
+            continue
+        # What nothing holds hangs on two slides and a hinge, which carries it.
+        after, axis = {ALONG_X: (2, "x"), ALONG_Y: (1, "y"), HINGE: (0, "angle")}[kind]
+        body = parts[layout.links[number + after].parts[0]].body
+        yield f"{body}.{axis}", unit, 1.0
