@@ -43,7 +43,7 @@ def test_the_double_track_repeats_itself_every_two_laps(track):
     assert found.largest[0, 1:] == pytest.approx(0.01, rel=1e-6)
     assert np.nanmax(found.largest[1]) < 1e-12
     told = repeating(found, 1e-9)
-    assert (told.laps, told.told) == (2, "repeats itself every 2 laps")
+    assert (told.laps, told.behaviour) == (2, "repeats itself every 2 laps")
 
 
 def test_a_section_at_pi_sees_both_tracks(track):
@@ -75,7 +75,7 @@ def test_laps_that_come_nearer_settle():
     told = repeating(laps(apart), 1e-12)
     assert (told.laps, told.nearest) == (None, 3)
     assert told.settles == pytest.approx(0.125)
-    assert told.told == "settles to a period of 3 laps"
+    assert told.behaviour == "settles to a period of 3 laps"
     assert repeating(laps(apart), 1e-3).laps == 3
 
 
@@ -84,7 +84,7 @@ def test_laps_that_are_as_they_like_repeat_nothing():
     found = laps(lambda k, other: abs(places[k] - places[other]))
     told = repeating(found, 1e-9)
     assert (told.laps, told.settles) == (None, None)
-    assert told.told == "does not repeat itself within 8 laps"
+    assert told.behaviour == "does not repeat itself within 8 laps"
     assert repeating(found, 1e-9, until=1.5) is None  # up to there one lap alone is known
 
 

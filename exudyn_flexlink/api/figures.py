@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
-from exudyn_flexlink.arguments import a, among, instants, takes, told
+from exudyn_flexlink.arguments import a, among, excerpt, instants, takes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import bent_links, point_names, struck_bodies
 from exudyn_flexlink.result import Result
@@ -61,7 +61,7 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
     return trajectory_columns(result, name)
 
 
-def told_names(result: Result) -> list[str]:
+def table_names(result: Result) -> list[str]:
     """Names of what a table can tell of: bodies struck or bent, what touches, and points."""
     scene = result.scene
     return [*struck_bodies(scene), *bent_links(scene), *result.intervals, *point_names(scene)]
@@ -124,7 +124,7 @@ def _instants(value: Any, plots: Any) -> FloatArray:
     times = np.atleast_1d(instants(value))
     end = float(plots._result.time[-1])
     if not len(times) or not np.all((times >= 0) & (times <= end)):
-        raise ValueError(f"expected instants from 0 to {end:.9g} s, got {told(value)}")
+        raise ValueError(f"expected instants from 0 to {end:.9g} s, got {excerpt(value)}")
     return times
 
 

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from exudyn_flexlink import engines, stability, storage, sweeps
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import Shown, needed, style, style_of
-from exudyn_flexlink.api.results import PERIOD, Result, own_result
-from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
-from exudyn_flexlink.arguments import among, function, number, plain, takes, told, values, whole
+from exudyn_flexlink.api.results import PERIOD, Result, api_result
+from exudyn_flexlink.api.scenes import ENGINE, Scene, api_scene, given_scene
+from exudyn_flexlink.arguments import among, excerpt, function, number, plain, takes, values, whole
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.quantities import Dimension
@@ -64,7 +64,7 @@ class Stability(Shown, stability.Stability):
         return Path(folder)
 
     def __repr__(self) -> str:
-        return f"<Stability of {self.point}: {exponent_text(self.exponent)}; {self.told}>"
+        return f"<Stability of {self.point}: {exponent_text(self.exponent)}; {self.behaviour}>"
 
 
 @dataclass(frozen=True, repr=False)
@@ -216,7 +216,7 @@ class _SectionRow:
                 )
             return stability.section_row(stability.section_by_time(result, rhythm.lap, after=begin))
 
-        long = own_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
+        long = api_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
         return OneRun(row)(long, cast(Any, simulate))
 
 
@@ -238,7 +238,7 @@ def _varied(value: Any, _: Any = None) -> Any:
         return [_varied(item) if isinstance(item, Mapping) else item for item in values(value)]
     for name in value:
         if not isinstance(name, str):
-            raise TypeError(f"expected paths such as 'run.turns', got {told(name)}")
+            raise TypeError(f"expected paths such as 'run.turns', got {excerpt(name)}")
     return {name: _values(given) for name, given in value.items()}
 
 
@@ -392,7 +392,7 @@ def sweep(
     work = sweeps.work_of(
         plan,
         partial(engines.simulate, engine=engine, measure=measure),
-        _Own(observe or cast(Observe, sweeps.OneRun(cast(Any, row or sweeps.standard_row)))),
+        _ForUsers(observe or cast(Observe, sweeps.OneRun(cast(Any, row or sweeps.standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
     kept = nullcontext() if place is None else storage.open_journal(
@@ -400,14 +400,14 @@ def sweep(
     )  # fmt: skip
     with kept as journal:
 
-        def told(made_row: sweeps.Row, count: int) -> None:
+        def keep(made_row: sweeps.Row, count: int) -> None:
             if journal is not None:
                 journal.add(made_row)
             if progress is not None:
                 progress(count / len(plan))
 
-        there = {} if journal is None else journal.known
-        table = sweeps.carried_out(plan, work, executor, there, told)
+        known = {} if journal is None else journal.known
+        table = sweeps.carried_out(plan, work, executor, known, keep)
         if place is not None:
             with storage.staged_folder(place, force=force) as staged:
                 storage.save_table(plan, table, staged)
@@ -428,13 +428,13 @@ def load_sweep(folder: str | PathLike[str]) -> SweepTable:
 
 
 @dataclass(frozen=True)
-class _Own:
+class _ForUsers:
     """Observes with scenes and results that have the methods of this room."""
 
     observe: Observe
 
     def __call__(self, scene: PlainScene, simulate: sweeps.Simulate) -> Mapping[str, sweeps.Scalar]:
-        return self.observe(own_scene(scene), lambda changed: own_result(simulate(changed)))
+        return self.observe(api_scene(scene), lambda changed: api_result(simulate(changed)))
 
 
 def _design(

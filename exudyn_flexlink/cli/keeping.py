@@ -44,9 +44,9 @@ from exudyn_flexlink.source import SceneError, load_document
 from exudyn_flexlink.storage import (
     KeptBesideError,
     StorageError,
-    own_files,
     replace_file,
     staged_folder,
+    written_files,
 )
 from exudyn_flexlink.sweeps import CannotStartError
 
@@ -101,7 +101,7 @@ class Place:
     def written(self) -> Iterator[Path]:
         """Yield the folder to write into; Ctrl-C does not keep what is in it from its place."""
         if self._replaces is None:  # what is written twice replaces no earlier run
-            self._replaces = bool(own_files(self.target))
+            self._replaces = bool(written_files(self.target))
         with deferrable_interrupts() as ctrl_c:
             try:
                 with staged_folder(self.target, force=self._force, what=self._what) as folder:
@@ -115,7 +115,7 @@ class Place:
 
 def contents(folder: Path) -> str:
     """Name the files of a result, and count those of every folder in it."""
-    paths = sorted(own_files(folder))
+    paths = sorted(written_files(folder))
     inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
     files = [path for path in paths if "/" not in path]
     return ", ".join([*files, *(f"{name}/ ({number} files)" for name, number in inside.items())])
@@ -279,7 +279,7 @@ def new_command(options: argparse.Namespace) -> int:
     texts |= {target.with_name(name): _text(model.parent / name) for name in points}
     texts[target.with_name(SCHEMA)] = _text(models_folder() / SCHEMA)
     _write(texts, model.stem, force=options.force)
-    tell(_told(target, document.data["title"], points))
+    tell(_next_steps(target, document.data["title"], points))
     return DONE
 
 
@@ -311,7 +311,7 @@ def _write(texts: dict[Path, str], model: str, *, force: bool) -> None:
         raise
 
 
-def _told(target: Path, title: str, points: list[str]) -> str:
+def _next_steps(target: Path, title: str, points: list[str]) -> str:
     """Say what was written, and what may be done with it."""
     program, file = how_called(), shlex.quote(str(target))
     needed = [f"  {target.with_name(name)}  its points" for name in points]

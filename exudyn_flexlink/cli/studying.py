@@ -536,8 +536,8 @@ def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, c
         tell(sweep_text(table))
         tell(f"\nWritten to {folder}{os.sep}:\n  {contents(folder)}")
     if not table.whole:
-        there = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
-        return complain(f"interrupted: {there}; with '--resume' they are not made again", code)
+        kept_rows = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
+        return complain(f"interrupted: {kept_rows}; with '--resume' they are not made again", code)
     if code == INTERRUPTED:
         return complain(f"interrupted: the sweep is whole, in {folder}{os.sep}", code)
     if table.count(sweeps.FAILED) == len(table.rows):
@@ -568,11 +568,11 @@ def _verify(
 ) -> bool:
     """Make all runs, and add what comes of each to `runs`; tells whether the user let them end."""
     pairs = [(benchmark, run) for benchmark in benchmarks for run in benchmark.runs]
-    for i, (benchmark, one) in enumerate(pairs, 1):
-        what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"
-        result, enough = run(one.scene, one.engine, options, what)
+    for i, (benchmark, planned) in enumerate(pairs, 1):
+        what = f"{i} of {len(pairs)}: {benchmark.name}, {planned.name}"
+        result, enough = run(planned.scene, planned.engine, options, what)
         if result.outcome.reason != STOPPED:
-            runs.append(judged(benchmark, one, result))
+            runs.append(judged(benchmark, planned, result))
         if enough:
             return False
     return True

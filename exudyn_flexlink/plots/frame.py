@@ -331,7 +331,7 @@ def doubts_of(result: Result) -> str:
     """Say that a run failed, from when on it may be off by more than asked, or that it warns."""
     error, count = result.error, len(result.warnings)
     if not result.outcome.completed:
-        return result.outcome.told
+        return result.outcome.ending
     if error.exceeds_from is not None:
         return f"from t = {error.exceeds_from:.4g} s on maybe off by more than {error.limit:.3g} m"
     return f"{count} warning{'s' * (count > 1)}: see the run's summary" if count else ""

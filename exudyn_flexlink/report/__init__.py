@@ -1,7 +1,7 @@
 """What the program says of a model and of a run: for people, as text or tables; no files."""
 
 from exudyn_flexlink.report.check import check_text, run_duration
-from exudyn_flexlink.report.parts import effects_table, equilibrium_text, rest_told
+from exudyn_flexlink.report.parts import effects_table, equilibrium_text, rest_text
 from exudyn_flexlink.report.run import (
     bending_table,
     cost_table,

@@ -149,7 +149,7 @@ def touch_table(result: Result, joint: str, most: int) -> Table:
 
 
 def contact_rows(
-    joint: str, one: ContactTotals | None, other: ContactTotals | None
+    joint: str, first: ContactTotals | None, second: ContactTotals | None
 ) -> list[list[str]]:
     """Rows of a table: contacts of a link with its guide in two runs; one may have no clearance."""
     return [
@@ -157,7 +157,7 @@ def contact_rows(
             f"{joint}: {name}",
             *(
                 NO_PLAY if totals is None else f"{cell(totals)} {unit}".rstrip()
-                for totals in (one, other)
+                for totals in (first, second)
             ),
         ]
         for name, (unit, cell) in _COLUMNS.items()
@@ -389,8 +389,8 @@ def energy_table(result: Result) -> Table:
 
 
 def _strikes(result: Result, contact: str) -> list[str]:
-    strikes_told = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
-    return lines_of(strikes_told) or [f"{strikes_told.caption}: none"]
+    shown = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
+    return lines_of(shown) or [f"{shown.caption}: none"]
 
 
 def friction_table(result: Result) -> Table:

@@ -62,11 +62,11 @@ def accuracy_text(study: Study, command: str) -> str:
 
 def judged_by(study: Study) -> list[str]:
     """Say what errors are measured against, how well that is known, and up to when."""
-    lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference.told}"]
+    lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference.label}"]
     if study.check is not None:
         what = "independent" if study.independent else "not independent: the same equations"
         lines.append(
-            f"Cross-check ({what}): {study.check.told} is {study.floor:.2g} m from it at most; "
+            f"Cross-check ({what}): {study.check.label} is {study.floor:.2g} m from it at most; "
             "smaller errors are not claimed"
         )
     else:
@@ -99,7 +99,7 @@ def _accuracy_row(study: Study, point: Point) -> list[str]:
     errors = point.errors
     sizes = [_told_accuracy(error, study.floor) for error in (errors.rms, errors.largest)]
     force = _told_accuracy(errors.force, study.force_floor)
-    whose = " (model's own)" if point is study.own else ""
+    whose = " (model's own)" if point is study.model_point else ""
     setting = f"  {point.method.amount(point.value)}{whose}"
     cost = f"{point.processor:.3g} (of {point.repeats})"
     worst = errors.worst if errors.largest >= study.floor else ""
@@ -114,7 +114,7 @@ def _told_accuracy(error: float, floor: float) -> str:
 def _sources(study: Study) -> list[str]:
     if study.still:
         return ["Nothing that is judged moves: there is no error to take apart"]
-    setting = study.own.told if study.own is not None else ""
+    setting = study.model_point.label if study.model_point is not None else ""
     caption = (
         f"Where the error comes from, at the model's own settings{setting and f' ({setting})'}"
     )
@@ -135,7 +135,7 @@ def _source(study: Study, source: Source) -> list[str]:
 def _about(study: Study, source: Source) -> str:
     """Say what a source's error was told from."""
     if source.kind == "time":
-        is_known = study.own is not None
+        is_known = study.model_point is not None
         return "against the reference" if is_known else "this is the finest run: that of the check"
     if source.kind == "rods":
         rods = ", ".join(f"{b.rods}" for b in beams(study.scene).values())
@@ -184,16 +184,14 @@ def _other_model(study: Study, method: Method) -> str:
     )
 
 
-def _of_rods(study: Study, any_told: bool) -> list[str]:
+def _of_rods(study: Study, doubled: bool) -> list[str]:
     links = flexible(study.scene)
     if not links:
         return ["number of rods: no flexible body"]
-    links_told = [
-        _fixed(name, body) for name, body in links.items() if body.hinges.stiffness != "beam"
-    ]
-    if beams(study.scene) and not any_told:
-        links_told.append("number of rods: not told, there was no time (or no room) to double it")
-    return links_told
+    lines = [_fixed(name, body) for name, body in links.items() if body.hinges.stiffness != "beam"]
+    if beams(study.scene) and not doubled:
+        lines.append("number of rods: not told, there was no time (or no room) to double it")
+    return lines
 
 
 def _fixed(name: str, body: FlexibleBody) -> str:
@@ -251,7 +249,7 @@ def _choice(study: Study, advice: Advice) -> str:
     if advice.choice is not None:
         point = advice.choice
         error = f"{'below ' if point.below_floor else ''}{point.claimed:.1e} m"
-        return f"{goal} choose {point.told} ({error}, {point.processor:.2g} s)"
+        return f"{goal} choose {point.label} ({error}, {point.processor:.2g} s)"
     if advice.below_floor:
         return (
             f"{goal} nothing can be said: the references agree to {study.floor:.2g} m only; "
@@ -261,7 +259,7 @@ def _choice(study: Study, advice: Advice) -> str:
         return f"{goal} nothing can be said"
     best = advice.best
     return (
-        f"{goal} no setting tried is accurate enough; the best is {best.told} "
+        f"{goal} no setting tried is accurate enough; the best is {best.label} "
         f"({best.claimed:.1e} m, {best.processor:.2g} s): raise --budget, or --target"
     )
 
@@ -310,7 +308,7 @@ def stability_text(study: Stability) -> str:
     laps = round(float(study.run.time[-1]) / rhythm.lap)
     first = (
         f"{study.point} over {laps} laps of {number(rhythm.lap)} s, from lap "
-        f"{round(study.after / rhythm.lap) + 1} on: {study.told}."
+        f"{round(study.after / rhythm.lap) + 1} on: {study.behaviour}."
     )
     section, limit = study.section, f"{study.limit:.2g} m"
     places, count = section.distinct(study.limit), len(section.time)
@@ -645,18 +643,18 @@ def _forces(comparison: Comparison) -> list[str]:
 def _beyond(comparison: Comparison) -> list[str]:
     if comparison.beyond is None:
         return []
-    one, other = comparison.beyond
+    first, second = comparison.beyond
     rows = [["", comparison.first.name, comparison.second.name]]
     for i, axis in enumerate("xy"):
         for what in ("mean", "rms", "least", "greatest"):
-            values = (f"{getattr(part, what)[i]:+.6f} m" for part in (one, other))
+            values = (f"{getattr(part, what)[i]:+.6f} m" for part in (first, second))
             rows.append([f"{axis}, {what}", *values])
     for body, measure in comparison.measures.items():
         for k, what in enumerate(("least", "greatest")):
             rows.append(
                 [
                     f"{measure.word} of {body}, {what}",
-                    *(measure.text(part.levers[body][k]) for part in (one, other)),
+                    *(measure.text(part.levers[body][k]) for part in (first, second)),
                 ]
             )
     about = f"Beyond the horizon: {comparison.point}, all but the mean relative to the mean"
@@ -669,9 +667,11 @@ def _levers(comparison: Comparison) -> list[str]:
         measure = comparison.measures[body]
         named, unit = f"{measure.word} of {body}", measure.unit
         for what in ("least", "greatest"):
-            (one, t1), (other, t2) = (getattr(seen.levers[body], what) for seen in comparison.both)
-            values = [f"{measure.text(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
-            rows.append([f"{named}, {what}", *values, f"{one - other:+.2g} {unit}"])
+            (first, t1), (second, t2) = (
+                getattr(seen.levers[body], what) for seen in comparison.both
+            )
+            values = [f"{measure.text(x)} at {t:.4f} s" for x, t in ((first, t1), (second, t2))]
+            rows.append([f"{named}, {what}", *values, f"{first - second:+.2g} {unit}"])
         largest = f"{abs(apart).max():.2g} {unit}"
         rows.append([f"{named}, largest difference at one instant", "", "", largest])
     names = ["", comparison.first.name, comparison.second.name, "difference"]
@@ -690,13 +690,13 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
 
 def _clearances(comparison: Comparison) -> list[str]:
     """How links stood in guides and journals in bearings, up to the end of the shorter run."""
-    one, other = comparison.both
+    first, second = comparison.both
     rows = [
         row
         for joint in comparison.with_clearance
-        for row in contact_rows(joint, one.contact.get(joint), other.contact.get(joint))
+        for row in contact_rows(joint, first.contact.get(joint), second.contact.get(joint))
     ]
-    return lines_of(Table("Joints with clearance", rows, ["", one.name, other.name]))
+    return lines_of(Table("Joints with clearance", rows, ["", first.name, second.name]))
 
 
 _OF_A_STRIKE: dict[str, tuple[Callable[[Strike], float], str, str]] = {
@@ -713,14 +713,14 @@ def _strike(pair: StrikePair, both: tuple[Seen, Seen]) -> list[list[str]]:
     for what, (of, digits, linear) in _OF_A_STRIKE.items():
         unit = both[pair.first is None].result.scene.unit_of(pair.contact, linear)
         values = [None if strike is None else of(strike) for strike in (pair.first, pair.second)]
-        shown = ["no strike" if x is None else _told(x, digits, unit) for x in values]
-        one, other = values
-        apart = "" if one is None or other is None else _told(one - other, "+.2g", unit, "")
+        shown = ["no strike" if x is None else _amount(x, digits, unit) for x in values]
+        first, second = values
+        apart = "" if first is None or second is None else _amount(first - second, "+.2g", unit, "")
         rows.append([str(pair.lap or "") if what == "time" else "", what, *shown, apart])
     return rows
 
 
-def _told(value: float, digits: str, unit: str, unknown: str = "not known") -> str:
+def _amount(value: float, digits: str, unit: str, unknown: str = "not known") -> str:
     return f"{value:{digits}} {unit}" if isfinite(value) else unknown
 
 

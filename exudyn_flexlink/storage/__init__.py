@@ -9,10 +9,10 @@ readers.
 from exudyn_flexlink.storage.replacing import (
     KeptBesideError,
     StorageError,
-    own_files,
     replace_file,
     staged_files,
     staged_folder,
+    written_files,
 )
 from exudyn_flexlink.storage.run import (
     Array,

@@ -168,11 +168,11 @@ def _arrays(scene: Scene, value: Any, variable: Variable, name: str) -> Iterator
     """The array of a variable, or one for each of its components."""
     dimensions = _dimensions(variable, name)
     for i, (component, units) in enumerate(variable.components.items()):
-        about = _told(units, f"{variable.long_name}: {component}")
+        about = _attributes(units, f"{variable.long_name}: {component}")
         yield f"{name}.{component}", Array(dimensions, value[..., i], about)
     if not variable.components:
         units = label_of(name.rpartition(".")[0])[1] if variable.units is None else variable.units
-        about = _told(_unit_of(scene, name, units), variable.long_name)
+        about = _attributes(_unit_of(scene, name, units), variable.long_name)
         yield name, Array(dimensions, np.asarray(value, variable.kind), about)
 
 
@@ -186,7 +186,7 @@ def _unit_of(scene: Scene, name: str, unit: str) -> str:
     return "N" if unit == "N m" and isinstance(joint, PrismaticJoint) else unit
 
 
-def _told(units: str, long_name: str) -> dict[str, str]:
+def _attributes(units: str, long_name: str) -> dict[str, str]:
     return ({"units": units} if units else {}) | {"long_name": long_name}
 
 
@@ -386,7 +386,7 @@ def force_columns(result: Result) -> dict[str, FloatArray]:
     A contact by impulses has none: they are in `touch_columns`.
     """
     columns, left_out = _instants(result), momentary_forces(result)
-    for told, force in forces_of(result).items():
+    for called, force in forces_of(result).items():
         name, quantity, values = force.name, force.quantity.replace(" ", "_"), force.values
         if quantity == "wall_force":  # of 'sleeve, upper wall'
             name, _, wall = name.rpartition(", ")
@@ -394,7 +394,7 @@ def force_columns(result: Result) -> dict[str, FloatArray]:
         if force.quantity == BENDING:  # the largest along the link
             values = force.size
         parts = {"": values} if values.ndim == 1 else {"_x": values[:, 0], "_y": values[:, 1]}
-        if told not in left_out:
+        if called not in left_out:
             for axis, numbers in parts.items():
                 columns[column_of(f"{name}.{quantity}{axis}", force.unit)] = numbers
     return columns

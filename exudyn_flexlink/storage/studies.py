@@ -176,17 +176,20 @@ def _accuracy(study: Study) -> dict[str, Any]:
         "judged_by": list(study.judged_by),
         "target_m": study.target,
         "reference": {
-            "run": study.reference.told,
+            "run": study.reference.label,
             "processor_time_s": study.reference.processor,
         },
-        "check": {"run": study.check.told if study.check else "", "independent": study.independent},
+        "check": {
+            "run": study.check.label if study.check else "",
+            "independent": study.independent,
+        },
         "floor_m": study.floor,
         "floor_force_relative": study.force_floor,
         "end_s": study.end,
         "judged_until_s": study.until,
         "horizon": study.horizon,
         "points": [_point(point) for point in study.points],
-        "own": None if study.own is None else study.own.told,
+        "own": None if study.model_point is None else study.model_point.label,
         "sources": [_source(source, measures(study.scene)) for source in study.sources],
         "dominating": None if largest is None else largest.kind,
         "still": study.still,
@@ -457,7 +460,7 @@ def load_sweep(folder: Path) -> SweepTable:
         raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there")
     rows = rows_of(content, folder / JOURNAL)
     try:
-        varied = [Varied(**one) for one in plan["varied"]]
+        varied = [Varied(**entry) for entry in plan["varied"]]
         return table_of(plan["title"], plan["engine"], varied, plan["points"], rows)
     except (KeyError, TypeError, ValueError) as error:
         why = f"no {error} in it" if isinstance(error, KeyError) else "it is not what was written"
@@ -533,10 +536,10 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
             forcible=True,
         )
     if plan is None:
-        there = read_manifest(folder)
-        if there is not None:
+        earlier = read_manifest(folder)
+        if earlier is not None:
             raise StorageError(
-                f"{folder} holds a {there.told}; choose another place, or remove that yourself"
+                f"{folder} holds a {earlier.words}; choose another place, or remove that yourself"
             )
         return False
     if difference := _difference(plan, sweep):
