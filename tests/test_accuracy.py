@@ -23,7 +23,7 @@ from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.plots import ENGINE_COLOURS, work_precision
 from exudyn_flexlink.report import accuracy_text, recommendation
 from exudyn_flexlink.result import Outcome
-from exudyn_flexlink.storage import save_accuracy, staged_folder
+from exudyn_flexlink.storage import save_study, staged_folder
 
 # --- what is found
 
@@ -249,7 +249,7 @@ def test_the_figure_shows_every_method_and_what_limits(study):
 def test_files_hold_what_was_found(study, tmp_path):
     out = tmp_path / "out"
     with staged_folder(out) as folder:
-        save_accuracy(study, "choose this", folder)
+        save_study(study, folder)
     data = json.loads((out / "accuracy.json").read_text())
     assert data["dominating"] == "rods"
     assert data["floor_m"] == study.floor

@@ -488,7 +488,7 @@ class Fit(Shown, fitting.Fit):
 
         """
         with storage.staged_folder(Path(folder), force=force) as staged:
-            storage.save_fit(self, staged)
+            storage.save_study(self, staged)
         return Path(folder)
 
     def __repr__(self) -> str:

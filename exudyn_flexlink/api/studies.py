@@ -60,7 +60,7 @@ class Stability(Shown, stability.Stability):
 
         """
         with storage.staged_folder(Path(folder), force=force) as staged:
-            storage.save_stability(self, self.summary(), staged)
+            storage.save_study(self, staged)
         return Path(folder)
 
     def __repr__(self) -> str:

@@ -45,9 +45,11 @@ from exudyn_flexlink.storage import (
     KeptBesideError,
     StorageError,
     replace_file,
+    save_study,
     staged_folder,
     written_files,
 )
+from exudyn_flexlink.storage.studies import AnyStudy
 from exudyn_flexlink.sweeps import CannotStartError
 
 if TYPE_CHECKING:
@@ -189,15 +191,13 @@ def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) 
     return drawn(folder, draw)
 
 
-def written(
-    study: Any, folder: Path, options: Namespace, save: Callable[..., Any], figure: str
-) -> int:
-    """Write what was found: `save` takes it and `folder`; then its figure, unless none is wanted.
+def written(study: AnyStudy, folder: Path, options: Namespace, figure: str, **verdict: Any) -> int:
+    """Write what was found, and its figure, unless none is wanted; `verdict` is for `save_study`.
 
     Returns the exit code; see `drawn`.
     """
     draw = None if options.no_plots else partial(draw_figure, options, figure, study, folder)
-    return kept(partial(save, study, folder=folder), draw, folder)
+    return kept(partial(save_study, study, folder, **verdict), draw, folder)
 
 
 def drawn(folder: Path, draw: Callable[[], Any]) -> int:

@@ -31,10 +31,6 @@ from exudyn_flexlink.storage.studies import (
     is_sweep,
     load_sweep,
     open_journal,
-    save_accuracy,
-    save_against,
-    save_comparison,
-    save_fit,
-    save_stability,
+    save_study,
     save_table,
 )
