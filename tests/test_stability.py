@@ -9,12 +9,11 @@ import pytest
 from physics_tools import MODELS, STEEL, scene
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.cli import arguments, main
+from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import vibration
 from exudyn_flexlink.stability import (
-    Asked,
     LapDistances,
     NoRhythmError,
     Rhythm,
@@ -175,8 +174,6 @@ def test_laps_that_no_run_can_have_are_told(options, told, tmp_path, capsys):
     assert main(["stability", str(file), *options, f"--out={tmp_path / 'o'}"]) == 2
     assert told in capsys.readouterr().err
     assert not (tmp_path / "o").exists()
-    # The command has its own numbers: the room of studies is too slow for a help text.
-    assert (Asked.laps, Asked.after) == (arguments.LAPS, arguments.AFTER)
 
 
 def test_a_run_too_short_to_be_solved_is_refused_at_its_place(tmp_path):

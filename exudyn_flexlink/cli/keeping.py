@@ -25,7 +25,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS, draw_figure
+from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
@@ -39,7 +39,7 @@ from exudyn_flexlink.cli.terminal import (
 from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
 from exudyn_flexlink.loading import ImpossibleLengthError
 from exudyn_flexlink.scene import is_schema
-from exudyn_flexlink.shipped import EXUDYN, model_names, models_folder
+from exudyn_flexlink.shipped import EXUDYN, FIGURE_FORMATS, model_names, models_folder
 from exudyn_flexlink.source import SceneError, load_document
 from exudyn_flexlink.storage import (
     KeptBesideError,

@@ -25,6 +25,7 @@ from exudyn_flexlink.observables import Vibration, crank_joint, parting_limit, t
 from exudyn_flexlink.quantities import LARGEST
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
+from exudyn_flexlink.shipped import AFTER, LAPS
 from exudyn_flexlink.stability.exponent import (
     ALIKE,
     FEWEST,
@@ -254,8 +255,8 @@ class Asked:
     matters is told by the noise of the exponent alone.
     """
 
-    laps: int = 24
-    after: float = 4
+    laps: int = LAPS
+    after: float = AFTER
     lap: float | None = None
     angle: float = 0.0
     tolerance: float | None = None
