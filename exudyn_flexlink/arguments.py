@@ -74,7 +74,7 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
     return checked
 
 
-def told(value: object) -> str:
+def excerpt(value: object) -> str:
     """Write what was given as messages show it: short, and in Python's words."""
     if isinstance(value, type):
         return f"the class {value.__name__}"
@@ -116,7 +116,7 @@ def number(
 
     def read(value: Any, _: Any = None) -> float | str:
         given = plain(value)
-        wrong = f"expected {dimension.hint or dimension.words}, got {told(value)}"
+        wrong = f"expected {dimension.hint or dimension.words}, got {excerpt(value)}"
         if isinstance(given, bool) or not isinstance(given, Real | str):
             raise TypeError(wrong)
         try:
@@ -130,7 +130,7 @@ def number(
             raise ValueError(wrong) from None
         except PydanticCustomError as error:
             about = error.context or {}
-            hint = f": {about['hint']}" if about.get("hint") else f", got {told(value)}"
+            hint = f": {about['hint']}" if about.get("hint") else f", got {excerpt(value)}"
             raise ValueError(f"{about.get('message')}{hint}") from None
 
     return read
@@ -140,7 +140,7 @@ def instants(value: Any, _: Any = None) -> FloatArray:
     """Take an instant in s, or an array (N,) of such; whether a run has them is not known here."""
     if isinstance(value, str):
         return np.array(number(Dimension.TIME)(value, None))
-    wrong = f"expected instants in s, a number or an array (N,), got {told(value)}"
+    wrong = f"expected instants in s, a number or an array (N,), got {excerpt(value)}"
     if hasattr(value, "to_base_units"):
         base = value.to_base_units()
         if f"{base.units:~C}" != "s":
@@ -162,7 +162,7 @@ def whole(least: int, most: int = 10**9) -> Kind:
 
     def read(value: Any, _: Any = None) -> int:
         given = plain(value)
-        wrong = f"expected a whole number from {least:,} to {most:,}, got {told(value)}"
+        wrong = f"expected a whole number from {least:,} to {most:,}, got {excerpt(value)}"
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise TypeError(wrong)
         if not least <= given <= most or given != int(given):
@@ -175,7 +175,7 @@ def whole(least: int, most: int = 10**9) -> Kind:
 def text(value: Any, _: Any = None) -> str:
     """Take a text."""
     if not isinstance(value, str):
-        raise TypeError(f"expected a text, got {told(value)}")
+        raise TypeError(f"expected a text, got {excerpt(value)}")
     return str(value)
 
 
@@ -194,7 +194,7 @@ def among(known: Callable[[Any], Iterable[str]], what: str = "name") -> Kind:
 def place(value: Any, _: Any = None) -> Path:
     """Take the path of a file or folder."""
     given = os.fspath(value) if isinstance(value, os.PathLike) else value
-    wrong = f"expected a path, got {told(value)}"
+    wrong = f"expected a path, got {excerpt(value)}"
     if not isinstance(given, str):
         raise TypeError(wrong)
     too_long = any(len(part) > LONGEST_NAME for part in Path(given).parts)
@@ -207,14 +207,14 @@ def flag(value: Any, _: Any = None) -> bool:
     """Take True or False."""
     given = plain(value)
     if not isinstance(given, bool):
-        raise TypeError(f"expected True or False, got {told(value)}")
+        raise TypeError(f"expected True or False, got {excerpt(value)}")
     return given
 
 
 def function(value: Any, _: Any = None) -> Any:
     """Take a function, or what can be called like one."""
     if not callable(value) or isinstance(value, type):
-        raise TypeError(f"expected a function, got {told(value)}")
+        raise TypeError(f"expected a function, got {excerpt(value)}")
     return value
 
 
@@ -224,7 +224,7 @@ def a(kind: type, how: str = "") -> Kind:
     def read(value: Any, _: Any = None) -> Any:
         if not isinstance(value, kind):
             hint = f"; {how}" if how else ""
-            raise TypeError(f"expected a {kind.__name__}, got {told(value)}{hint}")
+            raise TypeError(f"expected a {kind.__name__}, got {excerpt(value)}{hint}")
         return value
 
     return read
@@ -234,7 +234,7 @@ def two_texts(value: Any, _: Any = None) -> tuple[str, str]:
     """Take two texts."""
     pair = list(value) if isinstance(value, tuple | list) else []
     if len(pair) != 2 or not all(isinstance(text, str) for text in pair):
-        raise TypeError(f"expected two texts, got {told(value)}")
+        raise TypeError(f"expected two texts, got {excerpt(value)}")
     return str(pair[0]), str(pair[1])
 
 
@@ -242,7 +242,7 @@ def texts_by_name(value: Any, _: Any = None) -> Mapping[str, str]:
     """Take a dict of texts."""
     pairs = list(value.items()) if isinstance(value, Mapping) else [(None, None)]
     if not all(isinstance(text, str) for pair in pairs for text in pair):
-        raise TypeError(f"expected a dict such as {{'theta': 'lever.angle'}}, got {told(value)}")
+        raise TypeError(f"expected a dict such as {{'theta': 'lever.angle'}}, got {excerpt(value)}")
     return dict(pairs)
 
 
@@ -253,14 +253,14 @@ def measured(value: Any, _: Any = None) -> Any:
     """
     if isinstance(value, str | os.PathLike):
         return place(value)
-    wrong = f"expected a CSV file, or columns by name, got {told(value)}"
+    wrong = f"expected a CSV file, or columns by name, got {excerpt(value)}"
     if isinstance(value, type) or not hasattr(value, "items") or not len(value):
         raise TypeError(wrong)
     columns = dict[str, Any]()
     for called, column in value.items():
         wrong = (
-            f"expected columns (N,) by name, got {told(column)} as {told(called)}; of a .mat file "
-            "give {'t': data['t'].ravel(), ..}"
+            f"expected columns (N,) by name, got {excerpt(column)} as {excerpt(called)}; of a .mat "
+            "file give {'t': data['t'].ravel(), ..}"
         )
         name = called
         try:
@@ -288,7 +288,7 @@ def values(value: Any, _: Any = None) -> list[Any]:
     if isinstance(value, str | bytes | bytearray | memoryview | Mapping) or not isinstance(
         value, Iterable
     ):
-        raise TypeError(f"expected values, such as a list, got {told(value)}")
+        raise TypeError(f"expected values, such as a list, got {excerpt(value)}")
     try:
         return list(value)
     except TypeError:  # an array without axes

@@ -193,8 +193,8 @@ class Comparison:
     def statistics(self, begin: float = 0.0) -> tuple[Statistics, Statistics]:
         """Statistics of both runs from an instant (s) on."""
         after = self.time >= begin
-        one, other = (_statistics(seen, self.point, self.time, after) for seen in self.both)
-        return one, other
+        first, second = (_statistics(seen, self.point, self.time, after) for seen in self.both)
+        return first, second
 
     @takes(tolerance=number(Dimension.LENGTH, at_least=0.0))
     def exceeds(self, tolerance: float) -> bool:
@@ -252,9 +252,11 @@ def _check_one_scene(first: Result, second: Result) -> None:
             lambda scene: {b: m.word for b, m in observables.measures(scene).items()},
         ),
     ):
-        one, other = of(first.scene), of(second.scene)
-        if one != other:
-            raise ValueError(f"the runs are not of one scene: their {what} are {one} and {other}")
+        values = of(first.scene), of(second.scene)
+        if values[0] != values[1]:
+            raise ValueError(
+                f"the runs are not of one scene: their {what} are {values[0]} and {values[1]}"
+            )
     ours, theirs = (_meant(run.scene) for run in (first, second))
     for path in sorted(ours.keys() | theirs.keys()):
         pair = ours.get(path), theirs.get(path)
@@ -320,8 +322,8 @@ def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
     apart = later[0].begin - earlier[0].begin
     if len(earlier) > 1 and abs(later[0].begin - earlier[1].begin) < apart:
         return True
-    one, other = earlier[0].crank_angle, later[0].crank_angle
-    return one is not None and other is not None and abs(one - other) > observables.SAME_STRIKE
+    angle, other = earlier[0].crank_angle, later[0].crank_angle
+    return angle is not None and other is not None and abs(angle - other) > observables.SAME_STRIKE
 
 
 def _statistics(seen: Seen, point: str, time: FloatArray, part: BoolArray) -> Statistics:

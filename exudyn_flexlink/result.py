@@ -259,7 +259,7 @@ class Outcome:
     advice: str = ""
 
     @property
-    def told(self) -> str:
+    def ending(self) -> str:
         """How it ended, in words."""
         if self.completed:
             return "completed"

@@ -1,6 +1,7 @@
-"""What comes with the program: its engines, its models, and versions.
+"""What comes with the program: engines, models, versions, and what else users choose by name.
 
-The models are in the folder `models` of an installation or a checkout.
+The models are in the folder `models` of an installation or a checkout. Names stand here, and not
+beside what they are names of: a help text must be there at once, and figures take long to import.
 """
 
 from __future__ import annotations
@@ -32,6 +33,20 @@ ENGINES: dict[str, Engine] = {
     EXUDYN: Engine("Exudyn", "exudyn_flexlink.engines.exudyn.run"),
     LAGRANGIAN: Engine("Lagrangian", "exudyn_flexlink.engines.lagrangian.run"),
 }
+
+# What can be left out of a scene, see `effects`.
+EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
+
+# Figures of a run, see `plots`; of formats and styles the first is the usual one.
+FIGURE_NAMES = (
+    *("coordinates", "polar", "lever", "mechanism"),
+    *("guide_contact", "energy", "forces", "bending"),
+)
+FIGURE_FORMATS = ("png", "pdf", "svg")
+FIGURE_STYLES = ("screen", "print")
+
+FILM_FORMATS = ("mp4", "gif", "html")
+LAPS, AFTER = 24, 4  # of a study of stability; in the latter the motion settles
 
 
 @cache

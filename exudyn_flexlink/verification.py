@@ -297,8 +297,8 @@ def read_benchmark(file: Path) -> Benchmark:
     try:
         file_read = PublishedFile.model_validate(document.data)
     except ValidationError as error:
-        told = mistakes_of(error, PublishedFile, document.data, ())
-        raise SceneError(document, told) from None
+        mistakes = mistakes_of(error, PublishedFile, document.data, ())
+        raise SceneError(document, mistakes) from None
     stem = file.name.removesuffix(PUBLISHED)
     model = file.with_name(f"{stem}.yaml")
     runs, mistakes = list[BenchmarkRun](), list[Mistake]()
@@ -382,7 +382,7 @@ def judged(benchmark: Benchmark, run: BenchmarkRun, result: Result) -> VerifiedR
 
     """
     outcome = result.outcome
-    stopped = "" if outcome.completed else outcome.told
+    stopped = "" if outcome.completed else outcome.ending
     numbers, mistakes = [], []
     for name, number in run.numbers.items():
         value = nan

@@ -42,7 +42,7 @@ def row(name: str, found: Stability) -> str:
     assert found.tighter is not None
     known = f"{found.horizon:.2g} s" if isfinite(found.horizon) else "always"
     both = f"{exponent_text(found.exponent)} | {exponent_text(found.tighter)}"
-    return f"| {name} | {both} | {found.told} | {known} |"
+    return f"| {name} | {both} | {found.behaviour} | {known} |"
 
 
 if __name__ == "__main__":

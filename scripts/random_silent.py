@@ -262,7 +262,7 @@ def judge(case: Case, family: str = "", measure: bool = True) -> Verdict:
         result = simulate(load_scene(path), measure=measure)
         off, ended = case.off(result) / result.scene.accuracy.tolerance, result.outcome
         said = [one for one in result.warnings if not one.startswith("samples are")]  # of figures
-        told = "; ".join(said if ended.completed else [ended.told, *said])
+        told = "; ".join(said if ended.completed else [ended.ending, *said])
         return Verdict(family, ((DOUBTED, TOLD) if told else (RIGHT, SILENT))[off > 1], off, told)
 
     one = of_file(case.model, family, 60.0, verdict, case.rows)

@@ -150,7 +150,7 @@ def forces(rng: np.random.Generator, family: str) -> Verdict:
     scenes = [load_scene(MODEL, [*settings, f"accuracy.tolerance={part}"]) for part in parts]
     run, exact = _run(scenes[0], "exudyn", measure=True), _run(scenes[1], "exudyn", measure=False)
     if not (run.outcome.completed and exact.outcome.completed):
-        return Verdict(family, STOPPED, told=f"{run.outcome.told}; {exact.outcome.told}")
+        return Verdict(family, STOPPED, told=f"{run.outcome.ending}; {exact.outcome.ending}")
     apart, shifts, until = [np.zeros(1)], [0.0], run.error.known_until
     for touch in run.contacts["strike"].touches:
         same = min(exact.contacts["strike"].touches, key=lambda own: abs(own.begin - touch.begin))

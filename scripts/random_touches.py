@@ -274,7 +274,7 @@ def judge(pair: tuple[str, int], seed: int, measure: bool = True, shown: bool = 
         if (before := off[result.time < told].max(initial=0)) > 1:
             end, off = (AFTER if doubted else SILENT), before
         end = end if result.outcome.completed else STOPPED
-        return Verdict(kind, end, np.max(off), "; ".join([result.outcome.told, *said]))
+        return Verdict(kind, end, np.max(off), "; ".join([result.outcome.ending, *said]))
 
     return verdicts.of_file(model, kind, PATIENCE, verdict)
 

@@ -51,7 +51,7 @@ def observe(scene: fl.Scene, simulate: Any) -> Mapping[str, float | int | str | 
         "sign": found.exponent.sign,
         "repeats_after_laps": laps and laps.laps,
         "settles_to_laps": laps.nearest if laps and laps.settles else None,
-        "told": found.told,
+        "told": found.behaviour,
     }
 
 

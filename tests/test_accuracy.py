@@ -23,7 +23,7 @@ from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.plots import ENGINE_COLOURS, work_precision
 from exudyn_flexlink.report import accuracy_text, recommendation
 from exudyn_flexlink.result import Outcome
-from exudyn_flexlink.storage import save_accuracy, staged_folder
+from exudyn_flexlink.storage import save_study, staged_folder
 
 # --- what is found
 
@@ -35,13 +35,13 @@ def test_errors_are_those_made_up(study):
         assert point.errors.worst.startswith("link.")
         assert point.processor == pytest.approx(0.1 * (point.value / 1e-5) ** -0.5)
     assert {"link.end", "lever.end", "guide.start"} < set(study.judged_by)
-    assert study.own.value == 4e-5
+    assert study.model_point.value == 4e-5
 
 
 def test_what_the_references_do_not_tell_is_not_claimed(study):
     """The tight Lagrangian and the finest Exudyn run, 4e-8 or 4e-9 m, differ by its error."""
     finest = min(point.value for point in points_of(study, "Exudyn"))
-    assert study.reference.told == "Lagrangian, tolerance 1e-12 m"
+    assert study.reference.label == "Lagrangian, tolerance 1e-12 m"
     assert study.independent
     assert study.floor == pytest.approx(0.5 * finest, rel=1e-4)
     for point in points_of(study, "Lagrangian"):
@@ -54,7 +54,7 @@ def test_the_cheapest_setting_well_within_the_target_is_chosen(study):
     chosen = advise(study).choice
     fit = [p for p in study.points if p.claimed <= 4e-5 / 3 and p.value <= 4e-5]
     assert chosen.processor == min(p.processor for p in fit if p.method.knob == "tolerance")
-    assert chosen.told == "Exudyn, tolerance 4e-06 m"
+    assert chosen.label == "Exudyn, tolerance 4e-06 m"
     assert chosen.processor == pytest.approx(0.158, rel=1e-3)
 
 
@@ -96,7 +96,7 @@ def test_no_study_takes_longer_than_its_budget():
 def test_without_the_lagrangian_the_finest_run_judges():
     study = studied(World(refused=("lagrangian",)))
     finest = min(p.value for p in points_of(study, "Exudyn")) / 10
-    assert study.reference.told == f"Exudyn, tolerance {finest:.2g} m"
+    assert study.reference.label == f"Exudyn, tolerance {finest:.2g} m"
     assert not study.independent
     assert "not independent" in accuracy_text(study, "simulate it")
     assert study.runs.left_out["Lagrangian"] == "no lagrangian here"
@@ -249,7 +249,7 @@ def test_the_figure_shows_every_method_and_what_limits(study):
 def test_files_hold_what_was_found(study, tmp_path):
     out = tmp_path / "out"
     with staged_folder(out) as folder:
-        save_accuracy(study, "choose this", folder)
+        save_study(study, folder)
     data = json.loads((out / "accuracy.json").read_text())
     assert data["dominating"] == "rods"
     assert data["floor_m"] == study.floor

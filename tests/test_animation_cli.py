@@ -9,7 +9,7 @@ import results
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.animation import writing as writing_room
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.cli import main
 
 FEW = ["--from", "0.3", "--to", "0.33", "--speed", "0.05", "--width", "200"]
@@ -17,7 +17,7 @@ FEW = ["--from", "0.3", "--to", "0.33", "--speed", "0.05", "--width", "200"]
 
 @pytest.fixture(scope="module")
 def run():
-    return own_result(results.rigid_link(turns=2.0, samples=201))
+    return api_result(results.rigid_link(turns=2.0, samples=201))
 
 
 @pytest.fixture

@@ -9,10 +9,10 @@ from pages import read_page
 from results import put, rigid_link
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.page import PAGE, is_page, page_of
-from exudyn_flexlink.storage import StorageError, own_files
+from exudyn_flexlink.storage import StorageError, written_files
 
 SIMULATE = ["simulate", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here", "--report"]
 
@@ -45,8 +45,8 @@ def test_a_page_is_put_beside_its_run(saved, capsys):
     assert main(["report", "run"]) == 0
     assert capsys.readouterr().out == f"Report written to {saved / PAGE}\n"
     read_page(page_in(saved))
-    assert PAGE in own_files(saved)
-    assert "result.nc" in own_files(saved)
+    assert PAGE in written_files(saved)
+    assert "result.nc" in written_files(saved)
     assert main(["report", "run"]) == 0  # its own is replaced
 
 
@@ -118,7 +118,7 @@ def test_no_failure_of_a_page_costs_the_run(failure, run_of, monkeypatch, capsys
 
 
 def test_a_result_writes_its_page(tmp_path):
-    result = own_result(rigid_link(turns=1, samples=401))
+    result = api_result(rigid_link(turns=1, samples=401))
     path = result.report(tmp_path / "a.html")
     assert path.read_text(encoding="utf-8") == page_of(result)
     result.report(path)

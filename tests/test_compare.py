@@ -21,7 +21,7 @@ from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
 from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.scene import PrismaticJoint
-from exudyn_flexlink.storage import save_comparison
+from exudyn_flexlink.storage import save_study
 
 
 def still(**options):
@@ -238,7 +238,7 @@ def both(rigid):
 
 
 def test_files_say_what_was_found(both, tmp_path):
-    save_comparison(both, tmp_path, tolerance=2e-6)
+    save_study(both, tmp_path, tolerance=2e-6)
     found = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
     assert found["program"] == "exudyn-flexlink"
     assert found["horizon_s"] == pytest.approx(1.5, abs=2e-3)

@@ -16,6 +16,7 @@ from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.scene import check_document, parse_scene
+from exudyn_flexlink.shipped import EFFECT_NAMES
 from exudyn_flexlink.source import parse_document
 
 FILES = sorted(MODELS.glob("*.yaml"))
@@ -25,6 +26,10 @@ ROUNDED = 1e-12  # N: the slide that carries nothing across has a force by round
 @pytest.fixture(scope="module")
 def whole():
     return load_scene(MODELS / "clearance_friction.yaml")
+
+
+def test_the_command_line_knows_all_effects_by_name():
+    assert tuple(EFFECTS) == EFFECT_NAMES
 
 
 @pytest.mark.parametrize("effect", EFFECTS)

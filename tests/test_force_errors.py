@@ -24,7 +24,7 @@ from exudyn_flexlink.report.run import force_error_table
 from exudyn_flexlink.report.text import lines_of
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, Interval, MeasuredError
 from exudyn_flexlink.source import parse_document
-from exudyn_flexlink.storage import load, save, save_comparison
+from exudyn_flexlink.storage import load, save, save_study
 
 CRANK = "joint force of crank"
 G, LENGTH, MASS = 9.81, 0.2, 7850 * 0.2 * 0.01 * 0.002  # of results.PENDULUM
@@ -259,7 +259,7 @@ def test_a_comparison_tells_forces(tmp_path):
     text = comparison_text(found)
     assert "Forces, difference" in text
     assert any(line.split()[:6] == [*CRANK.split(), "0.01", "N"] for line in text.splitlines())
-    save_comparison(found, tmp_path)
+    save_study(found, tmp_path)
     data = json.loads((tmp_path / "comparison.json").read_text())
     told = data["forces_up_to_the_horizon"][CRANK]
     assert told["unit"] == "N"

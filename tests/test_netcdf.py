@@ -10,7 +10,7 @@ from scipy.io import netcdf_file
 from test_storage import assert_same
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.result import Interval, Result
 from exudyn_flexlink.storage import Array, arrays_of, load, save
 from exudyn_flexlink.storage.run import read_netcdf, write_netcdf
@@ -36,7 +36,7 @@ def test_the_file_is_the_dataset_of_python(made, tmp_path):
     result = MADE[made]()
     save(result, tmp_path)
     assert_same(result, load(tmp_path))
-    seen, own = opened(tmp_path), own_result(result).to_xarray()
+    seen, own = opened(tmp_path), api_result(result).to_xarray()
     assert len(seen.attrs.pop("sha256")) == 64
     assert json.loads(seen.attrs.pop("run"))["engine"] == result.engine
     xarray.testing.assert_identical(seen, own[[n for n, a in own.data_vars.items() if a.size]])

@@ -11,7 +11,7 @@ import results
 from cli_runs import ROOT
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 
 NAN = float("nan")
 UNITS = pint.UnitRegistry()
@@ -19,7 +19,7 @@ UNITS = pint.UnitRegistry()
 
 @pytest.fixture(scope="module")
 def run():
-    return own_result(results.rigid_link())
+    return api_result(results.rigid_link())
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,7 @@ from matplotlib.figure import Figure
 from results import texts, words
 
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.plots import (
-    FORMATS,
     PRINT,
     SCREEN,
     STYLES,
@@ -25,6 +23,7 @@ from exudyn_flexlink.plots import (
 )
 from exudyn_flexlink.plots.panels import BEYOND, number_text
 from exudyn_flexlink.result import MeasuredError
+from exudyn_flexlink.shipped import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.storage import save
 
 MILLIMETRES = 25.4  # in an inch
@@ -43,15 +42,15 @@ def parting(rigid):
 
 def test_figures_of_one_run_are_the_same_files_in_all_formats(rigid):
     """No date and no random names in them: a repository sees no change where there is none."""
-    assert (FORMATS, tuple(STYLES)) == (FIGURE_FORMATS, FIGURE_STYLES)  # of the command line
+    assert tuple(STYLES) == FIGURE_STYLES
     written = []
     for folder in (Path("a"), Path("b")):
         folder.mkdir()
-        files = save_figure(lever(rigid), folder, "lever", FORMATS)
-        assert [file.name for file in files] == [f"lever.{suffix}" for suffix in FORMATS]
+        files = save_figure(lever(rigid), folder, "lever", FIGURE_FORMATS)
+        assert [file.name for file in files] == [f"lever.{suffix}" for suffix in FIGURE_FORMATS]
         written.append([file.read_bytes() for file in files])
     assert written[0] == written[1]
-    for suffix, content in zip(FORMATS, written[0], strict=True):
+    for suffix, content in zip(FIGURE_FORMATS, written[0], strict=True):
         assert content.startswith(STARTS[suffix])
 
 

@@ -16,7 +16,7 @@ from cli_runs import MODELS, ROOT
 
 import exudyn_flexlink as fl
 from exudyn_flexlink import engines, observables
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.plots import FIGURES
 
@@ -32,12 +32,12 @@ RUNS = [
 
 @pytest.fixture(scope="module")
 def run():
-    return own_result(results.rigid_link())
+    return api_result(results.rigid_link())
 
 
 @pytest.fixture(scope="module")
 def tilting():
-    return own_result(results.tilting_link())
+    return api_result(results.tilting_link())
 
 
 # --- the package ------------------------------------------------------------------------------
@@ -194,7 +194,7 @@ def test_what_there_is_none_of_is_told_with_what_there_is(run):
 
 def test_things_tell_themselves_in_a_line_and_in_a_notebook(run):
     same = fl.compare(run, run, names=("rigid", "flexible"))
-    stopped = own_result(results.stopped(results.pendulum()))
+    stopped = api_result(results.stopped(results.pendulum()))
     for found, told in (
         (run, "completed at 2.51327 s, 1601 samples, 1 warning"),
         (stopped, "stopped: no convergence at the smallest step at 0.5 s"),

@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from pages_of_docs import BLOCK, DOCS, text_of
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError
 
 FIRST_HOUR = DOCS / "first_hour.md"
@@ -26,7 +26,7 @@ def run():
     spreads = [ForceSpread(largest, 0.1, 0.1, 1.0) for largest in (FREE, TOUCHING)]
     forces = {"joint force of crank": ForceDeviation("N", *spreads)}
     error = MeasuredError(points=("link.end",), largest=1e-7, horizon=HORIZON, forces=forces)
-    return own_result(replace(results.rigid_link(), error=error))
+    return api_result(replace(results.rigid_link(), error=error))
 
 
 # --- what moves and what acts ----------------------------------------------------------------
@@ -113,7 +113,7 @@ def test_forces_are_in_a_file_of_a_saved_run(run, tilting):
     assert set(table) <= set(run.to_dataframe())
     assert list(table)[:3] == ["t_s", "crank_angle_rad", "motor.drive_torque_N_m"]
     np.testing.assert_allclose(table["crank.joint_force_x_N"], run.joint("crank").force[:, 0])
-    walls = own_result(tilting).to_dataframe()
+    walls = api_result(tilting).to_dataframe()
     both = walls["sleeve.upper_wall_force_N"] + walls["sleeve.lower_wall_force_N"]
     np.testing.assert_allclose(both, tilting.sleeves["sleeve"].force.sum(axis=1))
 
@@ -127,7 +127,7 @@ def test_a_contact_by_impulses_has_no_column_of_forces(run):
 
 
 def test_a_column_of_a_sweep():
-    scene = own_result(results.pendulum()).scene
+    scene = api_result(results.pendulum()).scene
     table = fl.sweep(scene, {"run.duration": [0.01, 0.02]}, "lagrangian", workers=1, measure=False)
     np.testing.assert_array_equal(table["run.duration_s"], [0.01, 0.02])
     assert list(table["status"]) == table.columns()["status"]
@@ -162,7 +162,7 @@ def test_figures_draw_into_axes_that_are_given(run, name):
 
 
 def test_two_runs_in_one_figure(run):
-    short = own_result(results.stopped(results.rigid_link(turns=2.0)))
+    short = api_result(results.stopped(results.rigid_link(turns=2.0)))
     figure, axes = plt.subplots()
     run.plot.lever(ax=axes, label="long")
     short.plot.lever(ax=axes, label="short")

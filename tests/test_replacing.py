@@ -14,7 +14,13 @@ import exudyn_flexlink as fl
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.scene import json_schema
-from exudyn_flexlink.storage import KeptBesideError, StorageError, load, own_files, staged_folder
+from exudyn_flexlink.storage import (
+    KeptBesideError,
+    StorageError,
+    load,
+    staged_folder,
+    written_files,
+)
 
 # --- what stays ---------------------------------------------------------------------------------
 
@@ -31,7 +37,7 @@ def test_a_rerun_leaves_the_users_files_and_folders(command, ends):
         "nested/notes", "data/measured.csv", "exudyn/own.txt", "zebra.png",
     }  # fmt: skip
     assert Path("o/empty").is_dir()
-    assert set(own_files(Path("o"))) == written
+    assert set(written_files(Path("o"))) == written
 
 
 @pytest.mark.parametrize("summary", ['{"program": "exudyn-flexlink", "format": 2}', None])

@@ -11,7 +11,7 @@ from folders import mine, posix, simulate, tree
 from results import rigid_link
 
 from exudyn_flexlink import storage
-from exudyn_flexlink.storage import load, own_files, staged_folder
+from exudyn_flexlink.storage import load, staged_folder, written_files
 
 NEW = {"forces.csv", "manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
@@ -113,7 +113,7 @@ def test_a_comparison_that_is_killed_keeps_whole_runs():
             assert titles == {json.loads(Path("o/comparison.json").read_text())["title"]}
         with staged_folder(Path("o")) as folder:
             compared(new, folder)
-        assert set(tree("o")) == set(own_files(Path("o"))) | {"exudyn/notes.txt"}
+        assert set(tree("o")) == set(written_files(Path("o"))) | {"exudyn/notes.txt"}
         shutil.rmtree("o")
         if not killed:
             break

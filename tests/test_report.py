@@ -24,7 +24,7 @@ from exudyn_flexlink.engines.interrupts import radau
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_text
-from exudyn_flexlink.report.text import WIDTH, instant
+from exudyn_flexlink.report.text import WIDTH, Column, Table, entries, instant, table_of_items
 from exudyn_flexlink.result import EngineSettings
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import save
@@ -191,3 +191,18 @@ accuracy: {tolerance: 1.0e-8}
     told = json.loads((tmp_path / "summary.json").read_text())
     assert told["checks"]["largest_penetration"] == pytest.approx(2.5e-3, rel=1e-6)
     assert result.intervals["pad"].penetration == pytest.approx([2.5e-3], rel=1e-6)
+
+
+def test_a_column_stands_once_for_texts_and_for_files():
+    columns = (
+        Column("size", "real", "{:.1f}".format, "m", "size_m"),
+        Column(None, lambda z: z.imag, key="angle_rad"),
+        Column("doubt", lambda z: None if z.imag > 2 else "small"),
+    )
+    shown = table_of_items("points", columns, [1 + 2j, 3j], 5)
+    rows = [["1.0", "small"], ["0.0", ""]]
+    assert shown == Table("points", rows, ["size", "doubt"], ["m", ""], "and 3 more")
+    assert [entries(columns, z) for z in (1 + 2j, 3j)] == [
+        {"size_m": 1.0, "angle_rad": 2.0},
+        {"size_m": 0.0, "angle_rad": 3.0},
+    ]

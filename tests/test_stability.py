@@ -9,12 +9,11 @@ import pytest
 from physics_tools import MODELS, STEEL, scene
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.cli import arguments, main
+from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import vibration
 from exudyn_flexlink.stability import (
-    Asked,
     LapDistances,
     NoRhythmError,
     Rhythm,
@@ -43,7 +42,7 @@ def test_the_double_track_repeats_itself_every_two_laps(track):
     assert found.largest[0, 1:] == pytest.approx(0.01, rel=1e-6)
     assert np.nanmax(found.largest[1]) < 1e-12
     told = repeating(found, 1e-9)
-    assert (told.laps, told.told) == (2, "repeats itself every 2 laps")
+    assert (told.laps, told.behaviour) == (2, "repeats itself every 2 laps")
 
 
 def test_a_section_at_pi_sees_both_tracks(track):
@@ -75,7 +74,7 @@ def test_laps_that_come_nearer_settle():
     told = repeating(laps(apart), 1e-12)
     assert (told.laps, told.nearest) == (None, 3)
     assert told.settles == pytest.approx(0.125)
-    assert told.told == "settles to a period of 3 laps"
+    assert told.behaviour == "settles to a period of 3 laps"
     assert repeating(laps(apart), 1e-3).laps == 3
 
 
@@ -84,7 +83,7 @@ def test_laps_that_are_as_they_like_repeat_nothing():
     found = laps(lambda k, other: abs(places[k] - places[other]))
     told = repeating(found, 1e-9)
     assert (told.laps, told.settles) == (None, None)
-    assert told.told == "does not repeat itself within 8 laps"
+    assert told.behaviour == "does not repeat itself within 8 laps"
     assert repeating(found, 1e-9, until=1.5) is None  # up to there one lap alone is known
 
 
@@ -175,8 +174,6 @@ def test_laps_that_no_run_can_have_are_told(options, told, tmp_path, capsys):
     assert main(["stability", str(file), *options, f"--out={tmp_path / 'o'}"]) == 2
     assert told in capsys.readouterr().err
     assert not (tmp_path / "o").exists()
-    # The command has its own numbers: the room of studies is too slow for a help text.
-    assert (Asked.laps, Asked.after) == (arguments.LAPS, arguments.AFTER)
 
 
 def test_a_run_too_short_to_be_solved_is_refused_at_its_place(tmp_path):

@@ -13,8 +13,7 @@ from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import force_peaks, strikes
 from exudyn_flexlink.plots.forces import forces
-from exudyn_flexlink.report.run import strike_table
-from exudyn_flexlink.report.studies import comparison_text
+from exudyn_flexlink.report import comparison_text, strike_table
 from exudyn_flexlink.scene import ImpulseLaw
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import arrays_of

@@ -131,9 +131,9 @@ class Point:
         return self.claimed > self.errors.largest
 
     @property
-    def told(self) -> str:
+    def label(self) -> str:
         """The point in words."""
-        return self.method.told(self.value)
+        return self.method.label(self.value)
 
 
 @dataclass(frozen=True)
@@ -196,12 +196,12 @@ class Bench:
 
 @dataclass(frozen=True)
 class Study(Bench):
-    """What a study found: `points` of the figure are settings run, `own` is the model's."""
+    """What a study found: `points` of the figure are settings run, `model_point` is the model's."""
 
     scene: Scene
     target: float
     points: tuple[Point, ...]
-    own: Point | None
+    model_point: Point | None
     sources: tuple[Source, ...]
     runs: Runs
 
@@ -237,7 +237,7 @@ def judge(runs: Runs) -> Study:
     horizon = agreement(truth.result, check.result) if check else None
     bench = Bench(truth, check, independent, horizon)
     points = [_point(trial, bench) for trial in runs.trials if trial is not truth]
-    given = runs.own and (runs.own.method, runs.own.value)
+    given = runs.model_trial and (runs.model_trial.method, runs.model_trial.value)
     known = next((point for point in points if (point.method, point.value) == given), None)
     return Study(
         truth,
@@ -247,7 +247,7 @@ def judge(runs: Runs) -> Study:
         scene=runs.scene,
         target=runs.target,
         points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
-        own=known,
+        model_point=known,
         sources=(*_of_time(runs, known, bench), *_of_the_model(runs, bench)),
         runs=runs,
     )
@@ -276,9 +276,9 @@ def _check(truth: Trial, others: Sequence[Trial]) -> tuple[Trial | None, bool]:
     return min(independent or rods, key=far, default=None), bool(independent)
 
 
-def _independent(one: Method, other: Method) -> bool:
+def _independent(method: Method, other: Method) -> bool:
     """Whether two methods share no equations: other engines, or other formulations of one."""
-    return (one.engine, dict(one.settings)) != (other.engine, dict(other.settings))
+    return (method.engine, dict(method.settings)) != (other.engine, dict(other.settings))
 
 
 def _point(trial: Trial, bench: Bench) -> Point:
@@ -293,14 +293,14 @@ def _of_time(runs: Runs, point: Point | None, bench: Bench) -> list[Source]:
 
     A link that is not made of rods is held against the finest run of its own kind.
     """
-    if runs.own is bench.reference and bench.check is not None:
+    if runs.model_trial is bench.reference and bench.check is not None:
         # The finest run of all: it is off by no more than the check is from it.
         return [Source("time", bench.errors(bench.check.result), at_most=True)]
     if point is None:
         return []
     if point.method.of_rods:
         return [Source("time", point.errors, at_most=point.below_floor)]
-    finest, trial = runs.of(point.method)[0], runs.own
+    finest, trial = runs.of(point.method)[0], runs.model_trial
     if trial is None or trial is finest:
         return []
     return [Source("time", bench.errors(trial.result, finest.result))]

@@ -185,7 +185,7 @@ class Method:
         """Say the knob at a value, such as 'tolerance 1e-05 m'."""
         return f"{self.knob} {self.amount(value)}"
 
-    def told(self, value: float) -> str:
+    def label(self, value: float) -> str:
         """Say the method at a value, such as 'Exudyn, redundant, tolerance 1e-05 m'."""
         return f"{self.name.removesuffix(', fixed step')}, {self.set_to(value)}"
 
@@ -205,11 +205,11 @@ def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[
     if EXUDYN in formulations:  # the equal steps that anyone would script by hand
         settings = {"formulation": "redundant"} if "redundant" in formulations[EXUDYN] else {}
         methods.append(Method("Exudyn, fixed step", EXUDYN, "step", settings))
-    model_method = own_method(scene, methods)
-    return sorted(methods, key=lambda method: method is not model_method)
+    first = model_method(scene, methods)
+    return sorted(methods, key=lambda method: method is not first)
 
 
-def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
+def model_method(scene: Scene, methods: Sequence[Method]) -> Method:
     """Return the method that the model's settings mean: Exudyn, as `simulate` takes it."""
     knob = "tolerance" if scene.accuracy.step is None else "step"
     asked = scene.solver.formulation
@@ -218,14 +218,14 @@ def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
     return (named or fitting or list(methods))[0]
 
 
-def own_value(scene: Scene, method: Method) -> float | None:
+def model_value(scene: Scene, method: Method) -> float | None:
     """Value of the method's knob that the model gives, or a usual one; None: unknown."""
     if method.knob == "step":
         return scene.accuracy.step
-    return own_tolerance(scene)
+    return model_tolerance(scene)
 
 
-def own_tolerance(scene: Scene) -> float:
+def model_tolerance(scene: Scene) -> float:
     """Tolerance that the model gives, or a usual one, m."""
     return scene.accuracy.tolerance or USUAL_TOLERANCE
 
@@ -276,9 +276,9 @@ class Trial:
     times: list[float]
 
     @property
-    def told(self) -> str:
+    def label(self) -> str:
         """The trial in words."""
-        return self.method.told(self.value)
+        return self.method.label(self.value)
 
     @property
     def processor(self) -> float:
@@ -322,10 +322,10 @@ class Runs:
         return any(abs(log(value / trial.value)) < SAME for trial in self.of(method))
 
     @property
-    def own(self) -> Trial | None:
+    def model_trial(self) -> Trial | None:
         """The trial at the model's own settings; None if it could not be made."""
-        method = own_method(self.scene, self.methods)
-        value = own_value(self.scene, method)
+        method = model_method(self.scene, self.methods)
+        value = model_value(self.scene, method)
         return next((t for t in self.of(method) if t.value == value), None)
 
 
@@ -363,7 +363,7 @@ class Studying:
         try:
             self._warm_up()
             self._deadline = self._clock() + self._budget
-            self._own_settings()
+            self._model_settings()
             self._refer()
             self._vary()
             self._climb()
@@ -386,20 +386,20 @@ class Studying:
         part = WARM_UP * end if isfinite(end) else WARM_UP
         short = scene.changed(run=Run(duration=part, sample=part))
         for method in self.runs.methods:
-            begun = method.at(short, own_value(scene, method) or part / 10)
+            begun = method.at(short, model_value(scene, method) or part / 10)
             try:
                 self._solve(begun, method.engine, f"{method.name}, warming up", inf)
             except RefusedError as error:
                 self.runs.left_out[method.name] = str(error)
 
-    def _own_settings(self) -> None:
+    def _model_settings(self) -> None:
         """Run the model's own settings, or the nearest that take not too long; so does the judge.
 
         The others begin with coarser ones, but something has to run.
         """
-        usual = own_method(self.runs.scene, self.runs.methods)
+        usual = model_method(self.runs.scene, self.runs.methods)
         for method in self._methods():
-            value = own_value(self.runs.scene, method)
+            value = model_value(self.runs.scene, method)
             if value is None or (method != usual and method.engine != JUDGE and self.runs.trials):
                 continue
             for factor in COARSER:
@@ -408,7 +408,7 @@ class Studying:
 
     def _try(self, method: Method, value: float) -> Trial | None:
         """Run a method at a value; None if it failed, or there was no time."""
-        label, scene = method.told(value), method.at(self.runs.scene, value)
+        label, scene = method.label(value), method.at(self.runs.scene, value)
         solved = self._solved(scene, method, label)
         if solved is None:
             return None
@@ -429,7 +429,7 @@ class Studying:
             return None
         outcome = solved.result.outcome
         if solved.given_up or not outcome.completed:
-            self.runs.left_out[label] = NO_TIME if solved.given_up else outcome.told
+            self.runs.left_out[label] = NO_TIME if solved.given_up else outcome.ending
             return None
         return solved
 
@@ -438,7 +438,7 @@ class Studying:
         for method in self._methods():
             if method.engine == JUDGE:
                 scene = method.at(self.runs.scene, REFERENCE)
-                solved = self._solved(scene, method, f"{method.told(REFERENCE)}, reference")
+                solved = self._solved(scene, method, f"{method.label(REFERENCE)}, reference")
                 if solved is not None:
                     times = [solved.processor]
                     self.runs.reference = Trial(method, REFERENCE, solved.result, times)
@@ -454,7 +454,7 @@ class Studying:
         if not known or not scenes:
             return
         method = min(known, key=lambda t: t.processor).method
-        value = own_tolerance(self.runs.scene)
+        value = model_tolerance(self.runs.scene)
         if self.runs.has(method, value):
             self._try(method, value / 10)
         base = self.runs.of(method)[0]
@@ -474,21 +474,21 @@ class Studying:
             trial = self._try(method, value)
             if trial is not None:
                 last[method] = trial.processor
-            elif (out := self.runs.left_out)[method.told(value)] == NO_TIME:
+            elif (out := self.runs.left_out)[method.label(value)] == NO_TIME:
                 finer = waiting.pop(method)
-                out |= {f"{method.told(x)}, and what is finer": NO_TIME for x in finer[:1]}
+                out |= {f"{method.label(x)}, and what is finer": NO_TIME for x in finer[:1]}
 
     def _rungs(self, method: Method) -> list[float]:
         """Rungs of a method's ladder that were not run yet, up to one that took too long."""
         value = self._begin(method)
         rungs = [] if value is None else ladder(method.knob, value, self.runs.target)
         out = self.runs.left_out
-        short = takewhile(lambda rung: out.get(method.told(rung)) != NO_TIME, rungs)
+        short = takewhile(lambda rung: out.get(method.label(rung)) != NO_TIME, rungs)
         return [rung for rung in short if not self.runs.has(method, rung)]
 
     def _begin(self, method: Method) -> float | None:
         """Value that the model gives, or a step (s) from its own run's mean one; None: unknown."""
-        model_trial, value = self.runs.own, own_value(self.runs.scene, method)
+        model_trial, value = self.runs.model_trial, model_value(self.runs.scene, method)
         if value is not None or model_trial is None or model_trial.result.checks.steps < 1:
             return value
         mean = model_trial.result.time[-1] / model_trial.result.checks.steps

@@ -45,6 +45,7 @@ from exudyn_flexlink.mechanism import Anchor
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.outline import Line, through
 from exudyn_flexlink.plots.panels import length_unit
+from exudyn_flexlink.shipped import FILM_FORMATS
 
 GENERATOR = "exudyn-flexlink animation"
 """How a file says that this program wrote it."""
@@ -205,7 +206,6 @@ GIF_WIDTH, VIDEO_WIDTH = 640, 1280
 GIF_TICK = 0.01  # s: unit of the duration of a GIF's frame
 LOOKED_AT = 24  # frames that the palette of colours is made of
 MOST_PIXELS = 600_000_000  # of a GIF: its frames are in memory until it is written
-FORMATS = ("mp4", "gif", "html")
 MOST_FPS = {"mp4": 240.0, "gif": 50.0}  # players show frames of a GIF for 0.02 s at least
 LEAST_WIDTH, MOST_WIDTH = 160, 4096
 NO_FFMPEG = (
@@ -252,8 +252,8 @@ def film_bytes(
             ffmpeg failed.
 
     """
-    if suffix not in FORMATS:
-        raise FilmError(f"no format '{suffix}'; there is: {', '.join(FORMATS)}")
+    if suffix not in FILM_FORMATS:
+        raise FilmError(f"no format '{suffix}'; there is: {', '.join(FILM_FORMATS)}")
     if mistakes := filming.mistakes(suffix):
         raise FilmError("\n".join(mistakes))
     if suffix == "html":

@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
-from exudyn_flexlink.arguments import a, among, instants, takes, told
+from exudyn_flexlink.arguments import a, among, excerpt, instants, takes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import bent_links, point_names, struck_bodies
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.shipped import FIGURE_NAMES, FIGURE_STYLES
 from exudyn_flexlink.source import unknown
 from exudyn_flexlink.storage import (
     all_columns,
@@ -61,7 +62,7 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
     return trajectory_columns(result, name)
 
 
-def told_names(result: Result) -> list[str]:
+def table_names(result: Result) -> list[str]:
     """Names of what a table can tell of: bodies struck or bent, what touches, and points."""
     scene = result.scene
     return [*struck_bodies(scene), *bent_links(scene), *result.intervals, *point_names(scene)]
@@ -92,22 +93,11 @@ def needed(package: str) -> Any:
         ) from error
 
 
-# Those of `plots.FIGURES`: what is asked for names alone needs no matplotlib.
-NAMES = (
-    "coordinates",
-    "polar",
-    "lever",
-    "mechanism",
-    "guide_contact",
-    "energy",
-    "forces",
-    "bending",
-)
 SMALL = 70  # dots per inch: a figure beside text, some tens of kilobytes
 FORM = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
 
 RESULT = a(Result, "simulate(..) and load(..) give one")
-style = among(lambda _: ("screen", "print"), "style")  # those of `plots.STYLES`
+style = among(lambda _: FIGURE_STYLES, "style")
 
 POINT = among(lambda shown: point_names(shown._result.scene), "point")
 
@@ -124,7 +114,7 @@ def _instants(value: Any, plots: Any) -> FloatArray:
     times = np.atleast_1d(instants(value))
     end = float(plots._result.time[-1])
     if not len(times) or not np.all((times >= 0) & (times <= end)):
-        raise ValueError(f"expected instants from 0 to {end:.9g} s, got {told(value)}")
+        raise ValueError(f"expected instants from 0 to {end:.9g} s, got {excerpt(value)}")
     return times
 
 
@@ -150,13 +140,13 @@ class Plots:
         self._result = result
 
     def __dir__(self) -> list[str]:
-        return [*NAMES, "all"]
+        return [*FIGURE_NAMES, "all"]
 
     def __repr__(self) -> str:
         return f"<Plots: {', '.join(dir(self))}>"
 
     def __getattr__(self, name: str) -> NoReturn:
-        raise AttributeError(unknown("figure", name, [*NAMES, "all"]))
+        raise AttributeError(unknown("figure", name, [*FIGURE_NAMES, "all"]))
 
     @takes(point=POINT)
     def coordinates(

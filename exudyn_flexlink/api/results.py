@@ -21,9 +21,9 @@ from exudyn_flexlink.api.figures import (
     data_frame,
     data_set,
     page,
-    told_names,
+    table_names,
 )
-from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
+from exudyn_flexlink.api.scenes import ENGINE, Scene, api_scene, given_scene
 from exudyn_flexlink.arguments import among, number, takes, two_texts, whole
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.observables import (
@@ -57,7 +57,7 @@ from typing import Any
 
 from exudyn_flexlink import fitting
 from exudyn_flexlink.api.figures import Shown
-from exudyn_flexlink.arguments import measured, texts_by_name, told
+from exudyn_flexlink.arguments import excerpt, measured, texts_by_name
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
 from exudyn_flexlink.continuing import joined as join
@@ -142,7 +142,7 @@ class Result(PlainResult):
             ValueError: turns and a duration; or turns, and the scene has no revolute joint.
 
         """
-        scene = own_scene(continued(self, at))
+        scene = api_scene(continued(self, at))
         if turns is not None and duration is not None:
             raise ValueError("'turns' and 'duration' exclude each other: give one of both")
         if turns is not None:
@@ -184,7 +184,7 @@ class Result(PlainResult):
         """Return how the watched point is off its ideal place, from `after` (s) on."""
         return observables.vibration(self, after)
 
-    @takes(name=among(told_names, "point, body, contact or joint"), every=PERIOD)
+    @takes(name=among(table_names, "point, body, contact or joint"), every=PERIOD)
     def to_dataframe(self, name: str | None = None, *, every: float | None = None) -> DataFrame:
         """Return a table: of a point's path, a struck body, a flexible link's moments, or touches.
 
@@ -323,9 +323,9 @@ class Result(PlainResult):
         return page(self.scene.title, self.summary(), plots.coordinates(self))
 
 
-def own_result(plain: PlainResult) -> Result:
+def api_result(plain: PlainResult) -> Result:
     """Return a result with the methods of this room."""
-    return with_methods(Result, plain, scene=own_scene(plain.scene))
+    return with_methods(Result, plain, scene=api_scene(plain.scene))
 
 
 @takes(scene=given_scene, engine=ENGINE)
@@ -355,7 +355,7 @@ def simulate(
         made = engines.simulate(scene, engine, progress, measure=measure)
     except engines.LateInterruptError as late:  # all that it has computed is there
         made = late.result
-    return own_result(made)
+    return api_result(made)
 
 
 @takes()
@@ -366,7 +366,7 @@ def load(folder: str | PathLike[str]) -> Result:
         StorageError: the folder holds no run, or a file of it is damaged.
 
     """
-    return own_result(storage.load(Path(folder)))
+    return api_result(storage.load(Path(folder)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -462,7 +462,7 @@ def joined(first: PlainResult, second: PlainResult) -> Result:
             strikes a body that no joint carries, whose displacement is told from each start anew.
 
     """
-    return own_result(join(first, second))
+    return api_result(join(first, second))
 
 
 @dataclass(frozen=True, repr=False)
@@ -488,7 +488,7 @@ class Fit(Shown, fitting.Fit):
 
         """
         with storage.staged_folder(Path(folder), force=force) as staged:
-            storage.save_fit(self, staged)
+            storage.save_study(self, staged)
         return Path(folder)
 
     def __repr__(self) -> str:
@@ -502,8 +502,8 @@ class Fit(Shown, fitting.Fit):
 def _vary(value: Any, _: Any = None) -> Any:
     """Take a path, several, or paths with bounds, which `fitting` reads."""
     many = isinstance(value, Mapping | list | tuple)
-    if not (isinstance(value, str) or many) or not all(isinstance(one, str) for one in value):
-        raise TypeError(f"expected paths such as ['springs.s.stiffness'], got {told(value)}")
+    if not (isinstance(value, str) or many) or not all(isinstance(path, str) for path in value):
+        raise TypeError(f"expected paths such as ['springs.s.stiffness'], got {excerpt(value)}")
     return value
 
 
@@ -536,4 +536,4 @@ def fit(
     series = fitting.read_series(scene, measured, columns)
     simulate = partial(engines.simulate, engine=engine, measure=False)
     fitted = fitting.fit(scene, series, vary, simulate, progress)
-    return with_methods(Fit, fitted, scene=own_scene(fitted.scene))
+    return with_methods(Fit, fitted, scene=api_scene(fitted.scene))

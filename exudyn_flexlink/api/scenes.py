@@ -18,11 +18,11 @@ from pydantic import ValidationError
 
 from exudyn_flexlink import effects, loading
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.arguments import a, among, place, plain, takes, told, values
+from exudyn_flexlink.arguments import a, among, excerpt, place, plain, takes, values
 from exudyn_flexlink.loading import rest_of_scene
 from exudyn_flexlink.mechanism import Rest
 from exudyn_flexlink.once import hand_on
-from exudyn_flexlink.report import equilibrium_text, rest_told
+from exudyn_flexlink.report import equilibrium_text, rest_text
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.shipped import ENGINES, known_names, model_file, model_names
@@ -42,10 +42,10 @@ ENGINE = among(lambda _: ENGINES, "engine")
 def _changes(value: Any, _: Any = None) -> Mapping[str, Any]:
     """Take values by path."""
     if not isinstance(value, Mapping):
-        raise TypeError(f"expected a dict such as {{'run.turns': 2}}, got {told(value)}")
+        raise TypeError(f"expected a dict such as {{'run.turns': 2}}, got {excerpt(value)}")
     for item in value:
         if not isinstance(item, str) or "=" in item or not all(map(str.strip, item.split("."))):
-            raise ValueError(f"expected paths such as 'run.turns', got {told(item)}")
+            raise ValueError(f"expected paths such as 'run.turns', got {excerpt(item)}")
     return value
 
 
@@ -54,7 +54,7 @@ def _more(value: Any, _: Any = None) -> Any:
     if isinstance(value, Mapping):
         return _changes(value)
     if not isinstance(value, list | tuple) or not all(isinstance(text, str) for text in value):
-        raise TypeError(f"expected a dict, or texts such as ['run.turns=2'], got {told(value)}")
+        raise TypeError(f"expected a dict, or texts such as ['run.turns=2'], got {excerpt(value)}")
     return list(value)
 
 
@@ -63,7 +63,7 @@ def _model(value: Any, _: Any = None) -> Any:
     if isinstance(value, PlainScene | Mapping):
         return value
     if not isinstance(value, str | PathLike):
-        raise TypeError(f"expected a name, a path, a dict or a Scene, got {told(value)}")
+        raise TypeError(f"expected a name, a path, a dict or a Scene, got {excerpt(value)}")
     return value if place(value) and isinstance(value, str) else place(value)
 
 
@@ -91,8 +91,8 @@ class Scene(PlainScene):
         try:
             super().__init__(**sections)
         except ValidationError:
-            told_of = f"expected parts of a scene, got {', '.join(sections) or 'nothing'}"
-            raise TypeError(f"{told_of}; load_scene(..) makes scenes of plain data") from None
+            expected = f"expected parts of a scene, got {', '.join(sections) or 'nothing'}"
+            raise TypeError(f"{expected}; load_scene(..) makes scenes of plain data") from None
 
     @takes(changes=_changes)
     def with_(self, changes: Mapping[str, Any]) -> Scene:
@@ -156,9 +156,9 @@ def load_scene(
     texts: list[Setting] = _settings(changes) if isinstance(changes, Mapping) else list(changes)
     texts += _settings({_path_of(key): value for key, value in settings.items()})
     if isinstance(model, PlainScene):
-        return _changed(model, texts, settings) if texts else own_scene(model)
+        return _changed(model, texts, settings) if texts else api_scene(model)
     with _python_words(settings):
-        return own_scene(loading.scene_of(_document(model), texts, allow_outside))
+        return api_scene(loading.scene_of(_document(model), texts, allow_outside))
 
 
 def given_scene(given: Any, _: Any = None) -> Any:
@@ -177,10 +177,10 @@ def idealise(scene: PlainScene, without: str | Iterable[str]) -> Scene:
         SceneError: what is left can't be.
 
     """
-    return own_scene(effects.idealise(scene, without))
+    return api_scene(effects.idealise(scene, without))
 
 
-def own_scene(plain: PlainScene) -> Scene:
+def api_scene(plain: PlainScene) -> Scene:
     """Return a scene with the methods of this room."""
     if isinstance(plain, Scene):
         return plain
@@ -210,7 +210,7 @@ def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
 
 def _changed(scene: PlainScene, settings: list[Setting], keywords: Collection[str] = ()) -> Scene:
     with _python_words(keywords):
-        return own_scene(loading.scene_of(loading.document_of(scene), settings, True))
+        return api_scene(loading.scene_of(loading.document_of(scene), settings, True))
 
 
 @contextmanager
@@ -242,7 +242,7 @@ def _plain(value: Any, name: str) -> Any:
     try:
         return json.loads(json.dumps(value, default=_held))
     except (TypeError, ValueError, RecursionError) as error:
-        why = str(error) if "can't hold" in str(error) else f"a model can't hold {told(value)}"
+        why = str(error) if "can't hold" in str(error) else f"a model can't hold {excerpt(value)}"
         raise TypeError(f"{name}: {why}") from None
 
 
@@ -297,7 +297,7 @@ class Equilibrium(Rest):
         """Return one line: whether it is stable, and its lowest frequency."""
         moving = self.frequencies[self.frequencies > 0]
         lowest = f", lowest frequency {moving[0]:.5g} Hz" if len(moving) else ""
-        return f"<Equilibrium of '{self.scene.title}': {rest_told(self)}{lowest}>"
+        return f"<Equilibrium of '{self.scene.title}': {rest_text(self)}{lowest}>"
 
 
 @takes(scene=given_scene)

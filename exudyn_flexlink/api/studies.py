@@ -21,16 +21,16 @@ from numpy.typing import NDArray
 from exudyn_flexlink import engines, sensitivities, stability, storage, sweeps
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import Shown, needed, style, style_of
-from exudyn_flexlink.api.results import PERIOD, Result, own_result
-from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
+from exudyn_flexlink.api.results import PERIOD, Result, api_result
+from exudyn_flexlink.api.scenes import ENGINE, Scene, api_scene, given_scene
 from exudyn_flexlink.arguments import (
     among,
+    excerpt,
     function,
     number,
     plain,
     takes,
     text,
-    told,
     values,
     whole,
 )
@@ -71,11 +71,11 @@ class Stability(Shown, stability.Stability):
 
         """
         with storage.staged_folder(Path(folder), force=force) as staged:
-            storage.save_stability(self, self.summary(), staged)
+            storage.save_study(self, staged)
         return Path(folder)
 
     def __repr__(self) -> str:
-        return f"<Stability of {self.point}: {exponent_text(self.exponent)}; {self.told}>"
+        return f"<Stability of {self.point}: {exponent_text(self.exponent)}; {self.behaviour}>"
 
 
 @dataclass(frozen=True, repr=False)
@@ -227,7 +227,7 @@ class _SectionRow:
                 )
             return stability.section_row(stability.section_by_time(result, rhythm.lap, after=begin))
 
-        long = own_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
+        long = api_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
         return OneRun(row)(long, cast(Any, simulate))
 
 
@@ -249,7 +249,7 @@ def _varied(value: Any, _: Any = None) -> Any:
         return [_varied(item) if isinstance(item, Mapping) else item for item in values(value)]
     for name in value:
         if not isinstance(name, str):
-            raise TypeError(f"expected paths such as 'run.turns', got {told(name)}")
+            raise TypeError(f"expected paths such as 'run.turns', got {excerpt(name)}")
     return {name: _values(given) for name, given in value.items()}
 
 
@@ -403,7 +403,7 @@ def sweep(
     work = sweeps.work_of(
         plan,
         partial(engines.simulate, engine=engine, measure=measure),
-        _Own(observe or cast(Observe, sweeps.OneRun(cast(Any, row or sweeps.standard_row)))),
+        _ForUsers(observe or cast(Observe, sweeps.OneRun(cast(Any, row or sweeps.standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
     kept = nullcontext() if place is None else storage.open_journal(
@@ -411,14 +411,14 @@ def sweep(
     )  # fmt: skip
     with kept as journal:
 
-        def told(made_row: sweeps.Row, count: int) -> None:
+        def keep(made_row: sweeps.Row, count: int) -> None:
             if journal is not None:
                 journal.add(made_row)
             if progress is not None:
                 progress(count / len(plan))
 
-        there = {} if journal is None else journal.known
-        table = sweeps.carried_out(plan, work, executor, there, told)
+        known = {} if journal is None else journal.known
+        table = sweeps.carried_out(plan, work, executor, known, keep)
         if place is not None:
             with storage.staged_folder(place, force=force) as staged:
                 storage.save_table(plan, table, staged)
@@ -509,13 +509,13 @@ def load_sweep(folder: str | PathLike[str]) -> SweepTable:
 
 
 @dataclass(frozen=True)
-class _Own:
+class _ForUsers:
     """Observes with scenes and results that have the methods of this room."""
 
     observe: Observe
 
     def __call__(self, scene: PlainScene, simulate: sweeps.Simulate) -> Mapping[str, sweeps.Scalar]:
-        return self.observe(own_scene(scene), lambda changed: own_result(simulate(changed)))
+        return self.observe(api_scene(scene), lambda changed: api_result(simulate(changed)))
 
 
 def _design(

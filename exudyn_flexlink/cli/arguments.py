@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from exudyn_flexlink.cli import values
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.cli.parser import (
     BENCHMARK,
     FILE,
@@ -25,8 +24,17 @@ from exudyn_flexlink.cli.parser import (
 )
 from exudyn_flexlink.cli.parser import MODEL as MODEL_ALONE
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain, refuse
-from exudyn_flexlink.cli.values import EFFECT_NAMES, figure_file, model_path, names_of
-from exudyn_flexlink.shipped import ENGINES, EXUDYN
+from exudyn_flexlink.cli.values import figure_file, model_path, names_of
+from exudyn_flexlink.shipped import (
+    AFTER,
+    EFFECT_NAMES,
+    ENGINES,
+    EXUDYN,
+    FIGURE_FORMATS,
+    FIGURE_STYLES,
+    FILM_FORMATS,
+    LAPS,
+)
 
 # fmt: off
 # From here on tables: filled lines are read better than one of each word.
@@ -143,12 +151,8 @@ def add_figures(parser: argparse.ArgumentParser) -> None:
         name.add(parser)
 
 
-LAPS, AFTER = 24, 4
-"""Laps of a study of stability, and those of them in which the motion settles."""
 NEW_MODEL = "no_clearance"
 """What `new` copies if nothing is named."""
-ANIMATIONS = ("mp4", "gif", "html")
-"""Formats of `animation`, which is too slow to import for a help text."""
 
 
 class Command(NamedTuple):
@@ -348,7 +352,7 @@ COMMANDS = {
          Option("--from", "begin at this instant, in s or such as 20ms", "TIME", dest="begin",
                 type=values.instant),
          Option("--to", "end there", "TIME", dest="end", type=values.instant),
-         formats(ANIMATIONS, "formats", "mp4, or gif without ffmpeg, and html"),
+         formats(FILM_FORMATS, "formats", "mp4, or gif without ffmpeg, and html"),
          Option("--speed", "seconds of the run in a second of the film: 0.1 is ten times slower "
                 "than it is; default: one at which motions can be followed", "X", type=values.rate),
          Option("--fps", "frames in a second; default: mp4 30, gif 20", "N", type=values.rate),

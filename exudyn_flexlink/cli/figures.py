@@ -9,17 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from exudyn_flexlink.shipped import FIGURE_FORMATS, FIGURE_STYLES
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from exudyn_flexlink.result import Result
-
-FIGURE_FORMATS = ("png", "pdf", "svg")
-"""Those of `plots`, which is too slow to import for a help text; likewise"""
-
-
-FIGURE_STYLES = ("screen", "print")
-
 
 FILES = {
     "against": "comparison",

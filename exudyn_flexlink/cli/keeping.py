@@ -25,7 +25,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS, draw_figure
+from exudyn_flexlink.cli.figures import draw_figure
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
@@ -39,15 +39,17 @@ from exudyn_flexlink.cli.terminal import (
 from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
 from exudyn_flexlink.loading import ImpossibleLengthError
 from exudyn_flexlink.scene import is_schema
-from exudyn_flexlink.shipped import EXUDYN, model_names, models_folder
+from exudyn_flexlink.shipped import EXUDYN, FIGURE_FORMATS, model_names, models_folder
 from exudyn_flexlink.source import SceneError, load_document
 from exudyn_flexlink.storage import (
     KeptBesideError,
     StorageError,
-    own_files,
     replace_file,
+    save_study,
     staged_folder,
+    written_files,
 )
+from exudyn_flexlink.storage.studies import AnyStudy
 from exudyn_flexlink.sweeps import CannotStartError
 
 if TYPE_CHECKING:
@@ -101,7 +103,7 @@ class Place:
     def written(self) -> Iterator[Path]:
         """Yield the folder to write into; Ctrl-C does not keep what is in it from its place."""
         if self._replaces is None:  # what is written twice replaces no earlier run
-            self._replaces = bool(own_files(self.target))
+            self._replaces = bool(written_files(self.target))
         with deferrable_interrupts() as ctrl_c:
             try:
                 with staged_folder(self.target, force=self._force, what=self._what) as folder:
@@ -115,7 +117,7 @@ class Place:
 
 def contents(folder: Path) -> str:
     """Name the files of a result, and count those of every folder in it."""
-    paths = sorted(own_files(folder))
+    paths = sorted(written_files(folder))
     inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
     files = [path for path in paths if "/" not in path]
     return ", ".join([*files, *(f"{name}/ ({number} files)" for name, number in inside.items())])
@@ -189,15 +191,13 @@ def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) 
     return drawn(folder, draw)
 
 
-def written(
-    study: Any, folder: Path, options: Namespace, save: Callable[..., Any], figure: str
-) -> int:
-    """Write what was found: `save` takes it and `folder`; then its figure, unless none is wanted.
+def written(study: AnyStudy, folder: Path, options: Namespace, figure: str, **verdict: Any) -> int:
+    """Write what was found, and its figure, unless none is wanted; `verdict` is for `save_study`.
 
     Returns the exit code; see `drawn`.
     """
     draw = None if options.no_plots else partial(draw_figure, options, figure, study, folder)
-    return kept(partial(save, study, folder=folder), draw, folder)
+    return kept(partial(save_study, study, folder, **verdict), draw, folder)
 
 
 def drawn(folder: Path, draw: Callable[[], Any]) -> int:
@@ -279,7 +279,7 @@ def new_command(options: argparse.Namespace) -> int:
     texts |= {target.with_name(name): _text(model.parent / name) for name in points}
     texts[target.with_name(SCHEMA)] = _text(models_folder() / SCHEMA)
     _write(texts, model.stem, force=options.force)
-    tell(_told(target, document.data["title"], points))
+    tell(_next_steps(target, document.data["title"], points))
     return DONE
 
 
@@ -311,7 +311,7 @@ def _write(texts: dict[Path, str], model: str, *, force: bool) -> None:
         raise
 
 
-def _told(target: Path, title: str, points: list[str]) -> str:
+def _next_steps(target: Path, title: str, points: list[str]) -> str:
     """Say what was written, and what may be done with it."""
     program, file = how_called(), shlex.quote(str(target))
     needed = [f"  {target.with_name(name)}  its points" for name in points]

@@ -19,7 +19,7 @@ def main(folder: Path) -> None:
     """Make the run; one that goes wrong is told by its exception."""
     parent = os.getppid()
 
-    def told(done: float) -> None:
+    def note(done: float) -> None:
         if os.getppid() != parent:  # nobody waits for it any more
             os._exit(1)
         (folder / DONE).write_text(f"{done:.4f}")
@@ -28,7 +28,7 @@ def main(folder: Path) -> None:
     made: object
     try:
         with ends_runs():
-            made = second_run(scene, engine, told)
+            made = second_run(scene, engine, note)
     except (LateInterruptError, MemoryError) as error:
         made = error
     part = folder / f"{MADE}.part"

@@ -68,7 +68,6 @@ from exudyn_flexlink.report import (
     excess_text,
     failure_text,
     fit_text,
-    recommendation,
     stability_text,
     sweep_text,
     verification_data,
@@ -80,15 +79,7 @@ from exudyn_flexlink.result import Result, later
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.shipped import ENGINES, EXUDYN, LAGRANGIAN, benchmark_files
 from exudyn_flexlink.source import Document, Mistake, SceneError
-from exudyn_flexlink.storage import (
-    load,
-    save,
-    save_accuracy,
-    save_against,
-    save_comparison,
-    save_fit,
-    save_stability,
-)
+from exudyn_flexlink.storage import load, save, save_study
 from exudyn_flexlink.storage.documents import in_json
 from exudyn_flexlink.verification import Benchmark, VerifiedRun, judged, read_benchmark
 
@@ -194,7 +185,7 @@ def _write_comparison(
     def save_all() -> None:
         for result, place in places:
             save(result, place)
-        save_comparison(compared, folder, options.tolerance, whole=whole)
+        save_study(compared, folder, tolerance=options.tolerance, whole=whole)
 
     def draw() -> None:
         for result, place in places:
@@ -250,11 +241,9 @@ def _compare_saved(options: argparse.Namespace) -> int:
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     with place.written() as folder:
-        if measured:
-            code = written(comparison, folder, options, save_against, "against")
-        else:
-            save = partial(save_comparison, tolerance=options.tolerance)
-            code = written(comparison, folder, options, save, "comparison")
+        figure = "against" if measured else "comparison"
+        verdict = {} if measured else {"tolerance": options.tolerance}
+        code = written(comparison, folder, options, figure, **verdict)
     place.tell(
         against_text(comparison) if isinstance(comparison, Against) else comparison_text(comparison)
     )
@@ -282,7 +271,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             with deferrable_interrupts() as ctrl_c:
                 ctrl_c.defer()
                 study = accuracy.judge(runs)
-                save_accuracy(study, recommendation(study), folder)
+                save_study(study, folder)
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
                 draw = partial(draw_figure, options, "work_precision", study, folder)
@@ -372,7 +361,7 @@ def fit_command(options: argparse.Namespace) -> int:
         with place.written() as folder:
             with single_runs(scene, options, "fit") as (simulate, bar):
                 fitted = fit(scene, series, vary, simulate, bar)
-            code = written(fitted, folder, options, save_fit, "fit")
+            code = written(fitted, folder, options, "fit")
     except NoFitError as error:
         return complain(f"no fit: {error}", FAILED)
     except KeyboardInterrupt:
@@ -394,17 +383,14 @@ def stability_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written() as folder:
             study = _studied(scene, options)
-            text = stability_text(study)
-            code = written(
-                study, folder, options, partial(save_stability, sentence=text), "stability"
-            )
+            code = written(study, folder, options, "stability")
     except IMPOSSIBLE as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
     except stability.StoppedError as error:
         return complain(str(error), FAILED)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)
-    place.tell(text)
+    place.tell(stability_text(study))
     return place.ended(code, "the study is whole")
 
 
@@ -536,8 +522,8 @@ def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, c
         tell(sweep_text(table))
         tell(f"\nWritten to {folder}{os.sep}:\n  {contents(folder)}")
     if not table.whole:
-        there = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
-        return complain(f"interrupted: {there}; with '--resume' they are not made again", code)
+        kept_rows = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
+        return complain(f"interrupted: {kept_rows}; with '--resume' they are not made again", code)
     if code == INTERRUPTED:
         return complain(f"interrupted: the sweep is whole, in {folder}{os.sep}", code)
     if table.count(sweeps.FAILED) == len(table.rows):
@@ -568,11 +554,11 @@ def _verify(
 ) -> bool:
     """Make all runs, and add what comes of each to `runs`; tells whether the user let them end."""
     pairs = [(benchmark, run) for benchmark in benchmarks for run in benchmark.runs]
-    for i, (benchmark, one) in enumerate(pairs, 1):
-        what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"
-        result, enough = run(one.scene, one.engine, options, what)
+    for i, (benchmark, planned) in enumerate(pairs, 1):
+        what = f"{i} of {len(pairs)}: {benchmark.name}, {planned.name}"
+        result, enough = run(planned.scene, planned.engine, options, what)
         if result.outcome.reason != STOPPED:
-            runs.append(judged(benchmark, one, result))
+            runs.append(judged(benchmark, planned, result))
         if enough:
             return False
     return True

@@ -9,11 +9,8 @@ from math import inf, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
 
-from exudyn_flexlink.cli.figures import FIGURE_FORMATS
 from exudyn_flexlink.cli.terminal import complain, how_called
-
-EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
-"""Those of `effects`, which is too slow to import for a help text."""
+from exudyn_flexlink.shipped import FIGURE_FORMATS
 
 MOST = 1_000_000  # of laps, retries, pixels or processes: more of them nobody means
 

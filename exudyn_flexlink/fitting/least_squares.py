@@ -337,7 +337,7 @@ class _Search:
         if result.outcome.reason == INTERRUPTED:
             raise KeyboardInterrupt
         if not result.outcome.completed:
-            raise NoFitError(f"a run {result.outcome.told}")
+            raise NoFitError(f"a run {result.outcome.ending}")
         self.runs += 1
         usual = 6 * (1 + 2 * len(self._parameters))  # runs; nobody knows how many it will be
         self._progress(self.runs / (self.runs + usual))

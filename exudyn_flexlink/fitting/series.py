@@ -92,7 +92,7 @@ def _series(
 ) -> Series:
     """Take a series out of cells."""
     known, bare = signals(scene), [bare_name(name) for name in cells.names]
-    chosen = _given(scene, cells, columns, mistakes) if columns else _own(scene, cells)
+    chosen = _given(scene, cells, columns, mistakes) if columns else _named(scene, cells)
     if not chosen and not mistakes:
         listed = ", ".join(f"'{name}'" for name in bare)
         where_known = f"no column is named as a quantity of the scene; there are: {listed}"
@@ -136,7 +136,7 @@ def _given(
     return signals_given
 
 
-def _own(scene: Scene, cells: Cells) -> dict[str, int]:
+def _named(scene: Scene, cells: Cells) -> dict[str, int]:
     """Columns by the quantities that their names say they are, with a unit or without."""
     known, columns = signals(scene), dict[str, int]()
     names = {name: name for name in known} | table_columns(scene)

@@ -59,6 +59,11 @@ class Deviation:
         return float(self.distance.max())
 
     @property
+    def largest_at(self) -> float:
+        """Instant (s) of the largest distance, the first of such."""
+        return float(self.time[int(self.distance.argmax())])
+
+    @property
     def rms(self) -> float:
         """Root of the mean square of the distances, m."""
         return float(np.sqrt(np.mean(self.distance**2)))

@@ -11,7 +11,6 @@ from exudyn_flexlink.plots.drawing import mechanism, start
 from exudyn_flexlink.plots.forces import bending, energy, forces, guide_contact
 from exudyn_flexlink.plots.frame import (
     ENGINE_COLOURS,
-    FORMATS,
     PRINT,
     SCREEN,
     STYLES,
@@ -34,6 +33,7 @@ from exudyn_flexlink.plots.studies import (
     work_precision,
 )
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.shipped import FIGURE_FORMATS
 
 FIGURES = {
     "coordinates": coordinates,
@@ -55,7 +55,7 @@ def figures(result: Result, style: Style = SCREEN) -> dict[str, Figure]:
 
 
 def save_figures(
-    result: Result, folder: Path, formats: Sequence[str] = FORMATS[:1], style: Style = SCREEN
+    result: Result, folder: Path, formats: Sequence[str] = FIGURE_FORMATS[:1], style: Style = SCREEN
 ) -> list[Path]:
     """Write the figures as ``<name>.<format>`` into an existing folder; returns the files.
 

@@ -26,7 +26,7 @@ from matplotlib.textpath import text_to_path
 
 from exudyn_flexlink.result import MeasuredError, Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
-from exudyn_flexlink.shipped import ENGINES
+from exudyn_flexlink.shipped import ENGINES, FIGURE_FORMATS
 
 Parameters = ParamSpec("Parameters")
 Drawn = TypeVar("Drawn")
@@ -59,9 +59,6 @@ _SHARED: dict[str, Any] = {
 
 
 NARROW = 5.0  # inches: a figure less wide has no room for a legend beside its axes
-FORMATS = ("png", "pdf", "svg")
-"""Formats that figures are written in; the first is the usual one."""
-
 _UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
 
@@ -145,7 +142,7 @@ def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
 
 
 def save_figure(
-    figure: Figure, folder: Path, name: str, formats: Sequence[str] = FORMATS[:1]
+    figure: Figure, folder: Path, name: str, formats: Sequence[str] = FIGURE_FORMATS[:1]
 ) -> list[Path]:
     """Write a figure as ``<name>.<format>`` into an existing folder; returns the files.
 
@@ -331,7 +328,7 @@ def doubts_of(result: Result) -> str:
     """Say that a run failed, from when on it may be off by more than asked, or that it warns."""
     error, count = result.error, len(result.warnings)
     if not result.outcome.completed:
-        return result.outcome.told
+        return result.outcome.ending
     if error.exceeds_from is not None:
         return f"from t = {error.exceeds_from:.4g} s on maybe off by more than {error.limit:.3g} m"
     return f"{count} warning{'s' * (count > 1)}: see the run's summary" if count else ""

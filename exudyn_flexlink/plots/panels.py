@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from exudyn_flexlink.arguments import told as in_words
+from exudyn_flexlink.arguments import excerpt as in_words
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import crank_angle, path, turns, watched_point
 from exudyn_flexlink.plots.frame import (

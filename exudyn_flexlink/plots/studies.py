@@ -163,9 +163,9 @@ def _drawn_height(errors: Errors, floor: float = 0.0) -> float:
 
 def _caption_of(study: Study) -> list[tuple[str, str]]:
     """Lines of the caption with their colours: which runs give the errors and their floor."""
-    texts = [(f"errors against {study.reference.told}", GREY)]
+    texts = [(f"errors against {study.reference.label}", GREY)]
     if study.check is not None:
-        texts.append((f"floor: its distance from {study.check.told}", GREY))
+        texts.append((f"floor: its distance from {study.check.label}", GREY))
     links = "; ".join(links_of(study.scene))
     return [*([(links, GREY)] if links else []), *texts]
 
@@ -187,8 +187,8 @@ def _draw(axes: Axes, study: Study) -> None:
         low = min(low, study.floor / 3)
         label = "below the floor"
         axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=label)
-    if study.own is not None:
-        place = (study.own.processor, _drawn_height(study.own.errors, study.floor))
+    if study.model_point is not None:
+        place = (study.model_point.processor, _drawn_height(study.model_point.errors, study.floor))
         axes.plot(*place, "o", color=ORANGE, markersize=sized(11), markerfacecolor="none",
                   markeredgewidth=1.6, label="the model's own settings")  # fmt: skip
     axes.set_ylim(low, high)
@@ -240,7 +240,7 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
 @styled
 def stability(study: Stability, *, style: Style = SCREEN) -> Figure:
     """Four panels: growth of neighbours, laps against earlier ones, section, spectrum."""
-    title = f"How stable the motion of {study.point} is: {study.told}"
+    title = f"How stable the motion of {study.point} is: {study.behaviour}"
     columns, height = (1, 13.0) if style.narrow else (2, 6.6)
     figure = new_figure(study.run, title, height, style)
     panels = figure.subplots(4 // columns, columns, squeeze=False).ravel()

@@ -1,14 +1,27 @@
-"""What the program says of a model and of a run: for people, as text or tables; no files."""
+"""What the program says of a model, of a run and of studies: as texts, tables and documents."""
 
 from exudyn_flexlink.report.check import check_text, run_duration
+from exudyn_flexlink.report.comparing import (
+    against_document,
+    against_text,
+    comparison_document,
+    comparison_text,
+    excess_text,
+    fit_document,
+    fit_text,
+    horizon_text,
+)
 from exudyn_flexlink.report.linear import linear_text, sensitivity_text
-from exudyn_flexlink.report.parts import effects_table, equilibrium_text, rest_told
+from exudyn_flexlink.report.parts import effects_table, equilibrium_text, rest_text
 from exudyn_flexlink.report.run import (
+    TOTALS,
+    bending_peak_columns,
     bending_table,
     cost_table,
     energy_table,
     error_table,
     failure_text,
+    friction_columns,
     friction_table,
     guide_facts,
     guide_table,
@@ -23,19 +36,16 @@ from exudyn_flexlink.report.run import (
     touch_table,
 )
 from exudyn_flexlink.report.studies import (
+    accuracy_document,
     accuracy_text,
-    against_text,
-    comparison_text,
     doubted_text,
-    excess_text,
     exponent_text,
-    fit_text,
-    horizon_text,
     recommendation,
+    stability_document,
     stability_text,
     sweep_text,
     verification_data,
     verification_markdown,
     verification_text,
 )
-from exudyn_flexlink.report.text import Table, listed, number
+from exudyn_flexlink.report.text import Document, Table, entries, listed, number

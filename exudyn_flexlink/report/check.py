@@ -31,7 +31,7 @@ from exudyn_flexlink.report.parts import (
     curve_lines,
     effects_table,
     freedom_lines,
-    law_told,
+    law_cells,
     link_frequencies,
     sprung_frequencies,
     start_lines,
@@ -261,14 +261,14 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     forces = {contact.name: contact.law for contact in (*mechanism.touching, *mechanism.channels)}
     touching = {**scene.contacts, **scene.stops}
     rows = [
-        [name, str(contact), *law_told(contact.law, forces[name])]
+        [name, str(contact), *law_cells(contact.law, forces[name])]
         for name, contact in touching.items()
     ]
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
             what = f"journal at {journal} in the bearing at {bearing}"
-            rows.append([name, what, *law_told(joint.acting, forces[name])])
+            rows.append([name, what, *law_cells(joint.acting, forces[name])])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
@@ -278,7 +278,7 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
             what = f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
         else:
             what = f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
-        rows.append([channel.name, what, *law_told(sleeve.acting, channel.law)])
+        rows.append([channel.name, what, *law_cells(sleeve.acting, channel.law)])
     return section("Contacts", rows)
 
 

@@ -66,8 +66,8 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
     places = [
         [
             name,
-            f"{_told_balance(degrees(pose[2]))} deg",
-            f"at ({_told_balance(pose[0])}, {_told_balance(pose[1])}) m",
+            f"{_balance_text(degrees(pose[2]))} deg",
+            f"at ({_balance_text(pose[0])}, {_balance_text(pose[1])}) m",
         ]
         for name, pose in ((name, np.atleast_2d(poses)[0]) for name, poses in rest.poses.items())
     ]
@@ -75,7 +75,7 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
     forces = [
         [
             name,
-            f"({_told_balance(x)}, {_told_balance(y)}) N",
+            f"({_balance_text(x)}, {_balance_text(y)}) N",
             f"{hypot(x, y):.5g} N",
             torques.get(name, ""),
         ]
@@ -87,7 +87,7 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
         [name, f"{press:.5g} {scene.unit_of(name, 'N')}"] for name, press in rest.presses.items()
     ]
     blocks = [
-        [f"At rest: {rest_told(rest)}"],
+        [f"At rest: {rest_text(rest)}"],
         section("Places", places),
         section("Forces in joints, on the body of the second point", forces),
         section("What drives hold", _held(rest.drives, slides)),
@@ -99,7 +99,7 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
     return in_blocks(blocks)
 
 
-def rest_told(rest: Rest) -> str:
+def rest_text(rest: Rest) -> str:
     """Whether a rest is stable, in a few words."""
     if not rest.stable:
         return f"unstable, small motions grow by exp({rest.growth:.4g} t/s)"
@@ -129,7 +129,7 @@ def _modes(rest: Rest) -> str:
     return listed([f"{number(frequency)} Hz" for frequency in rest.frequencies.tolist()]) or "none"
 
 
-def _told_balance(value: float) -> str:
+def _balance_text(value: float) -> str:
     return f"{round(value, DECIMALS) + 0.0:.6g}"  # no -0
 
 
@@ -293,14 +293,14 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     return Table("Effects", rows)
 
 
-def law_told(law: Law | StopLaw, force: PressingLaw) -> list[str]:
+def law_cells(law: Law | StopLaw, force: PressingLaw) -> list[str]:
     """Return what a law is, its restitution and its friction."""
     if isinstance(law, SlidePenalty | TurnPenalty):
         unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
         damped = f"c {number(law.damping or 0.0)} {unit[1]}"
         lossy = damped if law.restitution is None else f"restitution {number(law.restitution)}"
         return [f"k {number(law.stiffness)} {unit[0]}", lossy, ""]
-    restitution = f"restitution {restitution_told(law)}"
+    restitution = f"restitution {restitution_text(law)}"
     rub = getattr(law, "friction", 0.0)
     friction = f"friction {number(rub)}" if rub > 0 else ""
     if isinstance(law, ImpulseLaw):
@@ -315,7 +315,7 @@ def law_told(law: Law | StopLaw, force: PressingLaw) -> list[str]:
     return [about, restitution, friction]
 
 
-def restitution_told(law: Law | ImpulseLaw) -> str:
+def restitution_text(law: Law | ImpulseLaw) -> str:
     """Return the restitution of a law, and which one it really gives if that is another."""
     asked = number(law.restitution)
     given = asked if not isinstance(law, DampedLaw) else number(law.returned)
@@ -325,7 +325,7 @@ def restitution_told(law: Law | ImpulseLaw) -> str:
 def restitution_table(scene: Scene) -> Table:
     """Return which restitution laws really give that do not promise what they are asked for."""
     rows = [
-        [name, law.type, restitution_told(law)]
+        [name, law.type, restitution_text(law)]
         for name, law in scene.laws.items()
         if isinstance(law, DampedLaw)
     ]
@@ -390,31 +390,31 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     idle += [["", note] for note in wound_at_start(assembly.mechanism, state.q)]
     if scene.initial.at_rest:
         rest = rest_of_scene(scene)
-        idle += [["", f"at rest: {rest_told(rest)}"], *(["", note] for note in rest.notes)]
+        idle += [["", f"at rest: {rest_text(rest)}"], *(["", note] for note in rest.notes)]
     slides = [["", _places(assembly)]] if assembly.mechanism.slides else []
     rows = [["", _angles(here, speeds)], *slides, *(others if ways else []), *idle]
     return section("Start", rows)
 
 
 def _angles(angles: dict[str, float], speeds: Mapping[str, float]) -> str:
-    texts = {body: f"{body} {_told(degrees(_wrapped(a)))} deg" for body, a in angles.items()}
+    texts = {body: f"{body} {_rounded(degrees(_wrapped(a)))} deg" for body, a in angles.items()}
     return listed([at + _moving(speeds.get(body, 0.0), "rad/s") for body, at in texts.items()])
 
 
 def _places(assembly: Assembly) -> str:
     """How far along each line is what slides on it, as `initial: along` gives it."""
     slides, q, v = assembly.mechanism.slides, assembly.state.q, assembly.state.v
-    texts = [f"along {s.name} {_told(float(length_along(s, q)))} m" for s in slides]
+    texts = [f"along {s.name} {_rounded(float(length_along(s, q)))} m" for s in slides]
     speeds = [float(speed_along(s, q, v)) for s in slides]
     return listed([at + _moving(speed, "m/s") for at, speed in zip(texts, speeds, strict=True)])
 
 
 def _moving(speed: float, unit: str) -> str:
     """What is said of a speed after the place; nothing where there is none."""
-    return f" at {_told(speed)} {unit}" if abs(speed) > NOTICEABLE else ""
+    return f" at {_rounded(speed)} {unit}" if abs(speed) > NOTICEABLE else ""
 
 
-def _told(value: float) -> str:
+def _rounded(value: float) -> str:
     return number(round(value, DECIMALS) + 0.0)  # no -0
 
 

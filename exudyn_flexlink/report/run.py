@@ -5,7 +5,8 @@ What the program says of strikes, of touches in joints with clearance, and of fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import islice, pairwise
 from math import degrees, inf, isfinite
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.observables import (
     STILL,
+    BendingPeak,
     ContactTotals,
     PairTotals,
     State,
@@ -49,7 +51,13 @@ from exudyn_flexlink.report.text import (
     table,
     table_of_items,
 )
-from exudyn_flexlink.result import ForceDeviation, Interval, MeasuredError, Result
+from exudyn_flexlink.result import (
+    ForceDeviation,
+    FrictionHistory,
+    Interval,
+    MeasuredError,
+    Result,
+)
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 from exudyn_flexlink.shipped import ENGINES, LAGRANGIAN
 
@@ -62,17 +70,25 @@ BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
 
 
 def _part_of_time(state: State) -> Column[ContactTotals]:
-    return "%", lambda totals: f"{100 * totals.fractions[state]:.1f}"
+    key = f"part_of_time_{state.name.lower()}"
+    return Column(
+        state.label,
+        lambda totals: totals.fractions[state],
+        lambda part: f"{100 * part:.1f}",
+        "%",
+        key,
+    )
 
 
-_COLUMNS: dict[str, Column[ContactTotals]] = {
-    **{state.label: _part_of_time(state) for state in State},
-    "touches": ("", lambda totals: str(totals.touches)),
-    "impacts": ("", lambda totals: str(totals.impacts)),
-    "impulse": ("N s", lambda totals: f"{totals.impulse:.3g}"),
-    "energy lost": ("J", lambda totals: f"{totals.energy_lost:.2g}"),
-}
-"""All that is told of a stretch of time."""
+TOTALS: Sequence[Column[ContactTotals]] = (
+    *map(_part_of_time, State),
+    Column("touches", "touches", key="touches"),
+    Column("impacts", "impacts", key="impacts"),
+    Column("impulse", "impulse", "{:.3g}".format, "N s", "impulse_N_s"),
+    Column("energy lost", "energy_lost", "{:.2g}".format, "J", "energy_lost_J"),
+    Column(None, "longest", key="longest_touch_s"),
+)
+"""All that is told of the contacts of a joint in a stretch of time."""
 
 
 def guide_lines(result: Result, joint: str) -> list[str]:
@@ -85,22 +101,17 @@ def guide_table(result: Result, joint: str) -> Table:
     """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    named_laps = [(str(i), lap) for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
-    named_laps += [("all", whole)] if len(laps) != 1 else []
-    rows = [[name, *(cell(totals) for _, cell in _COLUMNS.values())] for name, totals in named_laps]
+    totals = {str(i): lap for i, lap in enumerate(laps[:MOST_LAPS], start=1)}
+    totals |= {"all": whole} if len(laps) != 1 else {}
     more = len(laps) - MOST_LAPS
     if joint in result.bearings:
         what = f"Journal in '{joint}': time free, on one point; touches and impacts"
     else:
         what = f"Link in '{joint}': time free, on one point, on two; touches of all points; impacts"
         what += " of the free link"
-    return Table(
-        what,
-        rows,
-        ["lap" if laps else "", *_COLUMNS],
-        ["", *(unit for unit, _ in _COLUMNS.values())],
-        f"'all' includes {more} laps more" if more > 0 else "",
-    )
+    shown = table_of_items(what, TOTALS, list(totals.values()))
+    note = f"'all' includes {more} laps more" if more > 0 else ""
+    return replace(shown.named(totals, "lap" if laps else ""), note=note)
 
 
 def guide_facts(result: Result, joint: str) -> Table:
@@ -118,14 +129,14 @@ def guide_facts(result: Result, joint: str) -> Table:
 def pair_table(result: Result, joint: str, most: int) -> Table:
     """Return what can touch in a joint and did, those that touched longest in all first."""
     totals = pair_totals(result, joint)
-    columns: dict[str, Column[PairTotals]] = {
-        "": ("", lambda pair: pair.pair.removeprefix(f"{joint}: ")),
-        "touches": ("", lambda pair: str(pair.touches)),
-        "in all": ("s", lambda pair: f"{pair.time:.3g}"),
-        "impulse": ("N s", lambda pair: f"{pair.impulse:.3g}"),
-        "energy lost": ("J", lambda pair: f"{pair.energy_lost:.3g}"),
-        "peak force": ("N", lambda pair: f"{pair.peak_force:.4g}"),
-    }
+    columns: Sequence[Column[PairTotals]] = (
+        Column("", "pair", lambda name: name.removeprefix(f"{joint}: ")),
+        Column("touches", "touches"),
+        Column("in all", "time", "{:.3g}".format, "s"),
+        Column("impulse", "impulse", "{:.3g}".format, "N s"),
+        Column("energy lost", "energy_lost", "{:.3g}".format, "J"),
+        Column("peak force", "peak_force", "{:.4g}".format, "N"),
+    )
     caption = f"What touched in '{joint}', the longest first"
     return table_of_items(caption, columns, totals[:most], len(totals))
 
@@ -134,33 +145,34 @@ def touch_table(result: Result, joint: str, most: int) -> Table:
     """Return the first touches of a joint with clearance, one by one."""
     last = float(result.time[-1])
     pairs = result.sleeves[joint].pairs if joint in result.sleeves else ("journal",)
-    columns: dict[str, Column[Interval]] = {
-        "begins": ("s", lambda touch: instant(touch.begin, last)),
-        "lasts": ("s", lambda touch: f"{min(touch.end, last) - touch.begin:.3g}"),
-        "": ("", lambda touch: pairs[touch.pair].removeprefix(f"{joint}: ")),
-        "approach": ("m/s", lambda touch: f"{touch.approach_speed:.4f}"),
-        "impulse": ("N s", lambda touch: f"{touch.impulse:.3g}"),
-        "energy lost": ("J", lambda touch: f"{touch.energy_lost:.3g}"),
-        "peak force": ("N", lambda touch: "" if touch.impact else f"{touch.peak_force:.4g}"),
-    }
+    columns: Sequence[Column[Interval]] = (
+        Column("begins", "begin", lambda time: instant(time, last), "s"),
+        Column("lasts", lambda touch: min(touch.end, last) - touch.begin, "{:.3g}".format, "s"),
+        Column("", lambda touch: pairs[touch.pair].removeprefix(f"{joint}: ")),
+        Column("approach", "approach_speed", "{:.4f}".format, "m/s"),
+        Column("impulse", "impulse", "{:.3g}".format, "N s"),
+        Column("energy lost", "energy_lost", "{:.3g}".format, "J"),
+        Column("peak force", "peak_force", _known, "N"),
+    )
     touches = result.intervals[joint]
     first = list(islice(touches, most))
     return table_of_items(f"Touches in '{joint}'", columns, first, len(touches))
 
 
 def contact_rows(
-    joint: str, one: ContactTotals | None, other: ContactTotals | None
+    joint: str, first: ContactTotals | None, second: ContactTotals | None
 ) -> list[list[str]]:
     """Rows of a table: contacts of a link with its guide in two runs; one may have no clearance."""
     return [
         [
-            f"{joint}: {name}",
+            f"{joint}: {column.head}",
             *(
-                NO_PLAY if totals is None else f"{cell(totals)} {unit}".rstrip()
-                for totals in (one, other)
+                NO_PLAY if totals is None else f"{column.text(totals)} {column.unit}".rstrip()
+                for totals in (first, second)
             ),
         ]
-        for name, (unit, cell) in _COLUMNS.items()
+        for column in TOTALS
+        if column.head
     ]
 
 
@@ -181,46 +193,47 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
     """
     every_strike, last = strikes(result, contact), float(result.time[-1])
     struck = result.scene.all_contacts[contact].struck
-    columns: dict[str, Column[Strike]] = {}
+    columns: list[Column[Strike]] = []
     turning = bool(every_strike) and every_strike[0].lap is not None
     if turning:
-        columns["lap"] = "", lambda strike: str(strike.lap)
+        columns.append(Column("lap", "lap"))
     if every_strike and every_strike[0].crank_angle is not None:
         whole = (lambda angle: angle % 360) if turning else float  # -120 deg of a limit are not 240
-        columns[f"angle of {crank_joint(result.scene)}"] = (
-            "deg",
-            lambda strike: f"{whole(degrees(strike.crank_angle or 0.0)):.2f}",
+        head = f"angle of {crank_joint(result.scene)}"
+        columns.append(
+            Column(head, "crank_angle", lambda angle: f"{whole(degrees(angle)):.2f}", "deg")
         )
-    columns |= {
-        "time": ("s", lambda strike: instant(strike.begin, last)),
-        "approach": ("m/s", lambda strike: f"{round(strike.approach_speed, 4) + 0.0:.4f}"),
-        "place": ("m", lambda strike: f"{strike.place:.5f}"),
-    }
-    if contact not in result.scene.contacts:
-        del columns["place"]
+    columns += [
+        Column("time", "begin", lambda time: instant(time, last), "s"),
+        Column("approach", "approach_speed", lambda speed: f"{round(speed, 4) + 0.0:.4f}", "m/s"),
+    ]
+    if contact in result.scene.contacts:
+        columns.append(Column("place", "place", "{:.5f}".format, "m"))
     if struck is not None:
         response = lever_response(result, contact)
         begins = [*(strike.begin for strike in every_strike), inf]
         until = dict(pairwise(begins))  # the next strike
-        columns[f"{struck} peak"] = (
-            response.measure.unit,
-            lambda strike: response.measure.number(
-                response.between(strike.begin, until[strike.begin]).farthest
-            ),
+        measure = response.measure
+        columns.append(
+            Column(
+                f"{struck} peak",
+                lambda strike: response.between(strike.begin, until[strike.begin]).farthest,
+                measure.number,
+                measure.unit,
+            )
         )
-    columns |= {
-        "lasts": ("s", lambda strike: instant(strike.end - strike.begin, last)),
-        "touches": ("", lambda strike: str(strike.contacts)),
-        "impulse": ("N s", lambda strike: _known(strike.impulse)),
-        "energy lost": ("J", lambda strike: _known(strike.energy_lost)),
-        "peak force": ("N", lambda strike: _known(strike.peak_force)),
-    }
-    told = {
-        name: (result.scene.unit_of(contact, unit), cell) for name, (unit, cell) in columns.items()
-    }
-    return table_of_items(
-        f"Strikes of contact '{contact}'", told, every_strike[:most], len(every_strike)
+    columns += [
+        Column("lasts", lambda strike: strike.end - strike.begin, lambda t: instant(t, last), "s"),
+        Column("touches", "contacts"),
+        Column("impulse", "impulse", _known, "N s"),
+        Column("energy lost", "energy_lost", _known, "J"),
+        Column("peak force", "peak_force", _known, "N"),
+    ]
+    units = [result.scene.unit_of(contact, column.unit) for column in columns]
+    shown = table_of_items(
+        f"Strikes of contact '{contact}'", columns, every_strike[:most], len(every_strike)
     )
+    return replace(shown, units=units)
 
 
 def response_table(result: Result) -> Table:
@@ -259,18 +272,23 @@ def peak_table(result: Result) -> Table:
     return shown if known else shown.without(head[3:])
 
 
+def bending_peak_columns(last: float) -> Sequence[Column[BendingPeak]]:
+    """What is told of the largest bending of a link, in a run up to an instant `last` (s)."""
+    return (
+        Column("moment", "moment", "{:.4g} N m".format, "", "moment_N_m"),
+        Column("at hinge", "place", lambda place: f"{1e3 * place:.4g} mm", "", "place_m"),
+        Column("at", "at", lambda time: instant(time, last), "s", "at_s"),
+        Column("stress", "stress", lambda stress: f"{stress / 1e6:.4g} MPa", "", "stress_Pa"),
+        Column("strain", "strain", "{:.3g}".format, "", "strain"),
+    )
+
+
 def bending_table(result: Result) -> Table:
     """Return the largest bending of flexible links: moment, where and when, stress and strain."""
-    rows, last = [], float(result.time[-1])
-    for link in bent_links(result.scene):
-        largest = bending(result, link).largest
-        surface = ("", "")
-        if largest.stress is not None and largest.strain is not None:
-            surface = f"{largest.stress / 1e6:.4g} MPa", f"{largest.strain:.3g}"
-        place = f"{1e3 * largest.place:.4g} mm"
-        rows.append([link, f"{largest.moment:.4g} N m", place, instant(largest.at, last), *surface])
-    head = ["", "moment", "at hinge", "at", "stress", "strain"]
-    return Table("Largest bending of links", rows, head, ["", "", "", "s", "", ""])
+    links = bent_links(result.scene)
+    columns = bending_peak_columns(float(result.time[-1]))
+    peaks = [bending(result, link).largest for link in links]
+    return table_of_items("Largest bending of links", columns, peaks).named(links)
 
 
 def force_error_table(deviations: Mapping[str, ForceDeviation], caption: str = "") -> Table:
@@ -389,19 +407,34 @@ def energy_table(result: Result) -> Table:
 
 
 def _strikes(result: Result, contact: str) -> list[str]:
-    strikes_told = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
-    return lines_of(strikes_told) or [f"{strikes_told.caption}: none"]
+    shown = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
+    return lines_of(shown) or [f"{shown.caption}: none"]
+
+
+def friction_columns(end: float) -> Sequence[Column[FrictionHistory]]:
+    """What is told of dry friction in a joint, in a run up to its `end` (s)."""
+    return (
+        Column(
+            "lost", lambda friction: float(friction.lost[-1]), "{:.4g}".format, "J", "energy_lost_J"
+        ),
+        Column("at rest", lambda friction: friction.rest_until(end), number, "s", "time_at_rest_s"),
+        Column(None, lambda friction: friction.begin.tolist(), key="rests_begin_s"),
+        Column(None, lambda friction: np.minimum(friction.end, end).tolist(), key="rests_end_s"),
+        Column(
+            "",
+            lambda friction: (
+                float(friction.begin[-1]) if np.isinf(friction.end[-1:]).any() else None
+            ),
+            lambda begin: f"from {number(begin)} s on",
+        ),
+    )
 
 
 def friction_table(result: Result) -> Table:
     """Return what dry friction took in each joint, and how long that rested."""
-    end, rows = float(result.time[-1]), []
-    for name, friction in result.frictions.items():
-        lasts = bool(np.isinf(friction.end[-1:]).any())
-        since = f"from {number(float(friction.begin[-1]))} s on" if lasts else ""
-        rows.append([name, f"{friction.lost[-1]:.4g}", number(friction.rest_until(end)), since])
-    head, units = ["joint", "lost", "at rest", ""], ["", "J", "s", ""]
-    return Table("Friction in joints", rows, head, units)
+    columns = friction_columns(float(result.time[-1]))
+    shown = table_of_items("Friction in joints", columns, list(result.frictions.values()))
+    return shown.named(result.frictions, "joint")
 
 
 def error_table(result: Result) -> Table:

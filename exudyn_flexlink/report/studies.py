@@ -1,17 +1,14 @@
-"""What the program says of studies: how stable a motion is, a sweep, benchmarks.
+"""What the program says of studies: cost of accuracy, stability of a motion, sweeps, benchmarks.
 
-What the program says of a work-precision study: table, causes of error, advice.
-
-What the program says of a run beside a measured series, and of a fit.
-
-What the program says of two runs of one scene: deviations, strikes, errors, cost.
+Each as a text, and as a document with tables beside it: SI numbers, units in the names.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -33,14 +30,21 @@ from exudyn_flexlink.accuracy import (
     stiffnesses,
 )
 from exudyn_flexlink.accuracy.study import MOST_RODS
-from exudyn_flexlink.comparison import Comparison, Seen, StrikePair
-from exudyn_flexlink.fitting import Against, Fit
-from exudyn_flexlink.observables import Deviation, Strike, Vibration, measures, name_of
-from exudyn_flexlink.report.run import contact_rows, force_error_table
-from exudyn_flexlink.report.text import Table, in_blocks, left_out, lines_of, listed, number, table
+from exudyn_flexlink.observables import Vibration, measures, name_of
+from exudyn_flexlink.report.text import (
+    Column,
+    Document,
+    Table,
+    entries,
+    in_blocks,
+    lines_of,
+    number,
+    table,
+    table_of_items,
+)
 from exudyn_flexlink.scene import FlexibleBody, ImpulseLaw
 from exudyn_flexlink.shipped import EXUDYN
-from exudyn_flexlink.stability import Exponent, Stability
+from exudyn_flexlink.stability import Exponent, Stability, section_columns
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, SweepTable, shortened
 from exudyn_flexlink.verification import Compared, VerifiedRun
 
@@ -62,11 +66,11 @@ def accuracy_text(study: Study, command: str) -> str:
 
 def judged_by(study: Study) -> list[str]:
     """Say what errors are measured against, how well that is known, and up to when."""
-    lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference.told}"]
+    lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference.label}"]
     if study.check is not None:
         what = "independent" if study.independent else "not independent: the same equations"
         lines.append(
-            f"Cross-check ({what}): {study.check.told} is {study.floor:.2g} m from it at most; "
+            f"Cross-check ({what}): {study.check.label} is {study.floor:.2g} m from it at most; "
             "smaller errors are not claimed"
         )
     else:
@@ -80,13 +84,57 @@ def judged_by(study: Study) -> list[str]:
     return lines
 
 
+def _point_columns(study: Study) -> Sequence[Column[Point]]:
+    """What is told of each setting that was run."""
+
+    def setting(point: Point) -> str:
+        whose = " (model's own)" if point is study.model_point else ""
+        return f"  {point.method.amount(point.value)}{whose}"
+
+    length, force = partial(_known_to, study.floor), partial(_known_to, study.force_floor)
+    return (
+        Column(None, "method.name", key="method"),
+        Column(None, "method.engine", key="engine"),
+        Column(None, "method.knob", key="knob"),
+        Column(None, "value", key="value"),
+        Column(None, lambda point: dict(point.method.settings), key="settings"),
+        Column(None, "processor", key="processor_time_s"),
+        Column(None, "repeats", key="repeats"),
+        Column("", setting),
+        Column("steps", "steps", key="steps"),
+        Column("rms", "errors.rms", length),
+        Column("largest", "errors.largest", length),
+        Column("of", lambda p: p.errors.worst if p.errors.largest >= study.floor else ""),
+        Column("forces", "errors.force", force),
+        *_ERRORS,
+        Column(None, "below_floor", key="below_floor"),
+        Column("processor time", lambda point: f"{point.processor:.3g} (of {point.repeats})"),
+    )
+
+
+_ERRORS: Sequence[Column[Any]] = (
+    Column(None, "errors.rms", key="error_rms_m"),
+    Column(None, "errors.largest", key="error_largest_m"),
+    Column(None, "errors.worst", key="error_point"),
+    Column(None, "errors.force", key="error_force_relative"),
+    Column(None, "errors.worst_force", key="error_force"),
+)
+"""What files tell of the errors of a setting, or of a cause."""
+
+
+def _known_to(floor: float, error: float) -> str:
+    """Return an error, or what it is known to be less than."""
+    return f"{error:.1e}" if error >= floor else f"< {floor:.1e}"
+
+
 def _points(study: Study) -> list[str]:
-    rows, method = [["", "steps", "rms", "largest", "of", "forces", "processor time"]], ""
-    for point in study.points:
+    shown, method = table_of_items("", _point_columns(study), study.points), ""
+    rows = [shown.head]
+    for point, row in zip(study.points, shown.rows, strict=True):
         if point.method.name != method:
             method = point.method.name
             rows.append([f"{method}: {point.method.knob}"])
-        rows.append(_accuracy_row(study, point))
+        rows.append(row)
     what = "" if len(study.judged_by) == 1 else " of the point that is farthest off"
     return [
         f"Errors (m){what}, errors of forces as parts of the force (of the one that is worst), "
@@ -95,47 +143,47 @@ def _points(study: Study) -> list[str]:
     ]
 
 
-def _accuracy_row(study: Study, point: Point) -> list[str]:
-    errors = point.errors
-    sizes = [_told_accuracy(error, study.floor) for error in (errors.rms, errors.largest)]
-    force = _told_accuracy(errors.force, study.force_floor)
-    whose = " (model's own)" if point is study.own else ""
-    setting = f"  {point.method.amount(point.value)}{whose}"
-    cost = f"{point.processor:.3g} (of {point.repeats})"
-    worst = errors.worst if errors.largest >= study.floor else ""
-    return [setting, str(point.steps), *sizes, worst, force, cost]
+def _source_columns(study: Study) -> Sequence[Column[Source]]:
+    """What is told of each cause of error."""
+    measures_by = measures(study.scene)
 
+    def peaks(source: Source) -> dict[str, float]:
+        return {f"{body}_{measures_by[body].name}": x for body, x in source.errors.levers.items()}
 
-def _told_accuracy(error: float, floor: float) -> str:
-    """Return an error, or what it is known to be less than."""
-    return f"{error:.1e}" if error >= floor else f"< {floor:.1e}"
+    def about(source: Source, error: float) -> str:
+        return f"{'<~ ' if source.at_most else ''}{error:.1e}"
+
+    return (
+        Column("", "kind", NAMES.__getitem__, key="kind"),
+        Column("rms", lambda source: f"{about(source, source.errors.rms)} m"),
+        Column("largest", lambda source: f"{about(source, source.errors.largest)} m"),
+        Column("of", "errors.worst"),
+        Column("forces", lambda source: about(source, source.errors.force)),
+        Column("", partial(_about, study)),
+        *_ERRORS,
+        Column(None, peaks, key="peaks"),
+        Column(None, "order", key="order"),
+        Column(None, "at_most", key="at_most"),
+        Column(None, "dearer", key="cost_of_the_finer_model"),
+    )
 
 
 def _sources(study: Study) -> list[str]:
     if study.still:
         return ["Nothing that is judged moves: there is no error to take apart"]
-    setting = study.own.told if study.own is not None else ""
+    setting = study.model_point.label if study.model_point is not None else ""
     caption = (
         f"Where the error comes from, at the model's own settings{setting and f' ({setting})'}"
     )
-    rows = [_source(study, source) for source in study.sources]
-    lines = lines_of(Table(caption, rows, ["", "rms", "largest", "of", "forces", ""])) or [caption]
+    shown = table_of_items(caption, _source_columns(study), study.sources)
+    lines = lines_of(shown) or [caption]
     return [*lines, *(f"  {note}" for note in notes(study)), dominance(study)]
-
-
-def _source(study: Study, source: Source) -> list[str]:
-    errors = source.errors
-    numbers = [f"{errors.rms:.1e} m", f"{errors.largest:.1e} m", f"{errors.force:.1e}"]
-    if source.at_most:
-        numbers = [f"<~ {number}" for number in numbers]
-    rms, largest, force = numbers
-    return [NAMES[source.kind], rms, largest, errors.worst, force, _about(study, source)]
 
 
 def _about(study: Study, source: Source) -> str:
     """Say what a source's error was told from."""
     if source.kind == "time":
-        is_known = study.own is not None
+        is_known = study.model_point is not None
         return "against the reference" if is_known else "this is the finest run: that of the check"
     if source.kind == "rods":
         rods = ", ".join(f"{b.rods}" for b in beams(study.scene).values())
@@ -184,16 +232,14 @@ def _other_model(study: Study, method: Method) -> str:
     )
 
 
-def _of_rods(study: Study, any_told: bool) -> list[str]:
+def _of_rods(study: Study, doubled: bool) -> list[str]:
     links = flexible(study.scene)
     if not links:
         return ["number of rods: no flexible body"]
-    links_told = [
-        _fixed(name, body) for name, body in links.items() if body.hinges.stiffness != "beam"
-    ]
-    if beams(study.scene) and not any_told:
-        links_told.append("number of rods: not told, there was no time (or no room) to double it")
-    return links_told
+    lines = [_fixed(name, body) for name, body in links.items() if body.hinges.stiffness != "beam"]
+    if beams(study.scene) and not doubled:
+        lines.append("number of rods: not told, there was no time (or no room) to double it")
+    return lines
 
 
 def _fixed(name: str, body: FlexibleBody) -> str:
@@ -251,7 +297,7 @@ def _choice(study: Study, advice: Advice) -> str:
     if advice.choice is not None:
         point = advice.choice
         error = f"{'below ' if point.below_floor else ''}{point.claimed:.1e} m"
-        return f"{goal} choose {point.told} ({error}, {point.processor:.2g} s)"
+        return f"{goal} choose {point.label} ({error}, {point.processor:.2g} s)"
     if advice.below_floor:
         return (
             f"{goal} nothing can be said: the references agree to {study.floor:.2g} m only; "
@@ -261,7 +307,7 @@ def _choice(study: Study, advice: Advice) -> str:
         return f"{goal} nothing can be said"
     best = advice.best
     return (
-        f"{goal} no setting tried is accurate enough; the best is {best.told} "
+        f"{goal} no setting tried is accurate enough; the best is {best.label} "
         f"({best.claimed:.1e} m, {best.processor:.2g} s): raise --budget, or --target"
     )
 
@@ -294,6 +340,49 @@ def _left_out(study: Study) -> list[str]:
     return ["Left out", *lines] if lines else []
 
 
+def accuracy_document(study: Study) -> Document:
+    """Return what files tell of a study: all settings that were run, causes of error, advice."""
+    runs, largest, advice = study.runs, dominating(study.sources), advise(study)
+    columns, causes = _point_columns(study), _source_columns(study)
+    points = [entries(columns, point) for point in study.points]
+    names = [key for key in points[0] if key != "settings"]
+    data = {
+        "title": study.scene.title,
+        "completed": not runs.interrupted,
+        "judged_by": list(study.judged_by),
+        "target_m": study.target,
+        "reference": {
+            "run": study.reference.label,
+            "processor_time_s": study.reference.processor,
+        },
+        "check": {
+            "run": study.check.label if study.check else "",
+            "independent": study.independent,
+        },
+        "floor_m": study.floor,
+        "floor_force_relative": study.force_floor,
+        "end_s": study.end,
+        "judged_until_s": study.until,
+        "horizon": study.horizon,
+        "points": points,
+        "own": study.model_point and study.model_point.label,
+        "sources": [entries(causes, source) for source in study.sources],
+        "dominating": largest and largest.kind,
+        "still": study.still,
+        "advice": {
+            "choice": advice.choice and entries(columns, advice.choice),
+            "limited_by": advice.limit and advice.limit.kind,
+            "target_below_floor": advice.below_floor,
+        },
+        "left_out": runs.left_out,
+        "interrupted": runs.interrupted,
+        "wall_time_s": runs.spent,
+        "scene": study.scene.to_data(),
+        "recommendation": recommendation(study),
+    }
+    return Document(data, {"accuracy.csv": {key: [row[key] for row in points] for key in names}})
+
+
 WORDS = {
     1: "neighbours part",
     0: "whether neighbours part or approach can't be told",
@@ -301,7 +390,6 @@ WORDS = {
 }
 MOST_REASONS = 5
 LONGEST = 100  # characters of a reason
-HEAD = ("number", "published", "computed", "difference", "allowed", "verdict")
 
 
 def stability_text(study: Stability) -> str:
@@ -310,7 +398,7 @@ def stability_text(study: Stability) -> str:
     laps = round(float(study.run.time[-1]) / rhythm.lap)
     first = (
         f"{study.point} over {laps} laps of {number(rhythm.lap)} s, from lap "
-        f"{round(study.after / rhythm.lap) + 1} on: {study.told}."
+        f"{round(study.after / rhythm.lap) + 1} on: {study.behaviour}."
     )
     section, limit = study.section, f"{study.limit:.2g} m"
     places, count = section.distinct(study.limit), len(section.time)
@@ -373,6 +461,65 @@ def _lines(vibration: Vibration) -> list[list[str]]:
     ]
 
 
+def stability_document(study: Stability) -> Document:
+    """Return what files tell of a motion; tables of growth, laps, section and spectra."""
+    laps, exponent = study.laps, study.exponent
+    repeating, spectra = study.repeating, {"x": study.vibration.x, "y": study.vibration.y}
+    counts = np.arange(len(exponent.rates)) >= exponent.settled  # not while neighbours settle
+    before = zip(laps.before.tolist(), laps.largest, strict=True)
+    data = {
+        "title": study.run.scene.title,
+        "completed": True,
+        "engine": study.run.engine,
+        "point": study.point,
+        "lap_s": study.rhythm.lap,
+        "laps_of_a_cycle": study.rhythm.laps,
+        "after_s": study.after,
+        "end_s": float(study.run.time[-1]),
+        "tolerance_m": study.tolerance,
+        "exponent": entries(EXPONENT, exponent),
+        "exponent_at_a_tenth_of_the_tolerance": study.tighter and entries(EXPONENT, study.tighter),
+        "horizon_s": study.horizon,
+        "repeats_after_laps": repeating and repeating.laps,
+        "settles_by_factor": repeating and repeating.settles,
+        "laps_apart_m": repeating and repeating.least,
+        "laps_before": repeating and repeating.nearest,
+        "laps_known_until_s": repeating and repeating.until,
+        "places_of_section": study.section.distinct(study.limit),
+        "places_apart_by_m": study.limit,
+        "lines_Hz": {axis: spectrum.lines for axis, spectrum in spectra.items()},
+        "lines_off_ideal_place": study.vibration.off_ideal,
+        "scene": study.run.scene.to_data(),
+        "told": stability_text(study),
+    }
+    growth = {
+        "begin_s": exponent.times[:-1],
+        "end_s": exponent.times[1:],
+        "growth_per_s": exponent.rates,
+        "counts": counts.astype(float),
+    }
+    apart = {f"from_{shift}_before_m": row for shift, row in before}
+    tables = {
+        "growth.csv": growth,
+        "laps.csv": {"lap": laps.laps.astype(float), "end_s": laps.end} | apart,
+        "section.csv": section_columns(study.section),
+    }
+    for axis, spectrum in spectra.items():
+        columns = {"frequency_Hz": spectrum.frequency, "power_m2_per_Hz": spectrum.power}
+        tables[f"spectrum_{axis}.csv"] = columns
+    return Document(data, tables)
+
+
+EXPONENT: Sequence[Column[Exponent]] = (
+    Column(None, "value", key="value_per_s"),
+    Column(None, "uncertainty", key="uncertainty_per_s"),
+    Column(None, "noise", key="solver_per_s"),
+    Column(None, "sign", key="sign"),
+    Column(None, "distance", key="neighbours_apart_m"),
+    Column(None, lambda exponent: exponent.means.tolist(), key="batch_means_per_s"),
+)
+
+
 def sweep_text(sweep: SweepTable) -> str:
     """Return the summary of a sweep: its rows, what varied, ranges of observables, reasons."""
     why = (_why(sweep, kind) for kind in (FAILED, DOUBTFUL))
@@ -415,6 +562,22 @@ def _why(sweep: SweepTable, kind: str) -> list[str]:
     return lines_of(Table(f"{kind.capitalize()}: rows, the first of them, why", rows, note=note))
 
 
+NUMBERS: Sequence[Column[Compared]] = (
+    Column("number", "name"),
+    Column("published", lambda number: f"{number.published:.10g} {number.unit}"),
+    Column("computed", "computed", lambda x: f"{x:.10g}" if isfinite(x) else "none"),
+    Column(
+        "difference",
+        "difference",
+        lambda apart: f"{apart:.1e}" if isfinite(apart) else "",
+        key="difference",
+    ),
+    Column("allowed", "allowed", "{:.1e}".format),
+    Column("verdict", "fine", lambda fine: "ok" if fine else "OFF", key="fine"),
+)
+"""What is told of a published number beside its fields."""
+
+
 def verification_text(runs: Sequence[VerifiedRun]) -> str:
     """Return a table of each run, and a sentence on all of them."""
     blocks = []
@@ -422,20 +585,20 @@ def verification_text(runs: Sequence[VerifiedRun]) -> str:
         about = f"{run.benchmark}, {run.run}: {run.steps} steps, {run.seconds:.2g} s"
         lines = [about] if run.engine == EXUDYN else [f"{about}, {run.engine}"]
         lines += [f"  {run.stopped}"] if run.stopped else []
-        lines += table([HEAD, *(_row(number) for number in run.numbers)])
+        lines += lines_of(table_of_items("", NUMBERS, run.numbers))
         blocks.append("\n".join(lines))
     return "\n\n".join([*blocks, _summary(runs), *_reasons(runs)])
 
 
 def verification_markdown(runs: Sequence[VerifiedRun]) -> str:
     """Return one table of all numbers, with the steps and the time of each run."""
-    head = ("benchmark", "run", *HEAD[:-1], "steps", "time", HEAD[-1])
-    rows = [head, ("---",) * len(head)]
+    *names, last = (str(column.head) for column in NUMBERS)
+    head = ["benchmark", "run", *names, "steps", "time", last]
+    rows = [head, ["---"] * len(head)]
     for run in runs:
-        for each in run.numbers:
-            *cells, verdict = _row(each)
-            cost = (str(run.steps), f"{run.seconds:.1f} s")
-            rows.append((f"`{run.benchmark}`", run.run, *cells, *cost, verdict))
+        cost = (str(run.steps), f"{run.seconds:.1f} s")
+        for *cells, verdict in table_of_items("", NUMBERS, run.numbers).rows:
+            rows.append([f"`{run.benchmark}`", run.run, *cells, *cost, verdict])
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
@@ -445,22 +608,10 @@ def verification_data(runs: Sequence[VerifiedRun]) -> list[dict[str, Any]]:
         {
             **asdict(run),
             "fine": run.fine,
-            "numbers": [
-                {**asdict(each), "difference": each.difference, "fine": each.fine}
-                for each in run.numbers
-            ],
+            "numbers": [asdict(each) | entries(NUMBERS, each) for each in run.numbers],
         }
         for run in runs
     ]
-
-
-def _row(number: Compared) -> tuple[str, ...]:
-    published = f"{number.published:.10g} {number.unit}"
-    allowed, verdict = f"{number.allowed:.1e}", "ok" if number.fine else "OFF"
-    if not isfinite(number.computed):
-        return number.name, published, "none", "", allowed, verdict
-    computed = f"{number.computed:.10g}"
-    return number.name, published, computed, f"{number.difference:.1e}", allowed, verdict
 
 
 def _summary(runs: Sequence[VerifiedRun]) -> str:
@@ -478,258 +629,3 @@ def _reasons(runs: Sequence[VerifiedRun]) -> Iterator[str]:
             if not each.fine:
                 name = f"{run.benchmark}, {run.run}, {each.name}"
                 yield f"{name}\n  allowed because: {each.because}\n  source: {each.source}"
-
-
-DIGITS = 10  # of a fitted value
-
-
-def against_text(beside: Against) -> str:
-    """Return the table of a run beside a series."""
-    head = f"Comparison of {beside.result.engine} and {beside.series.source}"
-    return in_blocks([[f"{head}: {beside.result.scene.title}"], _distances(beside), _how(beside)])
-
-
-def fit_text(fitted: Fit) -> str:
-    """Return the table of a fit: values with their errors, correlations, residuals."""
-    last = fitted.against
-    rows = [
-        [
-            p.path,
-            f"{fitted.values[p.path]:.{DIGITS}g}",
-            f"{fitted.standard_errors[p.path]:.4g}",
-            f"{fitted.integrator[p.path]:.1g}",
-            f"{p.start:.4g}",
-            p.unit,
-        ]
-        for p in fitted.parameters
-    ]
-    note = "standard error: of the data's scatter; integrator: how far its error moves the value"
-    head = ["", "value", "standard error", "integrator", "start", "unit"]
-    accuracy = last.result.scene.accuracy
-    to = f"{accuracy.tolerance:.1g} m" if accuracy.step is None else f"steps of {accuracy.step:g} s"
-    return in_blocks(
-        [
-            [f"Fit of {last.result.engine} to {last.series.source}: {last.result.scene.title}"],
-            lines_of(Table("Fitted values", rows, head, note=note)),
-            _correlations(fitted),
-            _distances(last, "Residuals"),
-            [f"Found in {fitted.runs} runs, the last to {to}"],
-        ]
-    )
-
-
-def _correlations(fitted: Fit) -> list[str]:
-    pairs = [
-        [f"{p.path} and {q.path}", f"{fitted.correlations[i, j]:.6f}"]
-        for i, p in enumerate(fitted.parameters)
-        for j, q in enumerate(fitted.parameters)
-        if i < j and isfinite(fitted.correlations[i, j])
-    ]
-    return lines_of(Table("Correlations", pairs))
-
-
-def _distances(beside: Against, caption: str = "Distances, run less series") -> list[str]:
-    rows = [
-        [
-            distance.signal,
-            f"{distance.largest:.3g} {distance.unit}",
-            f"{distance.at:.5g} s",
-            f"{distance.rms:.3g} {distance.unit}",
-            f"{100 * distance.rms / distance.span:.2g} %" if distance.span else "",
-            f"{np.sum(beside.differences[distance.signal] ** 2):.{DIGITS}g}",
-        ]
-        for distance in beside.distances
-    ]
-    head = ["", "largest", "at", "rms", "of the span", "sum of squares, SI"]
-    return lines_of(Table(caption, rows, head)) or [f"{caption}: none, the horizon is at the start"]
-
-
-def _how(beside: Against) -> list[str]:
-    """Tell instants, the shift, what was left out, and how far the run itself is off."""
-    begin, end = beside.time[[0, -1]]
-    rows = [["instants", f"{len(beside.time)}, from {begin:.5g} to {end:.5g} s of the run"]]
-    if beside.shift:
-        rows.append(["shift", f"{beside.shift:.6g} s are added to times of the series"])
-    if beside.outside:
-        rows.append(["outside the run", f"{beside.outside} of {len(beside.series.time)} rows"])
-    if beside.series.left_out:
-        rows.append(["columns left out", listed(beside.series.left_out)])
-    error = beside.result.error
-    about = f"{name_of(error.points)} within {error.largest:.2g} m" if not error.missing else ""
-    rows.append(["the run's own error", about or f"not known: {error.missing}"])
-    if isfinite(error.known_until) and error.known_until < end:
-        rows.append(["horizon", f"{error.known_until:.5g} s: distances are of instants before it"])
-    return table(rows)
-
-
-MOST_STRIKES = 12  # more than that scroll the rest of the table away
-
-
-def comparison_text(comparison: Comparison) -> str:
-    """Return the table of a comparison."""
-    both = comparison.both
-    contacts = dict.fromkeys(pair.contact for pair in comparison.strikes)
-    blocks = [
-        [f"Comparison {_of(both[0])} and {both[1].name}: {both[1].result.scene.title}"],
-        _deviations(comparison),
-        [horizon_text(comparison)],
-        _forces(comparison),
-        _beyond(comparison),
-        _levers(comparison),
-        *(_strikes(comparison, contact) for contact in contacts),
-        _clearances(comparison),
-        _runs(comparison),
-    ]
-    return in_blocks(blocks)
-
-
-def horizon_text(comparison: Comparison) -> str:
-    """Say up to when the runs can be compared instant by instant."""
-    end, parted = comparison.time[-1], comparison.horizon
-    measured = [seen for seen in comparison.both if not seen.result.error.missing]
-    if parted is None:
-        to_end = f"Compared instant by instant to t = {end:.5g} s, the end"
-        off = [f"{seen.name} within {seen.result.error.largest:.2g} m" for seen in measured]
-        return f"{to_end}: {', '.join(off)}" if off else f"{to_end}; no horizon was looked for"
-    first = min(measured, key=lambda seen: seen.result.error.known_until)
-    if first.result.error.horizon != parted:
-        why = f"where the second run {_of(first)} stopped"
-    else:
-        why = f"beyond it by statistics: from there on two runs {_of(first)} part for good"
-    return f"Compared instant by instant up to t = {parted:.5g} s, {why}"
-
-
-def excess_text(comparison: Comparison, tolerance: float) -> str:
-    """Say by how much the deviation exceeds a tolerance (m)."""
-    judged = comparison.judged
-    if not len(judged.time):
-        return "nothing can be compared instant by instant: the horizon is at the start"
-    at = judged.time[int(judged.distance.argmax())]
-    return (
-        f"{comparison.farthest(float(at))} deviates by {judged.largest:.3g} m at t = {at:.5g} s, "
-        f"more than the {tolerance:.3g} m allowed"
-    )
-
-
-def _of(seen: Seen) -> str:
-    """Return 'of exudyn' for an engine; 'with clearance', the name of a scene, as it stands."""
-    return seen.name if seen.name.startswith("with") else f"of {seen.name}"
-
-
-def _deviations(comparison: Comparison) -> list[str]:
-    strike, horizon = comparison.first_strike, comparison.horizon
-    parts = {"whole run": comparison.deviation}
-    if horizon is not None:
-        parts = {f"up to the horizon, {horizon:.5f} s": comparison.judged} | parts
-    if strike is not None and comparison.before_strike is not None:
-        parts = {f"up to the first strike, {strike:.5f} s": comparison.before_strike} | parts
-    rows = [_deviation(comparison, when, part) for when, part in parts.items()]
-    what = name_of(comparison.judged_by)
-    farthest = ", of the one that is farthest" if len(comparison.judged_by) > 1 else ""
-    return [f"Deviation of {what}{farthest}", *table([["", "largest", "of", "at", "rms"], *rows])]
-
-
-def _deviation(comparison: Comparison, when: str, part: Deviation) -> list[str]:
-    if not len(part.time):
-        return [when, "no samples", "", "", ""]
-    at = float(part.time[int(part.distance.argmax())])
-    point = comparison.farthest(at)
-    return [when, f"{part.largest:.3g} m", point, f"{at:.5f} s", f"{part.rms:.3g} m"]
-
-
-def _forces(comparison: Comparison) -> list[str]:
-    until = "" if comparison.horizon is None else " up to the horizon"
-    return lines_of(force_error_table(comparison.forces, f"Forces, difference{until}"))
-
-
-def _beyond(comparison: Comparison) -> list[str]:
-    if comparison.beyond is None:
-        return []
-    one, other = comparison.beyond
-    rows = [["", comparison.first.name, comparison.second.name]]
-    for i, axis in enumerate("xy"):
-        for what in ("mean", "rms", "least", "greatest"):
-            values = (f"{getattr(part, what)[i]:+.6f} m" for part in (one, other))
-            rows.append([f"{axis}, {what}", *values])
-    for body, measure in comparison.measures.items():
-        for k, what in enumerate(("least", "greatest")):
-            rows.append(
-                [
-                    f"{measure.word} of {body}, {what}",
-                    *(measure.text(part.levers[body][k]) for part in (one, other)),
-                ]
-            )
-    about = f"Beyond the horizon: {comparison.point}, all but the mean relative to the mean"
-    return [about, *table(rows)]
-
-
-def _levers(comparison: Comparison) -> list[str]:
-    rows = []
-    for body, apart in comparison.answer_differences.items():
-        measure = comparison.measures[body]
-        named, unit = f"{measure.word} of {body}", measure.unit
-        for what in ("least", "greatest"):
-            (one, t1), (other, t2) = (getattr(seen.levers[body], what) for seen in comparison.both)
-            values = [f"{measure.text(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
-            rows.append([f"{named}, {what}", *values, f"{one - other:+.2g} {unit}"])
-        largest = f"{abs(apart).max():.2g} {unit}"
-        rows.append([f"{named}, largest difference at one instant", "", "", largest])
-    names = ["", comparison.first.name, comparison.second.name, "difference"]
-    return lines_of(Table("Struck bodies", rows, names))
-
-
-def _strikes(comparison: Comparison, contact: str) -> list[str]:
-    pairs = [pair for pair in comparison.strikes if pair.contact == contact]
-    turns = any(pair.lap is not None for pair in pairs)
-    rows = [["lap" if turns else "", "", *(run.name for run in comparison.both), "difference"]]
-    for pair in pairs[:MOST_STRIKES]:
-        rows += [row if turns else ["", *row[1:]] for row in _strike(pair, comparison.both)]
-    note = left_out(len(pairs), MOST_STRIKES)
-    return lines_of(Table(f"Strikes of contact '{contact}'", rows, note=note))
-
-
-def _clearances(comparison: Comparison) -> list[str]:
-    """How links stood in guides and journals in bearings, up to the end of the shorter run."""
-    one, other = comparison.both
-    rows = [
-        row
-        for joint in comparison.with_clearance
-        for row in contact_rows(joint, one.contact.get(joint), other.contact.get(joint))
-    ]
-    return lines_of(Table("Joints with clearance", rows, ["", one.name, other.name]))
-
-
-_OF_A_STRIKE: dict[str, tuple[Callable[[Strike], float], str, str]] = {
-    "time": (lambda strike: strike.begin, ".7f", "s"),
-    "impulse": (lambda strike: strike.impulse, ".5g", "N s"),
-    "energy lost": (lambda strike: strike.energy_lost, ".5g", "J"),
-    "peak force": (lambda strike: strike.peak_force, ".5g", "N"),
-}
-
-
-def _strike(pair: StrikePair, both: tuple[Seen, Seen]) -> list[list[str]]:
-    """Return the rows of one strike."""
-    rows = []
-    for what, (of, digits, linear) in _OF_A_STRIKE.items():
-        unit = both[pair.first is None].result.scene.unit_of(pair.contact, linear)
-        values = [None if strike is None else of(strike) for strike in (pair.first, pair.second)]
-        shown = ["no strike" if x is None else _told(x, digits, unit) for x in values]
-        one, other = values
-        apart = "" if one is None or other is None else _told(one - other, "+.2g", unit, "")
-        rows.append([str(pair.lap or "") if what == "time" else "", what, *shown, apart])
-    return rows
-
-
-def _told(value: float, digits: str, unit: str, unknown: str = "not known") -> str:
-    return f"{value:{digits}} {unit}" if isfinite(value) else unknown
-
-
-def _runs(comparison: Comparison) -> list[str]:
-    columns = [["engine", "accuracy", "energy balance, off by", "steps", "solver time"]]
-    for seen in comparison.both:
-        result, checks = seen.result, seen.result.checks
-        energy = f"{checks.energy_residual:.2g} J ({100 * checks.relative_energy_residual:.2g} %)"
-        time = f"{result.timings['solve']:.2f} s" if "solve" in result.timings else "not known"
-        columns.append([result.engine, seen.accuracy, energy, number(checks.steps), time])
-    names = ["", *(seen.name for seen in comparison.both)]
-    return lines_of(Table("Runs", list(zip(*columns, strict=True)), names))

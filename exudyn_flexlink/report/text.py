@@ -1,4 +1,8 @@
-"""Numbers and tables: apart from who shows them, and as plain text."""
+"""Numbers and tables: apart from who shows them, and as plain text.
+
+What is told of many things of a kind is declared once, as columns: tables of a text and of a page,
+documents in JSON and CSV files are made of these.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +12,12 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from math import floor, log10
-from typing import TypeVar
+from operator import attrgetter
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from numpy.typing import NDArray
 
 Item = TypeVar("Item")
-Column = tuple[str, Callable[[Item], str]]
 
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
 MOST_LISTED = 12  # bodies or joints that one line names
@@ -36,6 +42,11 @@ class Table:
     units: Sequence[str] = ()
     note: str = ""
 
+    def named(self, names: Iterable[str], head: str = "") -> Table:
+        """Return the table with a name before each row, under a head of its own."""
+        rows = [[name, *row] for name, row in zip(names, self.rows, strict=True)]
+        return replace(self, rows=rows, head=[head, *self.head], units=["", *self.units])
+
     def without(self, columns: Collection[str]) -> Table:
         """Return the table without the columns of these names."""
         kept = [i for i, name in enumerate(self.head) if name not in columns]
@@ -47,16 +58,52 @@ class Table:
         )
 
 
-def table_of_items(
-    caption: str, columns: Mapping[str, Column[Item]], items: Sequence[Item], count: int
-) -> Table:
-    """Return a table with a row for each item, the first of `count`.
+@dataclass(frozen=True)
+class Column(Generic[Item]):
+    """What is told of each item of a kind: in texts under a `head`, in files by a `key`.
 
-    Columns are by name, each its unit and what tells the cell of an item.
+    `value` is what takes it out of an item, or the name of an attribute, which may have dots.
+    `cell` writes that; None leaves the cell empty. `unit` is that of all cells; the key ends in the
+    unit of the value. Without a head it is in no text, without a key in no file.
     """
-    rows = [[cell(item) for _, cell in columns.values()] for item in items]
-    units = [unit for unit, _ in columns.values()]
-    return Table(caption, rows, list(columns), units, left_out(count, len(items)))
+
+    head: str | None
+    value: str | Callable[[Item], Any]
+    cell: Callable[[Any], str] = str
+    unit: str = ""
+    key: str = ""
+
+    def of(self, item: Item) -> Any:
+        """Return the value of an item."""
+        value = attrgetter(self.value) if isinstance(self.value, str) else self.value
+        return value(item)
+
+    def text(self, item: Item) -> str:
+        """Return the cell of an item."""
+        value = self.of(item)
+        return "" if value is None else self.cell(value)
+
+
+class Document(NamedTuple):
+    """What files tell of a study: a document in JSON, and columns of tables by their files."""
+
+    data: dict[str, Any]
+    tables: Mapping[str, Mapping[str, NDArray[Any] | Sequence[Any]]]
+
+
+def entries(columns: Sequence[Column[Item]], item: Item) -> dict[str, Any]:
+    """Return what files tell of an item, by key."""
+    return {column.key: column.of(item) for column in columns if column.key}
+
+
+def table_of_items(
+    caption: str, columns: Sequence[Column[Item]], items: Sequence[Item], count: int = 0
+) -> Table:
+    """Return a table with a row for each item, the first of `count` if these are more."""
+    shown = [column for column in columns if column.head is not None]
+    rows = [[column.text(item) for column in shown] for item in items]
+    head, units = [column.head or "" for column in shown], [column.unit for column in shown]
+    return Table(caption, rows, head, units, left_out(count, len(items)))
 
 
 def left_out(count: int, most: int) -> str:

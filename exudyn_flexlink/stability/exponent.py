@@ -114,7 +114,7 @@ class Repeating:
     until: float
 
     @property
-    def told(self) -> str:
+    def behaviour(self) -> str:
         """In words."""
         if self.laps is not None:
             return f"repeats itself every {_count(self.laps)}"

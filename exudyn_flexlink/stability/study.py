@@ -25,6 +25,7 @@ from exudyn_flexlink.observables import Vibration, crank_joint, parting_limit, t
 from exudyn_flexlink.quantities import LARGEST
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
+from exudyn_flexlink.shipped import AFTER, LAPS
 from exudyn_flexlink.stability.exponent import (
     ALIKE,
     FEWEST,
@@ -61,8 +62,8 @@ class StoppedError(ValueError):
     """A run that the exponent needs stopped before its end; the text says why."""
 
 
-def require_whole(made: Result, told: str) -> None:
-    """Refuse a run that stopped; `told` says so.
+def require_whole(made: Result, message: str) -> None:
+    """Refuse a run that stopped; `message` says so.
 
     Raises:
         KeyboardInterrupt: the user stopped it.
@@ -72,7 +73,7 @@ def require_whole(made: Result, told: str) -> None:
     if made.outcome.reason == INTERRUPTED:
         raise KeyboardInterrupt
     if not made.outcome.completed:
-        raise StoppedError(told)
+        raise StoppedError(message)
 
 
 def exponent_of(
@@ -102,8 +103,8 @@ def exponent_of(
         """Run a stretch from a state of all parts, one after the other."""
         base = by_begin[begin]
         run = type(scene.run)(duration=end - begin, sample=end - begin)
-        there = moved(base, state.reshape(-1, 6)).changed(run=run)
-        made = simulate(there)
+        start = moved(base, state.reshape(-1, 6)).changed(run=run)
+        made = simulate(start)
         require_whole(made, f"from {begin:.6g} s on: {made.outcome.reason}")
         return np.concatenate([made.poses[-1], made.rates[-1]], axis=-1).ravel()
 
@@ -208,11 +209,13 @@ class Stability:
         return max(parting_limit(self.run), ALIKE * self.tolerance)
 
     @property
-    def told(self) -> str:
+    def behaviour(self) -> str:
         """What the motion does, in words."""
         if self.exponent.sign > 0:
             return "it never repeats itself, as neighbours part"
-        return "too few laps are known" if self.repeating is None else f"it {self.repeating.told}"
+        return (
+            "too few laps are known" if self.repeating is None else f"it {self.repeating.behaviour}"
+        )
 
 
 def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None) -> Scene:
@@ -252,8 +255,8 @@ class Asked:
     matters is told by the noise of the exponent alone.
     """
 
-    laps: int = 24
-    after: float = 4
+    laps: int = LAPS
+    after: float = AFTER
     lap: float | None = None
     angle: float = 0.0
     tolerance: float | None = None
@@ -311,7 +314,7 @@ def study(
 
 def _whole(simulate: Simulate, scene: Scene) -> Result:
     run = simulate(scene)
-    require_whole(run, f"the run {run.outcome.told}")
+    require_whole(run, f"the run {run.outcome.ending}")
     return run
 
 

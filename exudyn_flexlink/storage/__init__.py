@@ -9,10 +9,10 @@ readers.
 from exudyn_flexlink.storage.replacing import (
     KeptBesideError,
     StorageError,
-    own_files,
     replace_file,
     staged_files,
     staged_folder,
+    written_files,
 )
 from exudyn_flexlink.storage.run import (
     Array,
@@ -31,10 +31,6 @@ from exudyn_flexlink.storage.studies import (
     is_sweep,
     load_sweep,
     open_journal,
-    save_accuracy,
-    save_against,
-    save_comparison,
-    save_fit,
-    save_stability,
+    save_study,
     save_table,
 )

@@ -83,9 +83,9 @@ def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
 
 def other_version(document: Mapping[str, Any]) -> str:
     """Name the version that wrote a document of this program; empty if it was this one."""
-    there, versions = document.get("format", "unknown"), document.get("versions")
+    written, versions = document.get("format", "unknown"), document.get("versions")
     name = versions.get(PROGRAM, "?") if isinstance(versions, Mapping) else "?"
-    return "" if there == FORMAT else f"another version, {PROGRAM} {name} with format {there}"
+    return "" if written == FORMAT else f"another version, {PROGRAM} {name} with format {written}"
 
 
 def check_readable(file: Path) -> None:

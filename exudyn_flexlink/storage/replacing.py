@@ -54,8 +54,8 @@ class StorageError(Sendable, Exception):
     `forcible` tells that it can be written all the same, with `force`.
     """
 
-    def __init__(self, told: str, *, forcible: bool = False) -> None:
-        super().__init__(told)
+    def __init__(self, message: str, *, forcible: bool = False) -> None:
+        super().__init__(message)
         self.forcible = forcible
 
 
@@ -105,7 +105,7 @@ class Manifest:
     program: Literal["exudyn-flexlink"] = PROGRAM
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """What stands in the folder, in words."""
         return f"{self.what} of '{self.title}'" if self.title else self.what
 
@@ -145,7 +145,7 @@ def manifest_of(folder: Path) -> Manifest:
     return Manifest(KINDS[document], content["title"], content["completed"], files)
 
 
-def own_files(folder: Path) -> tuple[str, ...]:
+def written_files(folder: Path) -> tuple[str, ...]:
     """Paths of the files that the manifest of a folder names, with "/", and of that itself."""
     manifest = read_manifest(folder)
     return () if manifest is None else (MANIFEST, *manifest.files)
@@ -156,7 +156,7 @@ def folders_to(folder: Path, name: str) -> list[Path]:
     return [folder / above for above in PurePosixPath(name).parents][-2::-1]
 
 
-def is_own(folder: Path, name: str, contents: tuple[str, ...]) -> bool:
+def is_ours(folder: Path, name: str, contents: tuple[str, ...]) -> bool:
     """Tell whether a file of a folder, reached without a link, has one of these SHA-256."""
     reached = all(is_folder(above) for above in folders_to(folder, name))
     return reached and is_regular(folder / name) and digest(folder / name) in contents
@@ -248,11 +248,11 @@ def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
 
 
 def replace_file(
-    file: Path, content: bytes, is_own: Callable[[bytes], bool], *, force: bool
+    file: Path, content: bytes, replaceable: Callable[[bytes], bool], *, force: bool
 ) -> None:
     """Write a file, whole or not at all.
 
-    A file that stands there is replaced if its content `is_own`, this program's, or with `force`;
+    A file that stands there is replaced if its content is `replaceable`, or with `force`;
     links, devices and folders never are.
 
     Raises:
@@ -265,7 +265,7 @@ def replace_file(
         if not is_regular(file):
             raise StorageError(f"can't write {file}: it is {kind_of(file)}; give a new name")
         with suppress(OSError):  # what can't be read is not known to be the program's
-            force = force or is_own(file.read_bytes())
+            force = force or replaceable(file.read_bytes())
         if not force:
             raise StorageError(
                 f"can't write {file}: this program did not write what is in it; choose another "
@@ -307,16 +307,16 @@ def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> Non
 
     Where some are to be added, all of that stay. OSError: the place can't be written.
     """
-    there = read_manifest(target)
-    old = there.files if there else {}
+    earlier = read_manifest(target)
+    old = earlier.files if earlier else {}
     both = {name: (*old.get(name, ()), *now.files.get(name, ())) for name in old | now.files}
-    completed = there is not None and there.completed and (add or now.completed)
+    completed = earlier is not None and earlier.completed and (add or now.completed)
     target.mkdir(parents=True, exist_ok=True)
-    _write(target / MANIFEST, replace(there or now, files=both, completed=completed).content())
+    _write(target / MANIFEST, replace(earlier or now, files=both, completed=completed).content())
     runs = [name for name in now.files if Path(name).name == ARRAYS]
     whole = runs or [name for name in KINDS if name in now.files]  # it is replaced in one move
     for name in () if add else set(old) - set(whole):
-        if is_own(target, name, old[name]):
+        if is_ours(target, name, old[name]):
             (target / name).unlink()
     for name in sorted(now.files, key=lambda name: (name not in whole, name)):
         (target / name).parent.mkdir(exist_ok=True)
@@ -327,7 +327,7 @@ def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> Non
                 rest.rmdir() if is_folder(rest) else rest.unlink()
         with suppress(OSError):  # it is not empty
             folder.rmdir()
-    last = replace(there, files=old | now.files) if add and there else now
+    last = replace(earlier, files=old | now.files) if add and earlier else now
     _write(target / MANIFEST, last.content())
 
 
@@ -371,29 +371,31 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
     The result's kind is empty if nobody knows it yet.
     """
     try:
-        there = read_manifest(target)
+        earlier = read_manifest(target)
         entries = target.iterdir() if target.exists() else ()
         others = [entry for entry in entries if not entry.name.startswith(PREFIX)]
-        if there is not None and now.what and there.what not in (now.what, FIGURES):
+        if earlier is not None and now.what and earlier.what not in (now.what, FIGURES):
             does_not = f"{FIGURES} do not" if now.what == FIGURES else f"a {now.what} does not"
             raise StorageError(
-                f"{target} holds a {there.told}, which {does_not} replace: choose another "
+                f"{target} holds a {earlier.words}, which {does_not} replace: choose another "
                 "folder, or remove that one yourself"
             )
-        if there is not None and there.completed and not (force or now.completed):
+        if earlier is not None and earlier.completed and not (force or now.completed):
             raise StorageError(
-                f"{target} holds a complete {there.told}; this one is incomplete and does not "
+                f"{target} holds a complete {earlier.words}; this one is incomplete and does not "
                 "replace it, unless that is forced",
                 forcible=True,
             )
-        if there is None and others and not force:
+        if earlier is None and others and not force:
             raise StorageError(
                 f"{target} holds files that are no run of this program, or of an earlier version: "
                 f"no {MANIFEST} names them; choose another name, or force it: files with the names "
                 "of new ones are replaced then, and no others",
                 forcible=True,
             )
-        _check_files(target, [*now.files, *(there.files if there else ())], there, force=force)
+        _check_files(
+            target, [*now.files, *(earlier.files if earlier else ())], earlier, force=force
+        )
     except NotADirectoryError:
         raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder") from None
     except PermissionError as error:
@@ -404,18 +406,18 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
 
 
 def _check_files(
-    target: Path, names: Iterable[str], there: Manifest | None, *, force: bool
+    target: Path, names: Iterable[str], earlier: Manifest | None, *, force: bool
 ) -> None:
     """Refuse to write files of these names into a folder with the manifest `there`, if one is not.
 
     With `force`, the user's files may be replaced, too; never a folder, link or device.
     """
-    files = there.files if there else {}
+    files = earlier.files if earlier else {}
     for name in (*names, MANIFEST):
         place = target / name
         check_regular(target, name)
-        ours = name == MANIFEST and there is not None
-        if force or ours or not place.exists() or is_own(target, name, files.get(name, ())):
+        ours = name == MANIFEST and earlier is not None
+        if force or ours or not place.exists() or is_ours(target, name, files.get(name, ())):
             continue
         changed = "was changed since the run there wrote it"
         why = changed if name in files else f"is the user's: no {MANIFEST} names it"

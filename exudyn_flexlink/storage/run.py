@@ -31,10 +31,7 @@ from exudyn_flexlink.arrays import FloatArray, Member, Variable, members
 from exudyn_flexlink.loading import plain_data
 from exudyn_flexlink.observables import (
     BENDING,
-    BendingPeak,
-    ContactTotals,
     LeverResponse,
-    State,
     Strike,
     bending,
     bent_links,
@@ -52,7 +49,8 @@ from exudyn_flexlink.observables import (
     struck_bodies,
     watched_point,
 )
-from exudyn_flexlink.result import Extremes, FrictionHistory, Intervals, Result
+from exudyn_flexlink.report import TOTALS, bending_peak_columns, entries, friction_columns
+from exudyn_flexlink.result import Extremes, Intervals, Result
 from exudyn_flexlink.scene import PrismaticJoint, Scene, parse_scene
 from exudyn_flexlink.source import Document, SceneError, parse_document
 from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version, write_document
@@ -168,11 +166,11 @@ def _arrays(scene: Scene, value: Any, variable: Variable, name: str) -> Iterator
     """The array of a variable, or one for each of its components."""
     dimensions = _dimensions(variable, name)
     for i, (component, units) in enumerate(variable.components.items()):
-        about = _told(units, f"{variable.long_name}: {component}")
+        about = _attributes(units, f"{variable.long_name}: {component}")
         yield f"{name}.{component}", Array(dimensions, value[..., i], about)
     if not variable.components:
         units = label_of(name.rpartition(".")[0])[1] if variable.units is None else variable.units
-        about = _told(_unit_of(scene, name, units), variable.long_name)
+        about = _attributes(_unit_of(scene, name, units), variable.long_name)
         yield name, Array(dimensions, np.asarray(value, variable.kind), about)
 
 
@@ -186,7 +184,7 @@ def _unit_of(scene: Scene, name: str, unit: str) -> str:
     return "N" if unit == "N m" and isinstance(joint, PrismaticJoint) else unit
 
 
-def _told(units: str, long_name: str) -> dict[str, str]:
+def _attributes(units: str, long_name: str) -> dict[str, str]:
     return ({"units": units} if units else {}) | {"long_name": long_name}
 
 
@@ -386,7 +384,7 @@ def force_columns(result: Result) -> dict[str, FloatArray]:
     A contact by impulses has none: they are in `touch_columns`.
     """
     columns, left_out = _instants(result), momentary_forces(result)
-    for told, force in forces_of(result).items():
+    for called, force in forces_of(result).items():
         name, quantity, values = force.name, force.quantity.replace(" ", "_"), force.values
         if quantity == "wall_force":  # of 'sleeve, upper wall'
             name, _, wall = name.rpartition(", ")
@@ -394,7 +392,7 @@ def force_columns(result: Result) -> dict[str, FloatArray]:
         if force.quantity == BENDING:  # the largest along the link
             values = force.size
         parts = {"": values} if values.ndim == 1 else {"_x": values[:, 0], "_y": values[:, 1]}
-        if told not in left_out:
+        if called not in left_out:
             for axis, numbers in parts.items():
                 columns[column_of(f"{name}.{quantity}{axis}", force.unit)] = numbers
     return columns
@@ -493,7 +491,7 @@ def save(result: Result, folder: Path) -> None:
 
 def _summary(result: Result) -> dict[str, Any]:
     """What is told of a run: first what most want to know."""
-    scene = result.scene
+    scene, end = result.scene, float(result.time[-1])
     first, last = (
         {name: getattr(result, name) for name in names}
         for names in (
@@ -514,17 +512,20 @@ def _summary(result: Result) -> dict[str, Any]:
             body: _peaks(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
         },
-        "bending": {link: _bending(bending(result, link).largest) for link in bent_links(scene)},
+        "bending": {
+            link: entries(bending_peak_columns(end), bending(result, link).largest)
+            for link in bent_links(scene)
+        },
         "extremes": {
             # a contact that never was has none
             name: _ends(extremes) if len(extremes.time) else None
             for name, extremes in result.extremes.items()
         },
         "clearances": {
-            name: _totals(contact_totals(result, name)) for name in joints_with_play(result)
+            name: entries(TOTALS, contact_totals(result, name)) for name in joints_with_play(result)
         },
         "frictions": {
-            name: _friction(friction, float(result.time[-1]))
+            name: entries(friction_columns(end), friction)
             for name, friction in result.frictions.items()
         },
         **last,
@@ -543,39 +544,6 @@ def _strike(strike: Strike, scene: Scene) -> dict[str, Any]:
         column_of(names.get(key) or key, scene.unit_of(strike.contact, units.get(key, ""))): value
         for key, value in vars(strike).items()
         if key not in absent
-    }
-
-
-def _bending(largest: BendingPeak) -> dict[str, float | None]:
-    """The largest bending of a link, by name and unit."""
-    return {
-        "moment_N_m": largest.moment,
-        "place_m": largest.place,
-        "at_s": largest.at,
-        "stress_Pa": largest.stress,
-        "strain": largest.strain,
-    }
-
-
-def _totals(totals: ContactTotals) -> dict[str, float]:
-    """How much a link touched its guide, by name and unit."""
-    return {
-        **{f"part_of_time_{state.name.lower()}": totals.fractions[state] for state in State},
-        "touches": totals.touches,
-        "impacts": totals.impacts,
-        "impulse_N_s": totals.impulse,
-        "energy_lost_J": totals.energy_lost,
-        "longest_touch_s": totals.longest,
-    }
-
-
-def _friction(history: FrictionHistory, end: float) -> dict[str, Any]:
-    """What friction in a joint did up to the end (s) of a run, by name and unit."""
-    return {
-        "energy_lost_J": float(history.lost[-1]),
-        "time_at_rest_s": history.rest_until(end),
-        "rests_begin_s": history.begin.tolist(),
-        "rests_end_s": np.minimum(history.end, end).tolist(),
     }
 
 

@@ -131,10 +131,10 @@ def range_of(given: Any) -> Range:
         ends = given if isinstance(given, Sequence) else ()
     if len(ends) != 2:
         raise ValuesError(f"expected two ends, got {in_words(given)}", RANGE_HINT)
-    ends_told = _range(str(ends[0]), str(ends[1]), RANGE_HINT)
-    if ends_told.low > ends_told.high:
+    chosen = _range(str(ends[0]), str(ends[1]), RANGE_HINT)
+    if chosen.low > chosen.high:
         raise ValuesError(f"the range {in_words(given)} runs backwards", "give the lower end first")
-    return ends_told
+    return chosen
 
 
 def _listed(values: Sequence[Value]) -> tuple[Value, ...]:
@@ -235,7 +235,7 @@ def parts_of(value: Value) -> tuple[float, str] | None:
 
 
 _SYMBOLS = {"metres": "m", "radians": "rad", "seconds": "s"}
-_ALL = {_SYMBOLS.get(one.si, one.si) for one in Dimension} - {""}
+_ALL = {_SYMBOLS.get(each.si, each.si) for each in Dimension} - {""}
 _UNITS = sorted(_ALL | {"J", "W", "N s", "1/s"}, key=len, reverse=True)
 """Units that end the names of columns, the longest first: rad/s is not s."""
 

@@ -97,7 +97,7 @@ class OneRun:
         """
         result = simulate(scene)
         if not result.outcome.completed:
-            raise RunFailedError(result.outcome.told)
+            raise RunFailedError(result.outcome.ending)
         return self.row(result)
 
 
@@ -219,7 +219,7 @@ class Work:
             result = self.simulate(scene)
             if result.outcome.reason == INTERRUPTED:  # and with it the sweep: it is no row
                 raise KeyboardInterrupt
-            end = [] if result.outcome.completed else [f"a run {result.outcome.told}"]
+            end = [] if result.outcome.completed else [f"a run {result.outcome.ending}"]
             warned.extend([*result.warnings, *end])
             if self.keep is not None:
                 self.keep(result, next(names))

@@ -304,7 +304,7 @@ def _dask_row(work: Work, needed: Mapping[str, str], point: Point) -> Row:
     return work.row(point)
 
 
-Told = Callable[[Row, int], None]
+Keeper = Callable[[Row, int], None]
 """Called with each row, and the number of rows that are there."""
 
 
@@ -342,16 +342,16 @@ class SweepTable:
 
         None stands for a number that there is not.
         """
-        columns_told: dict[str, list[Scalar]] = {
+        columns: dict[str, list[Scalar]] = {
             column: [getattr(row, name) for row in self.rows] for column, name in COLUMNS.items()
         }
-        first = {column: columns_told.pop(column) for column in ("run", "id")}
+        first = {column: columns.pop(column) for column in ("run", "id")}
         varied: dict[str, list[Scalar]] = {
             varied.column: [values[i] for values in self.values]
             for i, varied in enumerate(self.varied)
         }
         seen = {name: [row.numbers.get(name) for row in self.rows] for name in self.observables}
-        return first | varied | columns_told | seen
+        return first | varied | columns | seen
 
 
 def table_of(
@@ -363,14 +363,14 @@ def table_of(
 ) -> SweepTable:
     """Return the table of points, each an id and values; `rows` are by ids, and may not be all."""
     every = [(identity, tuple(values)) for identity, values in points]
-    there = [(rows[identity], values) for identity, values in every if identity in rows]
+    made = [(rows[identity], values) for identity, values in every if identity in rows]
     return SweepTable(
         title,
         engine,
         tuple(varied),
         len(every),
-        tuple(row for row, _ in there),
-        tuple(values for _, values in there),
+        tuple(row for row, _ in made),
+        tuple(values for _, values in made),
     )
 
 
@@ -379,7 +379,7 @@ def carried_out(
     work: Work,
     executor: Executor,
     known: Mapping[str, Row],
-    told: Told,
+    keep: Keeper,
 ) -> SweepTable:
     """Make the runs of all points that have no row yet.
 
@@ -396,7 +396,7 @@ def carried_out(
     with suppress(KeyboardInterrupt), closing(coming):
         for row in coming:
             rows[row.id] = row
-            told(row, len(rows))
+            keep(row, len(rows))
     points = ((point.id, point.values) for point in sweep.points)
     return table_of(sweep.scene.title, sweep.engine, sweep.varied, points, rows)
 
@@ -511,15 +511,15 @@ def _model(document: Document, name: str, allow_outside: bool) -> Path:
     folder = (document.folder or Path()).resolve()
     try:
         file = (folder / name).resolve()
-        there = file.is_file()
+        exists = file.is_file()
     except (OSError, ValueError, RuntimeError) as error:
         raise mistake(f"can't read the model: {error}") from None
-    shipped = None if there or Path(name).suffix else model_file(name)
+    shipped = None if exists or Path(name).suffix else model_file(name)
     if shipped is not None:
         return shipped
     if not allow_outside and not file.is_relative_to(folder):
         raise mistake("the model must be in the study's folder, or below it", "'--allow-outside'")
-    if not there:
+    if not exists:
         near = did_you_mean(name, known_names())
         raise mistake(f"no file '{name}' in the study's folder, and no such model{near}")
     return file
