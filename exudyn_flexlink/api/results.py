@@ -12,6 +12,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import (
@@ -24,11 +27,14 @@ from exudyn_flexlink.api.figures import (
     told_names,
 )
 from exudyn_flexlink.api.scenes import ENGINE, Scene, given_scene, own_scene
-from exudyn_flexlink.arguments import among, number, takes, two_texts, whole
+from exudyn_flexlink.arguments import among, instants, number, takes, two_texts, whole
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.observables import (
     Bending,
     BodyMotion,
+    Energies,
+    Force,
     JointForce,
     LeverResponse,
     PointPath,
@@ -80,23 +86,59 @@ class Result(PlainResult):
 
     @takes(point=POINT)
     def path(self, point: str) -> PointPath:
-        """Return the motion of a point 'body.point': time, position and velocity."""
+        """Return the motion of a point 'body.point': position, velocity and acceleration."""
         return observables.path(self, point)
 
-    @takes(name=among(lambda result: result.scene.bodies, "body"))
+    @takes(name=among(lambda result: (*result.scene.bodies, *result.part_names), "body"))
     def body(self, name: str) -> BodyMotion:
-        """Return the motion of a body: `angle`, `rate` (N,), `position`, `velocity` (N, 2)."""
+        """Return the motion of a body: `angle`, `rate` (N,), `position`, `velocity` (N, 2).
+
+        A rod of a flexible link goes by its name among the `part_names`, ``"link 2"``.
+        """
         return observables.body_motion(self, name)
 
     @takes(name=among(lambda result: result.scene.joints, "joint"))
     def joint(self, name: str) -> JointForce:
         """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
 
+        Of a revolute joint also its `angle` and `rate` (N,).
+
         Raises:
             ValueError: no force of it is kept.
 
         """
         return observables.joint_force(self, name)
+
+    @takes(name=among(observables.forces_of, "force"))
+    def force(self, name: str) -> Force:
+        """Return any force or torque, its `values` (N,) or (N, 2), and its `error` (N,).
+
+        The name is that of the summary: ``"contact force of strike"``, ``"joint force of crank"``.
+        """
+        return observables.force_of(self, name)
+
+    @takes(time=instants)
+    def at(self, time: ArrayLike) -> Samples:
+        """Return what the run was at instants (M,) s, between samples too.
+
+        Angles and places are cubics through those of the samples around and their rates; forces,
+        energies and all else go straight from one sample to the next. Where something jumps there
+        is a sample on both sides, and at that instant itself the later one counts.
+
+        Raises:
+            ValueError: one of them is not in the run.
+
+        """
+        return Samples(self, np.atleast_1d(time))
+
+    @takes(every=PERIOD)
+    def resampled(self, every: float) -> Samples:
+        """Return what the run was at instants evenly `every` (s) apart, as a spectrum needs them.
+
+        They begin with the first sample. See `at`. It is no Result, as strikes, extremes and
+        errors of a run are not those of such instants.
+        """
+        return Samples(self, observables.even_instants(self.time, every))
 
     @takes(name=among(lambda result: observables.bent_links(result.scene), "flexible body"))
     def link(self, name: str) -> Bending:
@@ -201,7 +243,9 @@ class Result(PlainResult):
             ImportError: pandas is not installed.
 
         """
-        return data_frame(self if every is None else observables.resampled(self, every), name)
+        return data_frame(
+            self, name, None if every is None else observables.even_instants(self.time, every)
+        )
 
     def to_xarray(self) -> Dataset:
         """Return all samples, poses, forces and energies, as one dataset. Needs xarray.
@@ -266,10 +310,13 @@ class Result(PlainResult):
             film_shown.save(path, force=force, progress=progress)
         return film_shown
 
-    @takes()
-    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
+    @takes(every=PERIOD)
+    def save(
+        self, folder: str | PathLike[str], *, every: float | None = None, force: bool = False
+    ) -> Path:
         """Write the run into a folder that `load` reads, whole or not at all; return the folder.
 
+        With `every` (s) rows of its tables are evenly so far apart; ``result.nc`` has all samples.
         An earlier run there is replaced; other files are not, unless `force` says so.
 
         Raises:
@@ -277,7 +324,7 @@ class Result(PlainResult):
 
         """
         with storage.staged_folder(Path(folder), force=force) as staged:
-            storage.save(self, staged)
+            storage.save(self, staged, every)
         return Path(folder)
 
     @takes()
@@ -321,6 +368,51 @@ class Result(PlainResult):
         from exudyn_flexlink import plots
 
         return page(self.scene.title, self.summary(), plots.coordinates(self))
+
+
+class Samples:
+    """A run at instants `time` (M,) s: what its methods of the same names give, at these."""
+
+    def __init__(self, result: Result, time: FloatArray) -> None:
+        observables.require_inside(result.time, time)
+        self._result, self.time = result, time
+
+    def path(self, point: str) -> PointPath:
+        """Return the motion of a point, see `Result.path`."""
+        return self._result.path(point).seen_at(self.time)
+
+    def body(self, name: str) -> BodyMotion:
+        """Return the motion of a body, see `Result.body`."""
+        return self._result.body(name).at(self.time)
+
+    def joint(self, name: str) -> JointForce:
+        """Return what acts in a joint, see `Result.joint`."""
+        return self._result.joint(name).at(self.time)
+
+    def force(self, name: str) -> Force:
+        """Return a force or torque, see `Result.force`."""
+        return self._result.force(name).at(self.time)
+
+    def link(self, name: str) -> Bending:
+        """Return how a flexible link is bent, see `Result.link`."""
+        return self._result.link(name).at(self.time)
+
+    def lever(self, body: str) -> LeverResponse:
+        """Return the motion of a struck body, see `Result.lever`."""
+        return self._result.lever(body).at(self.time)
+
+    @cached_property
+    def energy(self) -> Energies:
+        """Energies (M,), J, with what their balance misses."""
+        return observables.energies(self._result).at(self.time)
+
+    @takes(name=among(lambda samples: told_names(samples._result), "point, body, contact or joint"))
+    def to_dataframe(self, name: str | None = None) -> DataFrame:
+        """Return a table with a row for each instant, see `Result.to_dataframe`. Needs pandas."""
+        return data_frame(self._result, name, self.time)
+
+    def __repr__(self) -> str:
+        return f"<Samples of '{self._result.scene.title}': {observables.span(self.time)}>"
 
 
 def own_result(plain: PlainResult) -> Result:

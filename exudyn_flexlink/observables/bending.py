@@ -8,12 +8,15 @@ that fibre is ``M h / (2 I)``, and its strain ``M h / (2 E I)``.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, Variable
 from exudyn_flexlink.observables.forces import BENDING, bent_links, moments
+from exudyn_flexlink.observables.instants import OverTime
 from exudyn_flexlink.observables.parting import force_error
+from exudyn_flexlink.observables.points import span
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody
 
@@ -33,7 +36,7 @@ class BendingPeak:
 
 
 @dataclass(frozen=True)
-class Bending:
+class Bending(OverTime):
     """How a flexible link is bent at its H hinges, at samples `time` (N,) s.
 
     `place` (H,) m is that of each hinge on the straight link, from its start. `moment` (N, H) N m
@@ -45,28 +48,29 @@ class Bending:
     link: str
     time: FloatArray
     place: FloatArray
-    moment: FloatArray
-    stress: FloatArray | None
-    strain: FloatArray | None
-    error: FloatArray
+    moment: Annotated[FloatArray, Variable("time .place", "N m", "bending moment")]
+    stress: Annotated[FloatArray | None, Variable("time .place", "Pa", "stress of the surface")]
+    strain: Annotated[FloatArray | None, Variable("time .place", "1", "strain of the surface")]
+    error: Annotated[FloatArray, Variable("time", "N m", "error of the moment", bound=True)]
 
     @property
     def largest(self) -> BendingPeak:
         """Where and when the moment is largest in size, with the largest stress and strain."""
-        size = np.abs(self.moment)
+        moment, time = np.atleast_2d(self.moment), np.atleast_1d(self.time)
+        size = np.abs(moment)
         n, hinge = np.unravel_index(int(size.argmax()), size.shape)
         stress, strain = (
             None if values is None else float(np.abs(values).max())
             for values in (self.stress, self.strain)
         )
-        peak = float(self.moment[n, hinge])
-        return BendingPeak(peak, float(self.place[hinge]), float(self.time[n]), stress, strain)
+        peak = float(moment[n, hinge])
+        return BendingPeak(peak, float(self.place[hinge]), float(time[n]), stress, strain)
 
     def __repr__(self) -> str:
         largest = self.largest
         return (
             f"<Bending of {self.link}: to {largest.moment:.5g} N m at {largest.place:.4g} m, "
-            f"{len(self.place)} hinges, {len(self.time)} samples>"
+            f"{len(self.place)} hinges; {span(self.time)}>"
         )
 
 
