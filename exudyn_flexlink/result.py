@@ -426,8 +426,9 @@ class Result:
     `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
     (N, (N, 2), global axes, of linear springs with their dampers on the second point; what only
     pulls or pushes, such as a rope, is among `contacts`) are by the scene's names. So are
-    `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls; positive where it
-    turns the first gear counter-clockwise, or goes along a rack's axis) and
+    `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls: what the second wheel
+    does to the first, positive where it turns that counter-clockwise; of a rack what acts on it,
+    positive along its axis) and
     `gear_torques` (N m, on the first gear, where no pitch circle is known).
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and

@@ -5,7 +5,7 @@ Runs may also stand beside measurements, with the values that fit these.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -23,6 +23,7 @@ from exudyn_flexlink.api.figures import (
     Plots,
     data_frame,
     data_set,
+    needed,
     page,
     told_names,
 )
@@ -35,6 +36,7 @@ from exudyn_flexlink.observables import (
     BodyMotion,
     Energies,
     Force,
+    Happening,
     JointForce,
     LeverResponse,
     PointPath,
@@ -59,7 +61,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 from exudyn_flexlink import fitting
 from exudyn_flexlink.api.figures import Shown
@@ -146,9 +148,21 @@ class Result(PlainResult):
         return observables.bending(self, name)
 
     @takes(contact=among(lambda result: result.scene.all_contacts, "contact"))
-    def strikes(self, contact: str) -> list[Strike]:
-        """Return the strikes of a contact in order, each a burst of touches."""
-        return observables.strikes(self, contact)
+    def strikes(self, contact: str) -> Rows[Strike]:
+        """Return the strikes of a contact in order, each a burst of touches: a list.
+
+        Its `to_dataframe()` is a table of pandas, as of `touches` and `happenings`.
+        """
+        columns = partial(storage.strike_columns, self, contact)
+        return Rows(observables.strikes(self, contact), columns)
+
+    @takes()
+    def happenings(self) -> Rows[Happening]:
+        """Return all that happens, in order: a list of `time` (s), `what` and `where`.
+
+        Touches, lift-offs, impacts, joints that turn back, rests by dry friction, laps.
+        """
+        return Rows(observables.happenings(self), partial(storage.happening_columns, self))
 
     @takes(body=among(lambda result: observables.struck_bodies(result.scene), "struck body"))
     def lever(self, body: str) -> LeverResponse:
@@ -156,13 +170,14 @@ class Result(PlainResult):
         return observables.lever_response(self, observables.struck_bodies(self.scene)[body])
 
     @takes(name=among(lambda result: result.intervals, "contact or joint with clearance"))
-    def touches(self, name: str) -> Intervals:
+    def touches(self, name: str) -> Touches:
         """Return every contact of a joint with clearance, or of one of the scene's, as columns.
 
         Of a sleeve `pair` says which point met which wall: an index into
-        ``result.sleeves[name].pairs``.
+        ``result.sleeves[name].pairs``. `to_dataframe()` has the largest gap of each flight, too.
         """
-        return self.intervals[name]
+        columns = partial(storage.touch_columns, self, name)
+        return with_methods(Touches, self.intervals[name], columns=columns)
 
     @takes(at=TIME, turns=number(above=0.0), duration=PERIOD)
     def continued(
@@ -368,6 +383,38 @@ class Result(PlainResult):
         from exudyn_flexlink import plots
 
         return page(self.scene.title, self.summary(), plots.coordinates(self))
+
+
+Item = TypeVar("Item")
+
+
+class Tabled:
+    """What a run tells one by one, also as a table; `columns` makes its columns by name."""
+
+    columns: Callable[[], Mapping[str, Any]]
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table with a row for each; columns carry their units. Needs pandas."""
+        frame: DataFrame = needed("pandas").DataFrame(self.columns())
+        return frame
+
+
+class Rows(Tabled, list[Item]):
+    """What a run tells one by one: a list."""
+
+    def __init__(self, items: Iterable[Item], columns: Callable[[], Mapping[str, Any]]) -> None:
+        super().__init__(items)
+        self.columns = columns
+
+
+@dataclass(frozen=True, repr=False)
+class Touches(Tabled, Intervals):
+    """Touches as columns (K,), in order of their begins; iterated, one by one."""
+
+    columns: Callable[[], Mapping[str, Any]]
+
+    def __repr__(self) -> str:
+        return f"<Touches: {len(self)}>"
 
 
 class Samples:

@@ -16,6 +16,7 @@ from exudyn_flexlink.observables.forces import (
     friction_unit,
     momentary_forces,
 )
+from exudyn_flexlink.observables.happenings import Happening, happenings
 from exudyn_flexlink.observables.instants import (
     at_instants,
     between_samples,
@@ -102,6 +103,7 @@ from exudyn_flexlink.observables.touching import (
     contact_states,
     contact_totals,
     deepest,
+    flight_gaps,
     joints_with_play,
     lap_contacts,
     lap_starts,

@@ -17,7 +17,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
-from functools import cache
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
@@ -48,8 +48,10 @@ from exudyn_flexlink.observables import (
     crank_joint,
     energies,
     even_instants,
+    flight_gaps,
     forces_of,
     friction_unit,
+    happenings,
     joint_turning,
     joints_with_play,
     lever_response,
@@ -63,9 +65,15 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.result import Extremes, FrictionHistory, Intervals, Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import Document, SceneError, parse_document
-from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version, write_document
+from exudyn_flexlink.storage.documents import (
+    AGAIN,
+    Column,
+    check_readable,
+    other_version,
+    write_document,
+)
 from exudyn_flexlink.storage.replacing import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
-from exudyn_flexlink.sweeps import column_of, label_of
+from exudyn_flexlink.sweeps import column_of, column_of_contact, label_of
 
 
 @dataclass(frozen=True)
@@ -387,7 +395,8 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     """Every touch of a joint's pairs or of a contact, as columns (touches,) by name and unit.
 
     `pair` counts from 1, in the order of the sleeve's `pairs` in the summary. What still touches as
-    the run ends has `ended` 0, and its `end_s` is the end of the run.
+    the run ends has `ended` 0, and its `end_s` is the end of the run. Of contacts and bearings
+    there is the largest gap of the flight that follows, see `flight_gaps`.
     """
     touches, last = result.intervals[name], float(result.time[-1])
     columns: dict[str, FloatArray] = {"begin_s": touches.begin, "end_s": touches.until(last)}
@@ -396,8 +405,33 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
         columns[f"{angle}_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
     names = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration")
     columns["pair"] = np.asarray(touches.pair + 1, dtype=np.float64)
-    columns |= {column_of(name, UNITS[name]): getattr(touches, name) for name in names}
+    column_name = partial(column_of_contact, result.scene, name)
+    columns |= {column_name(key, UNITS[key]): getattr(touches, key) for key in names}
+    if (gaps := flight_gaps(result, name)) is not None:
+        columns[column_name("next_flight_gap", "m")] = gaps
     return columns | {"ended": np.isfinite(touches.end).astype(np.float64)}
+
+
+def strike_columns(result: Result, contact: str) -> dict[str, Column]:
+    """Strikes of a contact as columns (strikes,) of the fields of `Strike`, by name and unit.
+
+    Without laps and angle where nothing turns.
+    """
+    every_strike, columns = strikes(result, contact), dict[str, Column]()
+    units = UNITS | {"crank_angle": "rad"}
+    for key in (member.name for member in members(Strike)):
+        values = [getattr(strike, key) for strike in every_strike]
+        name = crank_column(result.scene) if key == "crank_angle" else key
+        if name is not None and None not in values:
+            columns[column_of_contact(result.scene, contact, name, units.get(key, ""))] = values
+    return columns
+
+
+def happening_columns(result: Result) -> dict[str, Column]:
+    """What happens in a run as columns: when, what and where."""
+    every_one = happenings(result)
+    names = {"t_s": "time", "what": "what", "where": "where"}
+    return {column: [getattr(one, key) for one in every_one] for column, key in names.items()}
 
 
 def force_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
@@ -455,10 +489,12 @@ def _instants(result: Result, time: Times = None) -> dict[str, FloatArray]:
     return columns
 
 
-def tables_of(result: Result, time: Times = None) -> dict[str, dict[str, FloatArray]]:
+def tables_of(result: Result, time: Times = None) -> dict[str, Mapping[str, Column]]:
     """Return the tables of a run by file name; the user's names may not be fit for one."""
     point = watched_point(result.scene)
-    tables = {f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point, time)}
+    tables: dict[str, Mapping[str, Column]] = {
+        f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point, time)
+    }
     forces = force_columns(result, time)
     if len(forces) > len(_instants(result)):
         tables["forces.csv"] = forces
@@ -466,10 +502,12 @@ def tables_of(result: Result, time: Times = None) -> dict[str, dict[str, FloatAr
         tables[_free_name(f"bending_{_fit(link)}", tables)] = bending_columns(result, link, time)
     for body, contact in struck_bodies(result.scene).items():
         tables[_free_name(f"lever_{_fit(body)}", tables)] = lever_columns(result, contact, time)
-    for joint in (*result.bearings, *result.sleeves):
-        if len(result.intervals[joint]):
-            tables[_free_name(f"touches_{_fit(joint)}", tables)] = touch_columns(result, joint)
-    return tables
+    for name in (name for name, touches in result.intervals.items() if len(touches)):
+        tables[_free_name(f"touches_{_fit(name)}", tables)] = touch_columns(result, name)
+        if name in result.contacts:
+            tables[_free_name(f"strikes_{_fit(name)}", tables)] = strike_columns(result, name)
+    happened = happening_columns(result)
+    return tables | ({"happenings.csv": happened} if happened["t_s"] else {})
 
 
 def _fit(name: str) -> str:
@@ -496,8 +534,9 @@ def save(result: Result, folder: Path, every: float | None = None) -> None:
     ``result.nc`` is all of it. The rest is for readers: ``summary.json``,
     ``trajectory_<point>.csv`` of the watched point, ``forces.csv`` of all forces and torques,
     ``bending_<link>.csv`` of the hinges of every flexible link,
-    ``lever_<body>.csv`` of every body that a contact strikes, and ``touches_<joint>.csv`` of every
-    joint with clearance that touched. The column crank_angle_rad has the name of its joint where
+    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<name>.csv`` of every
+    contact and joint with clearance that touched, ``strikes_<contact>.csv``, and ``happenings.csv``
+    of all that happened. The column crank_angle_rad has the name of its joint where
     that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
     Files of the same names are written over; inside a `staged_folder`, all is written whole or not
     at all, and no file of the user is replaced.
@@ -532,10 +571,7 @@ def _summary(result: Result) -> dict[str, Any]:
         "completed": result.outcome.completed,
         "source": scene.source,
         **first,
-        "strikes": {
-            name: [_strike(strike, scene) for strike in strikes(result, name)]
-            for name in scene.all_contacts
-        },
+        "strikes": {name: _rows(strike_columns(result, name)) for name in scene.all_contacts},
         "levers": {
             body: _peaks(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
@@ -561,15 +597,9 @@ def _summary(result: Result) -> dict[str, Any]:
     }
 
 
-def _strike(strike: Strike, scene: Scene) -> dict[str, Any]:
-    """Fields of a strike by name and unit; without laps and angle where nothing turns."""
-    absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
-    names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
-    return {
-        column_of(names.get(key) or key, scene.unit_of(strike.contact, units.get(key, ""))): value
-        for key, value in vars(strike).items()
-        if key not in absent
-    }
+def _rows(columns: Mapping[str, Column]) -> list[dict[str, Any]]:
+    """Rows of a table, each by the names of its columns."""
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _bending(largest: BendingPeak) -> dict[str, float | None]:
