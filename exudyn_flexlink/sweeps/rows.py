@@ -134,8 +134,12 @@ def standard_row(result: Result) -> dict[str, Scalar]:
         columns[f"{link}.greatest_bending_stress_Pa"] = largest.stress
     for joint in joints_with_play(result):
         columns |= _of_joint(result, joint)
-    for joint, friction in result.frictions.items():
-        columns[f"{joint}.friction_loss_J"] = float(friction.lost[-1])
+    for joint, spec in result.scene.joints.items():
+        rubbing = result.frictions.get(joint)
+        if rubbing is not None or getattr(spec, "friction", None) is not None:
+            columns[f"{joint}.friction_loss_J"] = 0.0 if rubbing is None else rubbing.lost[-1]
+        if getattr(spec, "law", None) is not None:  # also of one whose clearance is 0
+            columns.setdefault(f"{joint}.energy_lost_J", 0.0)
     columns |= _of_watched(result)
     return columns | {
         "energy_dissipated_J": float(result.energy.dissipated[-1]),
