@@ -13,12 +13,11 @@ from typing import Annotated
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, Variable
-from exudyn_flexlink.observables.forces import BENDING, bent_links, moments
+from exudyn_flexlink.observables.forces import BENDING, bending_places, bent_links, moments
 from exudyn_flexlink.observables.instants import OverTime
 from exudyn_flexlink.observables.parting import force_error
 from exudyn_flexlink.observables.points import span
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody
 
 
 @dataclass(frozen=True)
@@ -37,10 +36,11 @@ class BendingPeak:
 
 @dataclass(frozen=True)
 class Bending(OverTime):
-    """How a flexible link is bent at its H hinges, at samples `time` (N,) s.
+    """How a flexible link is bent at hinges, stations and welded ends, at samples `time` (N,) s.
 
-    `place` (H,) m is that of each hinge on the straight link, from its start. `moment` (N, H) N m
-    is positive where the link bends to its left. `stress` (N, H) Pa and `strain` (N, H) are those
+    `place` (H,) m is that of each of these on the straight link, from its start. `moment` (N, H)
+    N m is positive where the link bends to its left; beside hinges it is that of the straight line
+    through two of them, see `moments`. `stress` (N, H) Pa and `strain` (N, H) are those
     of the surface on its right, positive where that is stretched; None of a section whose height is
     not known. `error` (N,) N m bounds how far moments are off, as `force_error` has it.
     """
@@ -70,16 +70,8 @@ class Bending(OverTime):
         largest = self.largest
         return (
             f"<Bending of {self.link}: to {largest.moment:.5g} N m at {largest.place:.4g} m, "
-            f"{len(self.place)} hinges; {span(self.time)}>"
+            f"{len(self.place)} places; {span(self.time)}>"
         )
-
-
-def _places(body: FlexibleBody) -> FloatArray:
-    """Places (H,) m of a link's hinges, from its start."""
-    cell = body.length / body.rods
-    if body.layout == "half_ends":
-        return np.asarray((np.arange(body.rods) + 0.5) * cell)
-    return np.asarray(np.arange(1, body.rods) * cell)
 
 
 def bending(result: Result, link: str) -> Bending:
@@ -99,4 +91,4 @@ def bending(result: Result, link: str) -> Bending:
         stress = moment * half / body.section.second_moment
         strain = stress / scene.materials[body.material].youngs_modulus
     error = force_error(result, f"{BENDING} of {link}")
-    return Bending(link, result.time, _places(body), moment, stress, strain, error)
+    return Bending(link, result.time, bending_places(scene, link), moment, stress, strain, error)

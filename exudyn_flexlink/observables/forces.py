@@ -15,10 +15,11 @@ from exudyn_flexlink.observables.levers import extremes_of
 from exudyn_flexlink.observables.points import span
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene
+from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, WeldJoint
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
 BENDING = "bending moment"
+SAME_PLACE = 1e-9  # of a link's length: a station so near to a hinge is at it
 KINDS = {"N": "force", "N m": "torque"}
 NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
 
@@ -27,8 +28,8 @@ NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
 class Force(OverTime):
     """A force at samples `time` (N,) s: `values` (N,), or (N, 2) of a vector, in `unit`, N or N m.
 
-    Of the bending moments of a link `values` (N, H) are those of all hinges. `error` (N,) bounds
-    how far they are off, see `force_error`; None where nobody asked for it.
+    Of the bending moments of a link `values` (N, P) are those of all its places. `error` (N,)
+    bounds how far they are off, see `force_error`; None where nobody asked for it.
     """
 
     quantity: str
@@ -115,8 +116,36 @@ def bent_links(scene: Scene) -> dict[str, FlexibleBody]:
     return {n: body for n, body in bodies if isinstance(body, FlexibleBody) and body.rods > 1}
 
 
+def hinge_places(body: FlexibleBody) -> FloatArray:
+    """Places (H,) m of a link's hinges, from its start."""
+    cell = body.length / body.rods
+    if body.layout == "half_ends":
+        return np.asarray((np.arange(body.rods) + 0.5) * cell)
+    return np.asarray(np.arange(1, body.rods) * cell)
+
+
+def bending_places(scene: Scene, link: str) -> FloatArray:
+    """Places (P,) m on a link, from its start, of which bending moments are told.
+
+    Those of its hinges and stations, and of the ends that are welded to something.
+    """
+    body = bent_links(scene)[link]
+    joints = (joint for joint in scene.joints.values() if isinstance(joint, WeldJoint))
+    welded = {point for joint in joints for point in joint.points}
+    ends = {f"{link}.start": 0.0, f"{link}.end": body.length}
+    others = [place for point, place in ends.items() if point in welded]
+    hinges = hinge_places(body)
+    for place in (*others, *body.points.values()):
+        if np.abs(hinges - place).min() > SAME_PLACE * body.length:
+            hinges = np.append(hinges, place)
+    return np.sort(hinges)
+
+
 def moments(result: Result, link: str) -> FloatArray:
-    """Bending moments (N, H) N m of a link's hinges, positive where it bends to its left.
+    """Bending moments (N, P) N m of a link at `bending_places`, positive where it bends left.
+
+    Those between two hinges are on the straight line through the moments of both, as they are where
+    no load acts there; those beyond the first and the last hinge on the line through two of them.
 
     The rods of a link that was solved as a beam are its chords. Between two of them it bends over
     the distance of their middles: 3/4 of a cell beside a half rod.
@@ -132,7 +161,16 @@ def moments(result: Result, link: str) -> FloatArray:
     angle, rate = (
         motion[:, second, 2] - motion[:, first, 2] for motion in (result.poses, result.rates)
     )
-    return np.asarray(stiffness * angle + damping * rate)
+    moment = np.asarray(stiffness * angle + damping * rate)
+    if len(hinges) == 1:
+        return np.repeat(moment, len(bending_places(result.scene, link)), axis=1)
+    known = hinge_places(bent_links(result.scene)[link])
+    places = bending_places(result.scene, link)
+    k = np.clip(np.searchsorted(known, places) - 1, 0, len(known) - 2)
+    span = known[k + 1] - known[k]
+    part = (places - known[k]) / span
+    before, after = moment[:, k], moment[:, k + 1]
+    return np.asarray((1 - part) * before + part * after)
 
 
 def momentary_forces(result: Result) -> set[str]:

@@ -79,5 +79,6 @@ def _reversals(time: FloatArray, rate: FloatArray) -> FloatArray:
     turns = np.flatnonzero(rate[moving[1:]] * rate[moving[:-1]] < 0)
     before, after = moving[turns], moving[turns + 1]
     part = rate[before] / (rate[before] - rate[after])
-    crossing = time[before] + part * (time[after] - time[before])
-    return np.where(after == before + 1, crossing, time[np.minimum(before + 1, len(time) - 1)])
+    span = time[after] - time[before]
+    crossing = time[before] + part * span
+    return np.where(after == before + 1, crossing, time[before + 1])

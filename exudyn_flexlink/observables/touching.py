@@ -215,13 +215,15 @@ def flight_gaps(result: Result, name: str) -> FloatArray | None:
     edges = zip(*(np.searchsorted(time, edge) for edge in (touches.end, nexts)), strict=True)
     for first, last in edges:
         gaps = history.gap[first:last]
-        top = first + int(gaps.argmax()) if len(gaps) else 0
         gap = float(gaps.max(initial=0.0))
+        top = first + int(gaps.argmax()) if len(gaps) else 0
         if first < top < last - 1:
             around = slice(top - 1, top + 2)
             since = time[around] - time[top]
-            bend, slope, _ = np.polyfit(since / since[2], history.gap[around], 2)
-            gap -= 0.25 * slope**2 / bend if bend < 0 else 0.0
+            scaled = since / since[2]
+            bend, slope, _ = np.polyfit(scaled, history.gap[around], 2)
+            if bend < 0:
+                gap -= 0.25 * slope**2 / bend
         largest.append(gap if gap > 0 else nan)
     return np.array(largest)
 

@@ -394,16 +394,19 @@ def _differing(table: SweepTable, part: float) -> list[str]:
     """
     numbers, largest = dict[str, list[float]](), dict[str, float]()
     for name, values in table.columns().items():
-        known = [value for value in values if value is not None]
-        if name in table.observables and all(isinstance(value, float | int) for value in known):
-            numbers[name] = [float(value) for value in known if isfinite(value)]
+        known = [value for value in values if isinstance(value, float | int)]
+        texts = any(isinstance(value, str) for value in values)
+        if name in table.observables and not texts:
+            finite = [float(value) for value in known if isfinite(value)]
             unit = label_of(name)[1]
-            largest[unit] = max([largest.get(unit, 0.0), *map(abs, numbers[name])])
+            largest[unit] = max([largest.get(unit, 0.0), *map(abs, finite)])
+            numbers[name] = finite
 
     def differs(name: str, values: list[float]) -> bool:
-        most = max(map(abs, values), default=0.0)
-        rounding = most <= SMALL * largest[label_of(name)[1]]
-        return not rounding and np.ptp(values) > max(part * most, LEAST_CHANGE)
+        most, unit = max(map(abs, values), default=0.0), label_of(name)[1]
+        if most <= SMALL * largest[unit]:
+            return False
+        return bool(np.ptp(values) > max(part * most, LEAST_CHANGE))
 
     return [name for name, values in numbers.items() if differs(name, values)]
 

@@ -269,7 +269,7 @@ def bending_table(result: Result) -> Table:
             surface = f"{largest.stress / 1e6:.4g} MPa", f"{largest.strain:.3g}"
         place = f"{1e3 * largest.place:.4g} mm"
         rows.append([link, f"{largest.moment:.4g} N m", place, instant(largest.at, last), *surface])
-    head = ["", "moment", "at hinge", "at", "stress", "strain"]
+    head = ["", "moment", "at place", "at", "stress", "strain"]
     return Table("Largest bending of links", rows, head, ["", "", "", "s", "", ""])
 
 
