@@ -212,7 +212,7 @@ def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> N
     if peak.stress is not None:
         words += f", {peak.stress / 1e6:.3g} MPa"
     place = np.interp(peak.at, result.time, x), factor * peak.place
-    axes.plot(*place, "o", mfc="none", color=BLACK, markersize=sized(7.0))
+    axes.plot(*place, "o", mfc="none", color=BLACK, markersize=sized(7.0), clip_on=False)
     axes.set_title(words.replace("-", "\N{MINUS SIGN}"), loc="left")
     axes.set_ylim(0.0, factor * body.length)
     axes.set_ylabel(f"place on {bent.link} ({unit})")

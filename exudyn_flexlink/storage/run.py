@@ -403,7 +403,8 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     angle = crank_column(result.scene)
     if angle is not None:
         columns[f"{angle}_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
-    names = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration")
+    names = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration",
+             "tangential_impulse")  # fmt: skip
     columns["pair"] = np.asarray(touches.pair + 1, dtype=np.float64)
     column_name = partial(column_of_contact, result.scene, name)
     columns |= {column_name(key, UNITS[key]): getattr(touches, key) for key in names}
