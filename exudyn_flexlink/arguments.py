@@ -249,7 +249,8 @@ def texts_by_name(value: Any, _: Any = None) -> Mapping[str, str]:
 def measured(value: Any, _: Any = None) -> Any:
     """Take the path of a CSV file, or columns (N,) by name, as of a dict or a data frame.
 
-    The unit of Pint's quantities then stands behind the name.
+    The unit of Pint's quantities then stands behind the name. Of what SciPy's `loadmat` gives rows
+    and columns of a matrix count, and the notes on the file, such as ``__header__``, do not.
     """
     if isinstance(value, str | os.PathLike):
         return place(value)
@@ -257,10 +258,11 @@ def measured(value: Any, _: Any = None) -> Any:
     if isinstance(value, type) or not hasattr(value, "items") or not len(value):
         raise TypeError(wrong)
     columns = dict[str, Any]()
-    for called, column in value.items():
+    items = ((name, column) for name, column in value.items() if not str(name).startswith("__"))
+    for called, column in items:
         wrong = (
-            f"expected columns (N,) by name, got {excerpt(column)} as {excerpt(called)}; of a .mat "
-            "file give {'t': data['t'].ravel(), ..}"
+            f"expected columns (N,) by name, got {excerpt(column)} as {excerpt(called)}; of a "
+            "matrix give one column, {'x': data['x'][:, 0], ..}"
         )
         name = called
         try:
@@ -273,6 +275,7 @@ def measured(value: Any, _: Any = None) -> Any:
                 numbers = np.asarray(column)
                 if np.ma.is_masked(column):
                     numbers = column.astype(float).filled(np.nan)  # which is refused with its row
+                numbers = np.atleast_1d(numbers.squeeze()) if 1 in numbers.shape else numbers
         except (AttributeError, TypeError, ValueError):
             raise TypeError(wrong) from None
         if not isinstance(name, str) or name.count("(") > 1 or numbers.ndim != 1:

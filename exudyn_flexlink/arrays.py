@@ -31,7 +31,8 @@ class Variable:
     SI, empty of text, ``1`` of counts and signs, and None where they stand at the end of the name
     (``angle_rad``) or with the components. `kind` is float, int, bool or str. `components` tell
     names and units along a last axis that is not among the dimensions. `name` stands in place of
-    that of the field, if given.
+    that of the field, if given. `rate` names the field of the time derivative, if there is one, and
+    a `bound` is what an error is no larger than: both tell what holds between samples.
     """
 
     dimensions: str
@@ -40,6 +41,8 @@ class Variable:
     kind: type = float
     components: Mapping[str, str] = field(default_factory=dict)
     name: str = ""
+    rate: str = ""
+    bound: bool = False
 
 
 class Member(NamedTuple):

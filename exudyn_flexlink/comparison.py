@@ -295,7 +295,7 @@ def _seen(
         result=result,
         position=observables.positions(result, [watched_point(scene)], time)[:, 0],
         levers=levers,
-        answers={body: lever.value_at(time) for body, lever in levers.items()},
+        answers={body: lever.at(time).value for body, lever in levers.items()},
         strikes={contact: tuple(observables.strikes(result, contact)) for contact in contacts},
         contact={
             joint: observables.contact_totals(result, joint, end=float(time[-1]))

@@ -30,8 +30,10 @@ class Interval:
     start. `approach_speed` and `separation_speed` (m/s) are those along its normal at begin and
     end. `impulse` (N s) is that of the normal force, `energy_lost` (J) has friction in it.
     `peak_force` (N) and `penetration` (m) are the largest. An impact, under an impulse law, begins
-    and ends at one instant: its force is inf, and `motor_work` (J) is what a speed drive supplied
-    in it. `slides_off` tells that the point slid off an end of the face while pressed to it.
+    and ends at one instant: its force is inf, `motor_work` (J) is what a speed drive supplied in
+    it, and `tangential_impulse` (N s) that of friction on the striking point, positive the way in
+    which places grow; both are 0 of a touch that takes time. `slides_off` tells that the point slid
+    off an end of the face while pressed to it.
     `pair` is an index into the `pairs` of a sleeve; 0 of a contact of the scene.
     """
 
@@ -48,6 +50,7 @@ class Interval:
     motor_work: float = 0.0
     slides_off: bool = False
     pair: int = 0
+    tangential_impulse: float = 0.0
 
     @property
     def lasts(self) -> bool:
@@ -81,6 +84,9 @@ class Intervals:
     motor_work: Annotated[FloatArray, Variable(".", "J", "work of a drive in an impact")]
     slides_off: Annotated[BoolArray, Variable(".", "", "slid off an end of the face", kind=bool)]
     pair: Annotated[IntArray, Variable(".", "1", "pair of a sleeve, from 0", kind=int)]
+    tangential_impulse: Annotated[
+        FloatArray, Variable(".", "N s", "impulse of friction in an impact")
+    ]
 
     @classmethod
     def of(cls, intervals: Iterable[Interval] = ()) -> Intervals:
@@ -239,8 +245,8 @@ class Event:
     (a slot's point passes the seam of its closed curve, see `curves.laps`). `name` is that of the
     contact or joint in the scene, `details` are SI numbers by name: place, and where a contact
     begins its approach_speed; where it ended its separation_speed, impulse, energy_lost and
-    peak_force; of an impact all but the last of them, and motor_work; lap, into which the point
-    comes.
+    peak_force; of an impact all but the last of them, motor_work and tangential_impulse; lap, into
+    which the point comes.
     """
 
     time: float
@@ -426,8 +432,9 @@ class Result:
     `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
     (N, (N, 2), global axes, of linear springs with their dampers on the second point; what only
     pulls or pushes, such as a rope, is among `contacts`) are by the scene's names. So are
-    `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls; positive where it
-    turns the first gear counter-clockwise, or goes along a rack's axis) and
+    `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls: what the second wheel
+    does to the first, positive where it turns that counter-clockwise; of a rack what acts on it,
+    positive along its axis) and
     `gear_torques` (N m, on the first gear, where no pitch circle is known).
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
@@ -541,7 +548,8 @@ def _events_of(interval: Interval, name: str) -> Iterator[Event]:
         "energy_lost": interval.energy_lost,
     }
     if interval.impact:
-        details = {**begun, **ended, "motor_work": interval.motor_work}
+        only = ("motor_work", "tangential_impulse")
+        details = {**begun, **ended, **{key: getattr(interval, key) for key in only}}
         yield Event(interval.begin, "impact", name, details)
         return
     yield Event(interval.begin, "contact begins", name, begun)

@@ -86,7 +86,7 @@ def _steps(p: Parameter) -> list[float]:
     return [largest * FINER**k for k in range(STEPS)]
 
 
-def told(
+def sensitivities_in(
     table: SweepTable, quantities: Sequence[str], parameters: Sequence[Parameter]
 ) -> Iterator[Sensitivity]:
     """Give the sensitivity of each quantity to each parameter, by the rows of all `points_of`.

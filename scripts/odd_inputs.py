@@ -179,7 +179,7 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
                {**axes, **style, **more.get(name, {})})
     lever = result.lever("lever")
     yield "PointPath.at", result.path("link.end").at, {"time": ("times", 0.001)}
-    yield "LeverResponse.value_at", lever.value_at, {"time": ("times", 0.001)}
+    yield "LeverResponse.at", lever.at, {"time": ("times", 0.001)}
     yield "LeverResponse.between", lever.between, {"begin": ("span", 0.0), "end": ("span", 0.01)}
 
 

@@ -44,6 +44,8 @@ def test_a_disc_slides_or_sticks(settings, after):
     (hit,) = result.intervals["floor"]
     assert hit.impulse == pytest.approx(0.5 * 1.8 * 2)
     assert hit.separation_speed == pytest.approx(1.6)
+    pushed = 0.5 * (after[0] - result.rates[0, 0, 0])  # along the floor, whose places grow with x
+    assert hit.tangential_impulse == pytest.approx(pushed, abs=1e-9)
     assert result.rates[-1, 0] == pytest.approx([after[0], 1.6, after[1]], abs=1e-9)
     kinetic = result.energy.kinetic
     assert hit.energy_lost == pytest.approx(kinetic[0] - kinetic[-1])

@@ -275,3 +275,29 @@ def test_friction_by_a_force_that_lacks_that_of_teeth_is_refused():
     text = PLAIN.replace("at: [0.1, 0]", "at: [0.1, 0], friction: {coefficient: 1, radius: 1}")
     with pytest.raises(SceneError, match="lacks that of teeth"):
         scene(text.replace("GEAR", ""))
+
+
+@pytest.mark.parametrize("joints", ["[pa, pb]", "[pb, pa]"])
+@pytest.mark.parametrize("kind", ["gear", "belt"])
+def test_the_force_of_teeth_is_that_on_the_first_wheel_counter_clockwise(kind, joints):
+    """What it turns that wheel by is all that turns it, but for the motor of 1 N m on wheel a."""
+    sizes = [0.1, 0.2] if joints == "[pa, pb]" else [0.2, 0.1]
+    made = run(
+        f"""
+bodies:
+  a: {{type: rigid, mass: 1, inertia: 1.0e-3, points: {{o: [0, 0]}}}}
+  b: {{type: rigid, mass: 1, inertia: 4.0e-3, points: {{o: [0, 0]}}}}
+joints:
+  pa: {{type: revolute, points: [ground, a.o], at: [0, 0]}}
+  pb: {{type: revolute, points: [ground, b.o], at: [0.3, 0]}}
+  mesh: {{type: {kind}, joints: {joints}, {"teeth" if kind == "gear" else "radii"}: {
+            [round(100 * size) for size in sizes] if kind == "gear" else sizes
+        }}}
+drives: {{motor: {{type: torque, joint: pa, value: 1}}}}
+"""
+        + END
+    )
+    first, inertia, motor = ("a", 1e-3, 1.0) if joints == "[pa, pb]" else ("b", 4e-3, 0.0)
+    spin = made.rates[-1, made.part_names.index(first), 2] / made.time[-1]
+    force = made.gear_forces["mesh"][-1]
+    assert force * sizes[0] == pytest.approx(inertia * spin - motor, rel=1e-6)

@@ -63,10 +63,10 @@ def test_what_a_run_gave_is_read_only(run, tmp_path):
 
 def test_nothing_is_told_beyond_a_run(run):
     lever = run.lever("lever")
-    assert lever.value_at(np.array([run.time[-1]]))[0] == pytest.approx(lever.value[-1])
+    assert lever.at(run.time[-1]).value == pytest.approx(lever.value[-1])
     for beyond in (5.0, -0.1, np.nan):
         with pytest.raises(ValueError, match="the run goes from 0 to"):
-            lever.value_at(np.array([beyond]))
+            lever.at(beyond)
 
 
 @pytest.mark.parametrize("at", [np.inf, np.nan, 99.0, -1.0])
@@ -111,7 +111,7 @@ def test_a_lever_that_starts_bent_counts_from_the_rest_of_its_spring(run):
     assert part.value[0] == pytest.approx(whole.value[k], abs=1e-9)
     assert part.tip_displacement[0] == pytest.approx(whole.tip_displacement[k], abs=1e-9)
     at = part.time + run.time[k]
-    assert np.abs(part.value - whole.value_at(at)).max() < 1e-4
+    assert np.abs(part.value - whole.at(at).value).max() < 1e-4
 
 
 RAIL = """

@@ -3,6 +3,8 @@
 Right values are closed forms, or those of integrations by other methods and coordinates.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from physics_tools import alone, run, scene
@@ -11,9 +13,11 @@ from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.observables import force_deviations, force_of
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import arrays_of, load, save
+from exudyn_flexlink.storage.run import force_columns
 from exudyn_flexlink.sweeps.rows import standard_row
 
 ROD = """
@@ -313,3 +317,24 @@ def test_friction_that_no_engine_answers_is_refused():
     for settings, engine in (["solver.formulation=redundant"], "exudyn"), ([], "lagrangian"):
         with pytest.raises(NotRepresentableError, match=r"joints\.pin\.friction"):
             simulate(scene(rubbing(ROD, "{coefficient: 0.1, radius: 1 mm}"), *settings), engine)
+
+
+def test_the_torque_is_told_among_forces_with_an_error_that_holds():
+    """Where two runs that turn back at other instants have opposite torques says nothing of it."""
+    text = rubbing(ROD, "{coefficient: 0.1, radius: 0.1}")
+    made = alone(text, "run.duration=4", "accuracy.tolerance=1e-6", "run.sample=1 ms")
+    torque = force_of(made, "friction torque of pin")
+    jumps = np.flatnonzero(torque.values[1:] * torque.values[:-1] < 0)
+    assert len(jumps) > 3
+    assert np.diff(torque.time)[jumps].max() < 1e-12
+    slower = replace(made, time=made.time * 1.001)
+    apart = force_deviations(made, slower)["friction torque of pin"].free
+    assert 1e-5 < apart.largest < 0.02 * np.abs(torque.values).max()
+    np.testing.assert_array_equal(
+        force_columns(made)["pin.friction_torque_N_m"], made.frictions["pin"].torque
+    )
+
+
+def test_the_force_of_a_slide_is_no_torque():
+    made = alone(rubbing(SLOPE, "{force: 12}"), "run.duration=0.1")
+    assert force_columns(made)["way.friction_force_N"][0] == pytest.approx(-12)

@@ -7,6 +7,7 @@ import pytest
 import results
 from cli_runs import code_of
 from results import block
+from scipy.io import loadmat, savemat
 from test_fitting import DATA
 
 import exudyn_flexlink as fl
@@ -283,9 +284,20 @@ def test_a_file_that_is_no_table_says_what_it_is(data, words, tmp_path):
 
 def test_tables_of_other_programs_get_hints():
     run, time = fl.load(save_run("a")), np.linspace(0, 2, 21)
-    with pytest.raises(TypeError, match=r"'t': data\['t'\].ravel\(\)"):
-        fl.compare(run, {"t": time[None], POINT: fades(time)[None]})
+    with pytest.raises(TypeError, match=r"'x': data\['x'\]\[:, 0\]"):
+        fl.compare(run, {"t": time, POINT: np.stack([fades(time), fades(time)], axis=1)})
     with pytest.raises(SceneError, match="reset_index"):
         fl.compare(run, {POINT: fades(time)})
     with pytest.raises(ValueError, match="'--shift', in Python shift="):
         fl.compare(run, {"t": 1.7e9 + time, POINT: fades(time)})
+
+
+def test_what_loadmat_gives_is_read_by_the_columns_that_are_named(tmp_path):
+    """MATLAB has matrices alone, notes on the file, and variables that are none of the series."""
+    run, time = fl.load(save_run("a")), np.linspace(0, 2, 21)
+    stored = {"t": time, "x": fades(time)[:, None], "gain": 3.0, "note": "a lever"}
+    savemat(tmp_path / "m.mat", stored)
+    found = fl.compare(run, loadmat(tmp_path / "m.mat"), columns={"x": POINT})
+    plain = fl.compare(run, {"t": time, POINT: fades(time)})
+    np.testing.assert_array_equal(found.series.time, time)
+    assert found.distances[0].rms == plain.distances[0].rms

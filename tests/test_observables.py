@@ -227,7 +227,7 @@ def test_an_impulse_between_samples_does_not_make_the_angle_overshoot():
     time = np.array([0.0, 0.1, 0.2])
     angle, rate = np.array([0, 0, 1.0]), np.array([0, 10.0, 10])
     hit = LeverResponse("lever", ANGLE, time, angle, rate, 0 * time, NONE)
-    np.testing.assert_allclose(hit.value_at(np.array([0.05, 0.1, 0.15])), [0, 0, 0.5])
+    np.testing.assert_allclose(hit.at([0.05, 0.1, 0.15]).value, [0, 0, 0.5])
 
 
 # --- impacts: contacts without duration -----------------------------------------------------------

@@ -8,8 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from results import PENDULUM, rigid_link, scene_from
+from results import words as words_of
 
 import exudyn_flexlink as fl
+from exudyn_flexlink import plots
+from exudyn_flexlink.report import run_text
 from exudyn_flexlink.result import NOT_ASKED, MeasuredError, Outcome
 from exudyn_flexlink.source import Document
 from exudyn_flexlink.sweeps import (
@@ -207,3 +210,45 @@ def test_an_empty_design_is_called_empty():
         fl.SceneError, match="expected a mapping of paths to values, got an empty one"
     ):
         fl.sweep(fl.load_scene("textbook/pump"), [{}])
+
+
+def rounding_beside_results(scene, simulate):
+    """A place, what a balance misses, a loss, and a number that is always the same."""
+    length = scene.bodies["rod"].length
+    return {
+        "rod.end.greatest_x_m": length,
+        "error_m": 1e-10 * length,
+        "energy_dissipated_J": length**2,
+        "energy_residual_J": 1e-12 * length,
+        "end_s": 1.0,
+    }
+
+
+def test_the_usual_figure_shows_neither_rounding_nor_what_never_differs():
+    swept = table(plan_of({LENGTH: "1:3:3"}), rounding_beside_results)
+    shown = words_of(plots.sweep(swept))
+    assert "greatest_x (m)" in shown
+    assert "energy_dissipated (J)" in shown
+    assert not [name for name in ("error", "residual", "end_s", "end (s)") if name in shown]
+    assert "error (m)" in words_of(plots.sweep(swept, ["error_m"]))  # by name each is drawn
+
+
+def test_nothing_lost_is_a_loss_of_zero():
+    """Where a friction or a clearance is varied down to 0, its column has no hole."""
+    base = rigid_link(samples=101)
+    friction = {"coefficient": 0.0, "radius": 0.01}
+    scene = fl.load_scene("no_clearance").with_({
+        "joints.crank.friction": friction,
+        "joints.sleeve.clearance": 0,
+        "joints.sleeve.law": {"stiffness": 1e5, "restitution": 0.5},
+    })  # fmt: skip
+    row = fl.standard_row(replace(base, scene=scene))
+    assert row["crank.friction_loss_J"] == row["sleeve.energy_lost_J"] == 0.0
+    assert "pivot.friction_loss_J" not in row
+
+
+def test_a_run_at_rest_does_not_tell_its_rounding_as_a_part_of_nothing():
+    base = rigid_link(samples=101)
+    still = replace(base, checks=replace(base.checks, largest_kinetic_energy=1e-36))
+    assert "nothing moved with as much energy" in run_text(still)
+    assert "% of the largest kinetic energy" not in run_text(still)

@@ -44,22 +44,26 @@ if TYPE_CHECKING:
     from exudyn_flexlink.plots import Given, Style
 
 
-def data_frame(result: Result, name: str | None) -> DataFrame:
-    """Return what is known of a point, struck body, link, contact or joint as a table; or all."""
-    columns = all_columns(result) if name is None else _columns(result, name)
-    frame: DataFrame = needed("pandas").DataFrame(columns)
+def data_frame(result: Result, name: str | None, time: FloatArray | None = None) -> DataFrame:
+    """Return what is known of a point, struck body, link, contact or joint as a table; or all.
+
+    Rows are at instants `time` (M,) s, or at the samples; touches stay one a row.
+    """
+    frame: DataFrame = needed("pandas").DataFrame(_columns(result, name, time))
     return frame
 
 
-def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
+def _columns(result: Result, name: str | None, time: FloatArray | None) -> Mapping[str, FloatArray]:
     struck = struck_bodies(result.scene)
+    if name is None:
+        return all_columns(result, time)
     if name in struck:
-        return lever_columns(result, struck[name])
+        return lever_columns(result, struck[name], time)
     if name in bent_links(result.scene):
-        return bending_columns(result, name)
+        return bending_columns(result, name, time)
     if name in result.intervals:
         return touch_columns(result, name)
-    return trajectory_columns(result, name)
+    return trajectory_columns(result, name, time)
 
 
 def table_names(result: Result) -> list[str]:

@@ -5,12 +5,15 @@ Runs may also stand beside measurements, with the values that fit these.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api import with_methods
@@ -20,15 +23,20 @@ from exudyn_flexlink.api.figures import (
     Plots,
     data_frame,
     data_set,
+    needed,
     page,
     table_names,
 )
 from exudyn_flexlink.api.scenes import ENGINE, Scene, api_scene, given_scene
-from exudyn_flexlink.arguments import among, number, takes, two_texts, whole
+from exudyn_flexlink.arguments import among, instants, number, takes, two_texts, whole
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.observables import (
     Bending,
     BodyMotion,
+    Energies,
+    Force,
+    Happening,
     JointForce,
     LeverResponse,
     PointPath,
@@ -53,7 +61,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 from exudyn_flexlink import fitting
 from exudyn_flexlink.api.figures import Shown
@@ -80,17 +88,22 @@ class Result(PlainResult):
 
     @takes(point=POINT)
     def path(self, point: str) -> PointPath:
-        """Return the motion of a point 'body.point': time, position and velocity."""
+        """Return the motion of a point 'body.point': position, velocity and acceleration."""
         return observables.path(self, point)
 
-    @takes(name=among(lambda result: result.scene.bodies, "body"))
+    @takes(name=among(lambda result: (*result.scene.bodies, *result.part_names), "body"))
     def body(self, name: str) -> BodyMotion:
-        """Return the motion of a body: `angle`, `rate` (N,), `position`, `velocity` (N, 2)."""
+        """Return the motion of a body: `angle`, `rate` (N,), `position`, `velocity` (N, 2).
+
+        A rod of a flexible link goes by its name among the `part_names`, ``"link 2"``.
+        """
         return observables.body_motion(self, name)
 
     @takes(name=among(lambda result: result.scene.joints, "joint"))
     def joint(self, name: str) -> JointForce:
         """Return the `force` (N, 2) in a joint and its `error` (N,), and the torque of its drives.
+
+        Of a revolute joint also its `angle` and `rate` (N,).
 
         Raises:
             ValueError: no force of it is kept.
@@ -98,15 +111,58 @@ class Result(PlainResult):
         """
         return observables.joint_force(self, name)
 
+    @takes(name=among(observables.forces_of, "force"))
+    def force(self, name: str) -> Force:
+        """Return any force or torque, its `values` (N,) or (N, 2), and its `error` (N,).
+
+        The name is that of the summary: ``"contact force of strike"``, ``"joint force of crank"``.
+        """
+        return observables.force_of(self, name)
+
+    @takes(time=instants)
+    def at(self, time: ArrayLike) -> Samples:
+        """Return what the run was at instants (M,) s, between samples too.
+
+        Angles and places are cubics through those of the samples around and their rates; forces,
+        energies and all else go straight from one sample to the next. Where something jumps there
+        is a sample on both sides, and at that instant itself the later one counts.
+
+        Raises:
+            ValueError: one of them is not in the run.
+
+        """
+        return Samples(self, np.atleast_1d(time))
+
+    @takes(every=PERIOD)
+    def resampled(self, every: float) -> Samples:
+        """Return what the run was at instants evenly `every` (s) apart, as a spectrum needs them.
+
+        They begin with the first sample. See `at`. It is no Result, as strikes, extremes and
+        errors of a run are not those of such instants.
+        """
+        return Samples(self, observables.even_instants(self.time, every))
+
     @takes(name=among(lambda result: observables.bent_links(result.scene), "flexible body"))
     def link(self, name: str) -> Bending:
         """Return how a flexible link is bent: `moment`, `stress`, `strain` (N, H) of its hinges."""
         return observables.bending(self, name)
 
     @takes(contact=among(lambda result: result.scene.all_contacts, "contact"))
-    def strikes(self, contact: str) -> list[Strike]:
-        """Return the strikes of a contact in order, each a burst of touches."""
-        return observables.strikes(self, contact)
+    def strikes(self, contact: str) -> Rows[Strike]:
+        """Return the strikes of a contact in order, each a burst of touches: a list.
+
+        Its `to_dataframe()` is a table of pandas, as of `touches` and `happenings`.
+        """
+        columns = partial(storage.strike_columns, self, contact)
+        return Rows(observables.strikes(self, contact), columns)
+
+    @takes()
+    def happenings(self) -> Rows[Happening]:
+        """Return all that happens, in order: a list of `time` (s), `what` and `where`.
+
+        Touches, lift-offs, impacts, joints that turn back, rests by dry friction, laps.
+        """
+        return Rows(observables.happenings(self), partial(storage.happening_columns, self))
 
     @takes(body=among(lambda result: observables.struck_bodies(result.scene), "struck body"))
     def lever(self, body: str) -> LeverResponse:
@@ -114,13 +170,14 @@ class Result(PlainResult):
         return observables.lever_response(self, observables.struck_bodies(self.scene)[body])
 
     @takes(name=among(lambda result: result.intervals, "contact or joint with clearance"))
-    def touches(self, name: str) -> Intervals:
+    def touches(self, name: str) -> Touches:
         """Return every contact of a joint with clearance, or of one of the scene's, as columns.
 
         Of a sleeve `pair` says which point met which wall: an index into
-        ``result.sleeves[name].pairs``.
+        ``result.sleeves[name].pairs``. `to_dataframe()` has the largest gap of each flight, too.
         """
-        return self.intervals[name]
+        columns = partial(storage.touch_columns, self, name)
+        return with_methods(Touches, self.intervals[name], columns=columns)
 
     @takes(at=TIME, turns=number(above=0.0), duration=PERIOD)
     def continued(
@@ -201,7 +258,9 @@ class Result(PlainResult):
             ImportError: pandas is not installed.
 
         """
-        return data_frame(self if every is None else observables.resampled(self, every), name)
+        return data_frame(
+            self, name, None if every is None else observables.even_instants(self.time, every)
+        )
 
     def to_xarray(self) -> Dataset:
         """Return all samples, poses, forces and energies, as one dataset. Needs xarray.
@@ -266,10 +325,13 @@ class Result(PlainResult):
             film_shown.save(path, force=force, progress=progress)
         return film_shown
 
-    @takes()
-    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
+    @takes(every=PERIOD)
+    def save(
+        self, folder: str | PathLike[str], *, every: float | None = None, force: bool = False
+    ) -> Path:
         """Write the run into a folder that `load` reads, whole or not at all; return the folder.
 
+        With `every` (s) rows of its tables are evenly so far apart; ``result.nc`` has all samples.
         An earlier run there is replaced; other files are not, unless `force` says so.
 
         Raises:
@@ -277,7 +339,7 @@ class Result(PlainResult):
 
         """
         with storage.staged_folder(Path(folder), force=force) as staged:
-            storage.save(self, staged)
+            storage.save(self, staged, every)
         return Path(folder)
 
     @takes()
@@ -321,6 +383,85 @@ class Result(PlainResult):
         from exudyn_flexlink import plots
 
         return page(self.scene.title, self.summary(), plots.coordinates(self))
+
+
+Item = TypeVar("Item")
+
+
+class Tabled:
+    """What a run tells one by one, also as a table; `columns` makes its columns by name."""
+
+    columns: Callable[[], Mapping[str, Any]]
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table with a row for each; columns carry their units. Needs pandas."""
+        frame: DataFrame = needed("pandas").DataFrame(self.columns())
+        return frame
+
+
+class Rows(Tabled, list[Item]):
+    """What a run tells one by one: a list."""
+
+    def __init__(self, items: Iterable[Item], columns: Callable[[], Mapping[str, Any]]) -> None:
+        super().__init__(items)
+        self.columns = columns
+
+
+@dataclass(frozen=True, repr=False)
+class Touches(Tabled, Intervals):
+    """Touches as columns (K,), in order of their begins; iterated, one by one."""
+
+    columns: Callable[[], Mapping[str, Any]]
+
+    def __repr__(self) -> str:
+        return f"<Touches: {len(self)}>"
+
+
+class Samples:
+    """A run at instants `time` (M,) s: what its methods of the same names give, at these."""
+
+    def __init__(self, result: Result, time: FloatArray) -> None:
+        observables.require_inside(result.time, time)
+        self._result, self.time = result, time
+
+    def path(self, point: str) -> PointPath:
+        """Return the motion of a point, see `Result.path`."""
+        return self._result.path(point).seen_at(self.time)
+
+    def body(self, name: str) -> BodyMotion:
+        """Return the motion of a body, see `Result.body`."""
+        return self._result.body(name).at(self.time)
+
+    def joint(self, name: str) -> JointForce:
+        """Return what acts in a joint, see `Result.joint`."""
+        return self._result.joint(name).at(self.time)
+
+    def force(self, name: str) -> Force:
+        """Return a force or torque, see `Result.force`."""
+        return self._result.force(name).at(self.time)
+
+    def link(self, name: str) -> Bending:
+        """Return how a flexible link is bent, see `Result.link`."""
+        return self._result.link(name).at(self.time)
+
+    def lever(self, body: str) -> LeverResponse:
+        """Return the motion of a struck body, see `Result.lever`."""
+        return self._result.lever(body).at(self.time)
+
+    @cached_property
+    def energy(self) -> Energies:
+        """Energies (M,), J, with what their balance misses."""
+        return observables.energies(self._result).at(self.time)
+
+    @takes(
+        name=among(lambda samples: table_names(samples._result), "point, body, contact or joint")
+    )
+    def to_dataframe(self, name: str | None = None) -> DataFrame:
+        """Return a table with a row for each instant, see `Result.to_dataframe`. Needs pandas."""
+        return data_frame(self._result, name, self.time)
+
+    def __repr__(self) -> str:
+        return f"<Samples of '{self._result.scene.title}': {observables.span(self.time)}>"
 
 
 def api_result(plain: PlainResult) -> Result:

@@ -494,7 +494,7 @@ def sensitivity(
     table = sweep(scene, points, engine, progress, row=row, workers=workers, measure=False)
     if not table.whole:
         raise KeyboardInterrupt
-    return Sensitivities(tuple(sensitivities.told(table, list(of), parameters)), table)
+    return Sensitivities(tuple(sensitivities.sensitivities_in(table, list(of), parameters)), table)
 
 
 @takes()

@@ -185,8 +185,12 @@ COMMANDS = {
          "no_clearance --set run.turns=2 --out runs/short",
          "no_clearance --engine lagrangian --impact impulse",
          "clearance_friction --without friction,damping",
-         "clearance --set run.turns=1 --no-measure --report"),
+         "clearance --set run.turns=1 --no-measure --report",
+         "no_clearance --every 1ms"),
         (*MODEL, engine(), IMPACT, without(), MEASURE,
+         Option("--every", "rows of CSV files are evenly so far apart, in s or such as 1ms; "
+                "default: where the run has its samples, closer where more happens. result.nc "
+                "has these all the same", "TIME", type=values.duration),
          Option("--report", "write report.html, too: one page with outcome, figures, tables and "
                 "the model, which loads nothing else"),
          *output())),

@@ -219,7 +219,9 @@ def _write(
     """Write a run; returns the exit code, see `kept`. One who did not wait waits for no figures."""
     drawn = figures and not late and not options.ending.asked
     draw = None if options.no_plots else partial(look_of(options).save_run, result, folder)
-    code = kept(partial(storage.save, result, folder), draw if drawn else None, folder)
+    code = kept(
+        partial(storage.save, result, folder, options.every), draw if drawn else None, folder
+    )
     if options.report and drawn and code == DONE:
         from exudyn_flexlink.page import PAGE, write_page
 

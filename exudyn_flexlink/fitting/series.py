@@ -68,6 +68,9 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
             Document("the table"),
             {str(name): column for name, column in given.items()},
         )
+        named = {len(table[name]) for name in columns or () if name in table}
+        if named:  # other variables of a program's file are none of the series
+            table = {name: column for name, column in table.items() if len(column) in named}
         lengths = {len(column) for column in table.values()}
         if len(lengths) != 1 or 0 in lengths:
             raise SceneError(document, [Mistake((), "columns need one length, and a row or more")])

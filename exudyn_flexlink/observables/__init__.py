@@ -6,13 +6,23 @@ joint where a crank is asked for, is a ValueError that says so.
 """
 
 from exudyn_flexlink.observables.bending import Bending, BendingPeak, bending
+from exudyn_flexlink.observables.energies import Energies, energies
 from exudyn_flexlink.observables.forces import (
     BENDING,
     Force,
     bent_links,
     force_peaks,
     forces_of,
+    friction_unit,
     momentary_forces,
+)
+from exudyn_flexlink.observables.happenings import Happening, happenings
+from exudyn_flexlink.observables.instants import (
+    at_instants,
+    between_samples,
+    even_instants,
+    require_inside,
+    straight_between,
 )
 from exudyn_flexlink.observables.levers import (
     ANGLE,
@@ -36,6 +46,7 @@ from exudyn_flexlink.observables.parting import (
     first_beyond,
     force_deviations,
     force_error,
+    force_of,
     joint_force,
     parting_limit,
     positions,
@@ -47,13 +58,13 @@ from exudyn_flexlink.observables.parting import (
 from exudyn_flexlink.observables.points import (
     BodyMotion,
     PointPath,
-    between_samples,
     body_motion,
     crank_angle,
     crank_column,
     crank_joint,
     first_passes,
     joint_angle,
+    joint_turning,
     judged_points,
     laps,
     name_of,
@@ -61,11 +72,10 @@ from exudyn_flexlink.observables.points import (
     paths,
     point_anchor,
     point_names,
-    resampled,
     room,
+    span,
     steady_speeds,
     still_text,
-    straight_between,
     turned_since_start,
     turns,
     watched_point,
@@ -93,6 +103,7 @@ from exudyn_flexlink.observables.touching import (
     contact_states,
     contact_totals,
     deepest,
+    flight_gaps,
     joints_with_play,
     lap_contacts,
     lap_starts,

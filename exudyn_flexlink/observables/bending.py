@@ -8,14 +8,16 @@ that fibre is ``M h / (2 I)``, and its strain ``M h / (2 E I)``.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables.forces import BENDING, bent_links, moments
+from exudyn_flexlink.arrays import FloatArray, Variable
+from exudyn_flexlink.observables.forces import BENDING, bending_places, bent_links, moments
+from exudyn_flexlink.observables.instants import OverTime
 from exudyn_flexlink.observables.parting import force_error
+from exudyn_flexlink.observables.points import span
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody
 
 
 @dataclass(frozen=True)
@@ -33,11 +35,12 @@ class BendingPeak:
 
 
 @dataclass(frozen=True)
-class Bending:
-    """How a flexible link is bent at its H hinges, at samples `time` (N,) s.
+class Bending(OverTime):
+    """How a flexible link is bent at hinges, stations and welded ends, at samples `time` (N,) s.
 
-    `place` (H,) m is that of each hinge on the straight link, from its start. `moment` (N, H) N m
-    is positive where the link bends to its left. `stress` (N, H) Pa and `strain` (N, H) are those
+    `place` (H,) m is that of each of these on the straight link, from its start. `moment` (N, H)
+    N m is positive where the link bends to its left; beside hinges it is that of the straight line
+    through two of them, see `moments`. `stress` (N, H) Pa and `strain` (N, H) are those
     of the surface on its right, positive where that is stretched; None of a section whose height is
     not known. `error` (N,) N m bounds how far moments are off, as `force_error` has it.
     """
@@ -45,37 +48,30 @@ class Bending:
     link: str
     time: FloatArray
     place: FloatArray
-    moment: FloatArray
-    stress: FloatArray | None
-    strain: FloatArray | None
-    error: FloatArray
+    moment: Annotated[FloatArray, Variable("time .place", "N m", "bending moment")]
+    stress: Annotated[FloatArray | None, Variable("time .place", "Pa", "stress of the surface")]
+    strain: Annotated[FloatArray | None, Variable("time .place", "1", "strain of the surface")]
+    error: Annotated[FloatArray, Variable("time", "N m", "error of the moment", bound=True)]
 
     @property
     def largest(self) -> BendingPeak:
         """Where and when the moment is largest in size, with the largest stress and strain."""
-        size = np.abs(self.moment)
+        moment, time = np.atleast_2d(self.moment), np.atleast_1d(self.time)
+        size = np.abs(moment)
         n, hinge = np.unravel_index(int(size.argmax()), size.shape)
         stress, strain = (
             None if values is None else float(np.abs(values).max())
             for values in (self.stress, self.strain)
         )
-        peak = float(self.moment[n, hinge])
-        return BendingPeak(peak, float(self.place[hinge]), float(self.time[n]), stress, strain)
+        peak = float(moment[n, hinge])
+        return BendingPeak(peak, float(self.place[hinge]), float(time[n]), stress, strain)
 
     def __repr__(self) -> str:
         largest = self.largest
         return (
             f"<Bending of {self.link}: to {largest.moment:.5g} N m at {largest.place:.4g} m, "
-            f"{len(self.place)} hinges, {len(self.time)} samples>"
+            f"{len(self.place)} places; {span(self.time)}>"
         )
-
-
-def _places(body: FlexibleBody) -> FloatArray:
-    """Places (H,) m of a link's hinges, from its start."""
-    cell = body.length / body.rods
-    if body.layout == "half_ends":
-        return np.asarray((np.arange(body.rods) + 0.5) * cell)
-    return np.asarray(np.arange(1, body.rods) * cell)
 
 
 def bending(result: Result, link: str) -> Bending:
@@ -95,4 +91,4 @@ def bending(result: Result, link: str) -> Bending:
         stress = moment * half / body.section.second_moment
         strain = stress / scene.materials[body.material].youngs_modulus
     error = force_error(result, f"{BENDING} of {link}")
-    return Bending(link, result.time, _places(body), moment, stress, strain, error)
+    return Bending(link, result.time, bending_places(scene, link), moment, stress, strain, error)

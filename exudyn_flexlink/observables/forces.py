@@ -4,37 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import FloatArray, Variable
 from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.observables.instants import OverTime
 from exudyn_flexlink.observables.levers import extremes_of
+from exudyn_flexlink.observables.points import span
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody, Scene
+from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, WeldJoint
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
 BENDING = "bending moment"
+SAME_PLACE = 1e-9  # of a link's length: a station so near to a hinge is at it
+KINDS = {"N": "force", "N m": "torque"}
 NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
 
 
 @dataclass(frozen=True)
-class Force:
-    """A force at a run's samples: `values` (N,), or (N, 2) of a vector, in `unit`, N or N m.
+class Force(OverTime):
+    """A force at samples `time` (N,) s: `values` (N,), or (N, 2) of a vector, in `unit`, N or N m.
 
-    Of the bending moments of a link `values` (N, H) are those of all hinges.
+    Of the bending moments of a link `values` (N, P) are those of all its places. `error` (N,)
+    bounds how far they are off, see `force_error`; None where nobody asked for it.
     """
 
     quantity: str
     name: str
     unit: str
-    values: FloatArray
+    time: FloatArray
+    values: Annotated[FloatArray, Variable("time", None, "force or torque")]
+    error: Annotated[
+        FloatArray | None, Variable("time", None, "error of the values", bound=True)
+    ] = None
+
+    def __repr__(self) -> str:
+        largest = float(np.abs(self.size).max(initial=0.0))
+        return (
+            f"<Force, {self.quantity} of {self.name}: to {largest:.5g} {self.unit}; "
+            f"{span(self.time)}>"
+        )
 
     @property
     def size(self) -> FloatArray:
         """Length of the vector (N,), or the largest moment along a link; else with its sign."""
-        return self.values if self.values.ndim == 1 else self.lengths(self.values)
+        if self.values.ndim == np.ndim(self.time):
+            return self.values
+        return self.lengths(np.atleast_2d(self.values)).reshape(np.shape(self.time))
 
     def lengths(self, values: FloatArray) -> FloatArray:
         """Sizes (n,) of such forces (n, k), or of differences of them."""
@@ -54,6 +73,7 @@ class ForcePeak:
 def forces_of(result: Result) -> dict[str, Force]:
     """Torques and forces of drives; forces of slots, joints, springs, gears, walls and contacts.
 
+    Also what dry friction brakes joints with.
     Without the forces in hinges inside a flexible body, whose moments are told.
     """
     joints = {n: force for n, force in result.joint_forces.items() if n in result.scene.joints}
@@ -68,16 +88,26 @@ def forces_of(result: Result) -> dict[str, Force]:
         (BENDING, "N m", {link: moments(result, link) for link in bent_links(result.scene)}),
         ("wall force", "N", _wall_forces(result)),
         *(
-            (f"contact {'torque' if unit == 'N m' else 'force'}", unit, {name: contact.force})
+            (f"contact {KINDS[unit]}", unit, {name: contact.force})
             for name, contact in result.contacts.items()
             for unit in [result.scene.unit_of(name, "N")]
         ),
+        *(
+            (f"friction {KINDS[unit]}", unit, {name: friction.torque})
+            for name, friction in result.frictions.items()
+            for unit in [friction_unit(result.scene, name)]
+        ),
     )
     return {
-        f"{quantity} of {name}": Force(quantity, name, unit, values)
+        f"{quantity} of {name}": Force(quantity, name, unit, result.time, values)
         for quantity, unit, by_name in kinds
         for name, values in by_name.items()
     }
+
+
+def friction_unit(scene: Scene, joint: str) -> str:
+    """Unit of what brakes a joint: of a slide N, else N m."""
+    return "N" if isinstance(scene.joints[joint], PrismaticJoint) else "N m"
 
 
 def bent_links(scene: Scene) -> dict[str, FlexibleBody]:
@@ -86,8 +116,36 @@ def bent_links(scene: Scene) -> dict[str, FlexibleBody]:
     return {n: body for n, body in bodies if isinstance(body, FlexibleBody) and body.rods > 1}
 
 
+def hinge_places(body: FlexibleBody) -> FloatArray:
+    """Places (H,) m of a link's hinges, from its start."""
+    cell = body.length / body.rods
+    if body.layout == "half_ends":
+        return np.asarray((np.arange(body.rods) + 0.5) * cell)
+    return np.asarray(np.arange(1, body.rods) * cell)
+
+
+def bending_places(scene: Scene, link: str) -> FloatArray:
+    """Places (P,) m on a link, from its start, of which bending moments are told.
+
+    Those of its hinges and stations, and of the ends that are welded to something.
+    """
+    body = bent_links(scene)[link]
+    joints = (joint for joint in scene.joints.values() if isinstance(joint, WeldJoint))
+    welded = {point for joint in joints for point in joint.points}
+    ends = {f"{link}.start": 0.0, f"{link}.end": body.length}
+    others = [place for point, place in ends.items() if point in welded]
+    hinges = hinge_places(body)
+    for place in (*others, *body.points.values()):
+        if np.abs(hinges - place).min() > SAME_PLACE * body.length:
+            hinges = np.append(hinges, place)
+    return np.sort(hinges)
+
+
 def moments(result: Result, link: str) -> FloatArray:
-    """Bending moments (N, H) N m of a link's hinges, positive where it bends to its left.
+    """Bending moments (N, P) N m of a link at `bending_places`, positive where it bends left.
+
+    Those between two hinges are on the straight line through the moments of both, as they are where
+    no load acts there; those beyond the first and the last hinge on the line through two of them.
 
     The rods of a link that was solved as a beam are its chords. Between two of them it bends over
     the distance of their middles: 3/4 of a cell beside a half rod.
@@ -103,7 +161,16 @@ def moments(result: Result, link: str) -> FloatArray:
     angle, rate = (
         motion[:, second, 2] - motion[:, first, 2] for motion in (result.poses, result.rates)
     )
-    return np.asarray(stiffness * angle + damping * rate)
+    moment = np.asarray(stiffness * angle + damping * rate)
+    if len(hinges) == 1:
+        return np.repeat(moment, len(bending_places(result.scene, link)), axis=1)
+    known = hinge_places(bent_links(result.scene)[link])
+    places = bending_places(result.scene, link)
+    k = np.clip(np.searchsorted(known, places) - 1, 0, len(known) - 2)
+    span = known[k + 1] - known[k]
+    part = (places - known[k]) / span
+    before, after = moment[:, k], moment[:, k + 1]
+    return np.asarray((1 - part) * before + part * after)
 
 
 def momentary_forces(result: Result) -> set[str]:

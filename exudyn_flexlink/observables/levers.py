@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from exudyn_flexlink.arguments import instants, number, takes
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arguments import number, takes
+from exudyn_flexlink.arrays import FloatArray, Variable
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -31,12 +31,8 @@ from exudyn_flexlink.mechanism import (
     speed_along,
     turning,
 )
-from exudyn_flexlink.observables.points import (
-    between_samples,
-    point_anchor,
-    require_inside,
-    watched_point,
-)
+from exudyn_flexlink.observables.instants import OverTime
+from exudyn_flexlink.observables.points import point_anchor, span, watched_point
 from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene, SleeveJoint
@@ -209,7 +205,7 @@ def _joints(scene: Scene, mechanism: Mechanism, fixed: set[int]) -> Iterator[Car
 
 
 @dataclass(frozen=True)
-class LeverResponse:
+class LeverResponse(OverTime):
     """Motion of a struck body, (N,) each.
 
     `measure` says what `value` is, from where the body stood at time 0, or in a run that goes on
@@ -219,37 +215,26 @@ class LeverResponse:
     tip. `rate` is that of the value, per s.
     `tip_displacement` (m) is that of the end of the struck line farther from the body's hinge, or
     of the struck circle's centre, along the normal at time 0, positive to the free side.
-    `extremes` are those of the value, whatever is sampled.
+    `extremes` are those of the value, whatever is sampled, also of what `at` gives.
     """
 
     body: str
     measure: Measure
     time: FloatArray
-    value: FloatArray
-    rate: FloatArray
-    tip_displacement: FloatArray
+    value: Annotated[FloatArray, Variable("time", None, "angle or displacement", rate="rate")]
+    rate: Annotated[FloatArray, Variable("time", None, "rate of the value")]
+    tip_displacement: Annotated[FloatArray, Variable("time", "m", "displacement of the tip")]
     extremes: Extremes
 
     def __repr__(self) -> str:
-        if not len(self.time):
+        if not np.size(self.time):
             return f"<LeverResponse of {self.body}: no samples>"
         (least, at), (greatest, then) = self.least, self.greatest
         unit = self.measure.unit
         return (
             f"<LeverResponse of {self.body}: from {least:+.5g} {unit} at {at:.5g} s to "
-            f"{greatest:+.5g} {unit} at {then:.5g} s, {len(self.time)} samples>"
+            f"{greatest:+.5g} {unit} at {then:.5g} s; {span(self.time)}>"
         )
-
-    @takes(time=instants)
-    def value_at(self, time: FloatArray) -> FloatArray:
-        """Value at instants (s) of the run, between samples too: see `between_samples`.
-
-        Raises:
-            ValueError: one of them is not in the run.
-
-        """
-        require_inside(self.time, time)
-        return between_samples(self.time, self.value, self.rate, time)
 
     @takes(begin=number(Dimension.TIME, endless=True), end=number(Dimension.TIME, endless=True))
     def between(self, begin: float, end: float) -> LeverResponse:
@@ -280,9 +265,7 @@ class LeverResponse:
     def _all(self) -> Extremes:
         """Extremes and samples: at the ends of a part of a run only these tell the value."""
         extremes = self.extremes
-        return Extremes(
-            np.concatenate([extremes.time, self.time]), np.concatenate([extremes.value, self.value])
-        )
+        return Extremes(np.append(extremes.time, self.time), np.append(extremes.value, self.value))
 
 
 def struck_bodies(scene: Scene) -> dict[str, str]:

@@ -9,23 +9,29 @@ The force of a joint comes with the bound of its error at each sample.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, inf, isinf, nan
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray, Variable
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
-from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE, forces_of
+from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE, Force, forces_of
+from exudyn_flexlink.observables.instants import OverTime, straight_between
 from exudyn_flexlink.observables.points import (
+    RATE,
+    TURNED,
+    joint_turning,
     judged_points,
     paths,
     room,
+    span,
     still_text,
-    straight_between,
 )
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError, Result
+from exudyn_flexlink.scene import RevoluteJoint
+from exudyn_flexlink.source import unknown
 
 STILL = 1e-13  # m: rounding; what moves by less stands still
 ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
@@ -147,7 +153,7 @@ def force_deviations(
     what the other does not, or that are next to an impulse: there a force is the contact's or not,
     as much as both runs differ in its instant, which says nothing about the size of any force. The
     force of a contact is compared touch by touch, see `_in_touches`; `near` (m) is how well a place
-    is known at best.
+    is known at best. Dry friction is left out where one run slips another way, or rests.
     """
     time = common_times(first, second)
     spacing = float(np.max(np.diff(time), initial=0.0))
@@ -167,9 +173,13 @@ def force_deviations(
             straight_between(run.time, value, time)
             for run, value in zip((first, second), values, strict=True)
         )
+        same = alike
+        if force.quantity.startswith("friction"):
+            ways = (_slip(run, force.name, time) for run in (first, second))
+            same = alike & np.equal(*ways)
         free, touched = (
             _spread(time[part], force.lengths, first_force[part], second_force[part])
-            for part in (alike & ~in_touch, alike & in_touch)
+            for part in (same & ~in_touch, same & in_touch)
         )
         instants = None
         if force.quantity.startswith("contact"):
@@ -177,6 +187,14 @@ def force_deviations(
             touched, instants = _in_touches(first, second, force.name, until, length)
         deviations[name] = ForceDeviation(force.unit, free, touched, instants)
     return deviations
+
+
+def _slip(result: Result, joint: str, time: FloatArray) -> FloatArray:
+    """Which way friction brakes a joint that slips at instants (N,) s: 1 or -1; 0 at rest."""
+    friction = result.frictions[joint]
+    begun, ended = (np.searchsorted(edge, time, "right") for edge in (friction.begin, friction.end))
+    way = np.sign(straight_between(result.time, friction.torque, time))
+    return np.where(begun > ended, 0.0, way)
 
 
 def _in_touches(
@@ -373,26 +391,31 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
 
 
 @dataclass(frozen=True)
-class JointForce:
+class JointForce(OverTime):
     """What acts in a joint at samples `time` (N,) s, in the ground's axes.
 
     `force` (N, 2) N acts on the body of the joint's second point, in a slot on the point that runs
     in it. `torque` (N,) N m is what drives put on that body at the joint; None where no drive
     does. `error` (N,) N and `torque_error` (N,) N m bound how far these are off, see
-    `force_error`.
+    `force_error`. Of a revolute joint `angle` (N,) rad is that of the second body relative to the
+    first, continuous, and `rate` (N,) rad/s its speed; None of others.
     """
 
     joint: str
     time: FloatArray
-    force: FloatArray
-    error: FloatArray
-    torque: FloatArray | None
-    torque_error: FloatArray | None
+    force: Annotated[FloatArray, Variable("time", "N", "force")]
+    error: Annotated[FloatArray, Variable("time", "N", "error of the force", bound=True)]
+    torque: Annotated[FloatArray | None, Variable("time", "N m", "torque of drives")]
+    torque_error: Annotated[
+        FloatArray | None, Variable("time", "N m", "error of the torque", bound=True)
+    ]
+    angle: Annotated[FloatArray | None, TURNED] = None
+    rate: Annotated[FloatArray | None, RATE] = None
 
     def __repr__(self) -> str:
-        largest = float(np.linalg.norm(self.force, axis=1).max(initial=0.0))
+        largest = float(np.linalg.norm(self.force, axis=-1).max(initial=0.0))
         turned = "" if self.torque is None else f", torque to {np.abs(self.torque).max():.5g} N m"
-        return f"<JointForce of {self.joint}: to {largest:.5g} N{turned}, {len(self.time)} samples>"
+        return f"<JointForce of {self.joint}: to {largest:.5g} N{turned}; {span(self.time)}>"
 
 
 def joint_force(result: Result, joint: str) -> JointForce:
@@ -417,6 +440,8 @@ def joint_force(result: Result, joint: str) -> JointForce:
     drives = [name for name in torque if getattr(scene.drives[name], "joint", None) == joint]
     torques = [torque[name] for name in drives]
     errors = [force_error(result, f"drive torque of {name}") for name in drives]
+    revolute = isinstance(scene.joints[joint], RevoluteJoint)
+    angle, rate = joint_turning(result, joint) if revolute else (None, None)
     return JointForce(
         joint,
         result.time,
@@ -424,7 +449,22 @@ def joint_force(result: Result, joint: str) -> JointForce:
         force_error(result, f"{kind} force of {joint}"),
         np.sum(torques, axis=0) if drives else None,
         np.sum(errors, axis=0) if drives else None,
+        angle,
+        rate,
     )
+
+
+def force_of(result: Result, name: str) -> Force:
+    """Return a force or torque by what `forces_of` calls it, with its error.
+
+    Raises:
+        ValueError: the run has no such force.
+
+    """
+    forces = forces_of(result)
+    if name not in forces:
+        raise ValueError(unknown("force", name, forces))
+    return replace(forces[name], error=force_error(result, name))
 
 
 def force_error(result: Result, name: str) -> FloatArray:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import ceil, pi
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arguments import instants, takes
-from exudyn_flexlink.arrays import FloatArray, IndexArray, Variable, members
+from exudyn_flexlink.arrays import FloatArray, IndexArray, Variable
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -20,6 +21,12 @@ from exudyn_flexlink.mechanism import (
     anchor_velocity,
     build_mechanism,
     turning,
+)
+from exudyn_flexlink.observables.instants import (
+    OverTime,
+    at_instants,
+    derivative,
+    straight_between,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
@@ -36,21 +43,27 @@ from exudyn_flexlink.scene import (
 )
 from exudyn_flexlink.source import did_you_mean
 
-NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
-HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
+PLACE = Variable("time", None, "place", components={"x": "m", "y": "m"}, rate="velocity")
+VELOCITY = Variable("time", None, "velocity", components={"vx": "m/s", "vy": "m/s"})
+TURNED = Variable("time", "rad", "angle", rate="rate")
+RATE = Variable("time", "rad/s", "angular speed")
 
 
 @dataclass(frozen=True)
 class PointPath:
-    """Motion of a point: time (N,), position (N, 2) in m, velocity (N, 2) in m/s, ground axes."""
+    """Motion of a point: time (N,), position (N, 2) in m, velocity (N, 2) in m/s, ground axes.
+
+    `samples` is the path at the samples of its run, if this one is at other instants.
+    """
 
     point: str
     time: FloatArray
-    position: FloatArray
-    velocity: FloatArray
+    position: Annotated[FloatArray, PLACE]
+    velocity: Annotated[FloatArray, VELOCITY]
+    samples: PointPath | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        return _summary(self, self.point)
+        return f"<PointPath of {self.point}: {span(self.time)}>"
 
     @takes(time=instants)
     def at(self, time: ArrayLike) -> FloatArray:
@@ -60,13 +73,25 @@ class PointPath:
             ValueError: one of them is not in the run.
 
         """
-        times = np.asarray(time, dtype=float)
-        require_inside(self.time, times)
-        return between_samples(self.time, self.position, self.velocity, times)
+        return at_instants(self, time).position
+
+    def seen_at(self, time: FloatArray) -> PointPath:
+        """Return the path at instants (M,) s; ValueError: one of them is not in the run."""
+        return replace(at_instants(self, time), samples=self)
+
+    @cached_property
+    def acceleration(self) -> FloatArray:
+        """Acceleration (N, 2) m/s^2: the slope of splines through the velocities at samples.
+
+        One spline goes from each jump to the next, so that what an impulse does is not in it.
+        """
+        if self.samples is not None:
+            return straight_between(self.samples.time, self.samples.acceleration, self.time)
+        return derivative(self.time, self.velocity)
 
 
 @dataclass(frozen=True)
-class BodyMotion:
+class BodyMotion(OverTime):
     """Motion of a body at samples `time` (N,) s, in the ground's axes.
 
     `position` (N, 2) m is that of a rod's or flexible body's start, or of a rigid body's own
@@ -77,23 +102,27 @@ class BodyMotion:
 
     body: str
     time: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    angle: FloatArray
-    rate: FloatArray
+    position: Annotated[FloatArray, PLACE]
+    velocity: Annotated[FloatArray, VELOCITY]
+    angle: Annotated[FloatArray, TURNED]
+    rate: Annotated[FloatArray, RATE]
 
     def __repr__(self) -> str:
-        return _summary(self, self.body)
+        return f"<BodyMotion of {self.body}: {span(self.time)}>"
 
 
-def _summary(motion: PointPath | BodyMotion, name: str) -> str:
-    until = f"{motion.time[-1]:.5g} s, " if len(motion.time) else ""
-    return f"<{type(motion).__name__} of {name}: to {until}{len(motion.time)} samples>"
+def span(time: FloatArray) -> str:
+    """Say up to when there are how many samples; `time` may be one instant."""
+    if not np.ndim(time):
+        return f"at {time:.5g} s"
+    until = f"to {time[-1]:.5g} s, " if len(time) else ""
+    return f"{until}{len(time)} samples"
 
 
 def body_motion(result: Result, body: str) -> BodyMotion:
-    """Motion of a body of the scene."""
-    part = build_mechanism(result.scene).bodies[body][0]
+    """Motion of a body of the scene, or of a part, such as a rod of a flexible link, by name."""
+    bodies, parts = build_mechanism(result.scene).bodies, result.part_names
+    part = bodies[body][0] if body in bodies else parts.index(body)
     pose, rate = result.poses[:, part], result.rates[:, part]
     return BodyMotion(body, result.time, pose[:, :2], rate[:, :2], pose[:, 2], rate[:, 2])
 
@@ -210,80 +239,6 @@ def part_of_point(scene: Scene, mechanism: Mechanism, point: str) -> int:
     return point_anchor(scene, mechanism, point).part
 
 
-def straight_between(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Values at instants `at` (M,) s on straight lines between samples (N,) or (N, k) at `time`."""
-    if values.ndim == 1:
-        return np.interp(at, time, values)
-    return np.stack([np.interp(at, time, column) for column in values.T], axis=-1)
-
-
-def require_inside(time: FloatArray, at: FloatArray) -> None:
-    """Refuse instants `at` (s) outside the samples `time` (N,) s of a run.
-
-    Raises:
-        ValueError: one of them is outside, or no number.
-
-    """
-    begin, end = float(time[0]), float(time[-1])
-    if not np.all((at >= begin - NOTHING) & (at <= end + NOTHING)):
-        raise ValueError(f"time: the run goes from {begin:.9g} to {end:.9g} s, no further")
-
-
-def between_samples(
-    time: FloatArray, values: FloatArray, rates: FloatArray, at: FloatArray
-) -> FloatArray:
-    """Values at instants `at` (M,) s: the cubic through values and rates of the samples around.
-
-    `time` (N,) s, `values` (N, ...) and their time derivatives `rates` (N, ...). Exact at samples.
-    Straight where the rates jump between two samples (an impulse): a cubic would overshoot.
-    Instants outside the samples continue the outermost cubic.
-    """
-    if len(time) < 2:
-        return np.asarray(np.broadcast_to(values[0], (*np.shape(at), *values.shape[1:])).copy())
-    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
-    shape = (*np.shape(at), *(1,) * (values.ndim - 1))
-    span = (time[i + 1] - time[i]).reshape(shape)
-    span = np.where(span > 0, span, 1.0)  # two samples of one instant: any span gives their value
-    slope = (values[i + 1] - values[i]) / span
-    v0, v1 = rates[i], rates[i + 1]
-    off = np.abs(slope - 0.5 * (v0 + v1))
-    smooth = (off < 0.4 * np.abs(v1 - v0)) | (off < HARMLESS * np.max(np.abs(rates)))
-    v0, v1 = np.where(smooth, v0, slope), np.where(smooth, v1, slope)
-    x = (np.asarray(at) - time[i]).reshape(shape) / span
-    b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
-    return np.asarray(values[i] + span * x * (v0 + x * (b + x * c)))
-
-
-def resampled(result: Result, every: float) -> Result:
-    """Return a run with samples evenly `every` (s) apart, from its first one, for tables.
-
-    Poses between samples are those of `between_samples`, all else goes straight from one sample to
-    the next. At a jump, on both sides of which there is a sample, it is the later one.
-    """
-    time = result.time
-    count = int((time[-1] - time[0]) / every * (1 + 1e-12))
-    even = time[0] + every * np.arange(count + 1)
-    before = np.clip(np.searchsorted(time, even, side="right") - 1, 0, len(time) - 1)
-    after = np.minimum(before + 1, len(time) - 1)
-    span = time[after] - time[before]
-    part = np.divide(even - time[before], span, out=np.zeros(len(even)), where=span > 0)
-
-    def on_line(value: Any, variable: Variable | None) -> Any:
-        if isinstance(value, Mapping):
-            return {key: on_line(item, variable) for key, item in value.items()}
-        if is_dataclass(value) and not isinstance(value, type):
-            fields = {m.name: (getattr(value, m.name), m.variable) for m in members(type(value))}
-            return replace(value, **{name: on_line(*field) for name, field in fields.items()})
-        if variable is None or variable.dimensions.partition(" ")[0] != "time":
-            return value
-        parts = part.reshape(-1, *[1] * (value.ndim - 1))
-        return (1 - parts) * value[before] + parts * value[after]
-
-    poses = between_samples(time, result.poses, result.rates, even)
-    straight: Result = on_line(result, None)
-    return replace(straight, time=even, poses=poses)
-
-
 def crank_joint(scene: Scene) -> str | None:
     """Name of the joint whose angle counts.
 
@@ -330,12 +285,22 @@ def turned_since_start(result: Result) -> FloatArray:
 
 def joint_angle(result: Result, name: str) -> FloatArray:
     """Angle of the revolute joint `name` (N,), rad: second body relative to the first."""
+    return joint_turning(result, name)[0]
+
+
+def joint_turning(result: Result, name: str) -> tuple[FloatArray, FloatArray]:
+    """Angle of the revolute joint `name` (N,), rad, and its rate (N,), rad/s: see `joint_angle`.
+
+    Raises:
+        ValueError: there is no such joint.
+
+    """
     joint = result.scene.joints.get(name)
     if not isinstance(joint, RevoluteJoint):
         raise ValueError(f"'{name}' is no revolute joint of the scene")
     mechanism = build_mechanism(result.scene)
     first, second = (part_of_point(result.scene, mechanism, text) for text in joint.points)
-    return turning(first, second, result.poses)
+    return turning(first, second, result.poses), turning(first, second, result.rates)
 
 
 def turns(result: Result) -> bool:

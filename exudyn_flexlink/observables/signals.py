@@ -14,15 +14,14 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position, build_mechanism
+from exudyn_flexlink.observables.instants import between_samples, straight_between
 from exudyn_flexlink.observables.levers import ANGLE, lever_response, measures, struck_bodies
 from exudyn_flexlink.observables.parting import common_times
 from exudyn_flexlink.observables.points import (
-    between_samples,
     body_motion,
     path,
     point_anchor,
     point_names,
-    straight_between,
     watched_point,
 )
 from exudyn_flexlink.quantities import Dimension

@@ -200,6 +200,34 @@ def deepest(result: Result, joint: str) -> float:
     return result.sleeves[joint].deepest if joint in result.sleeves else 0.0
 
 
+def flight_gaps(result: Result, name: str) -> FloatArray | None:
+    """Largest gap (K,) m after each touch of a contact or bearing, until the next one begins.
+
+    At the top of the parabola through the sample with the largest gap and those beside it. nan
+    where no sample is free of the face, or none ahead of it, as after a point has slid off its end;
+    None of sleeves, of which no gap is kept.
+    """
+    history = result.contacts.get(name) or result.bearings.get(name)
+    if history is None:
+        return None
+    touches, time, largest = history.touches, result.time, []
+    nexts = np.append(touches.begin[1:], np.inf)
+    edges = zip(*(np.searchsorted(time, edge) for edge in (touches.end, nexts)), strict=True)
+    for first, last in edges:
+        gaps = history.gap[first:last]
+        gap = float(gaps.max(initial=0.0))
+        top = first + int(gaps.argmax()) if len(gaps) else 0
+        if first < top < last - 1:
+            around = slice(top - 1, top + 2)
+            since = time[around] - time[top]
+            scaled = since / since[2]
+            bend, slope, _ = np.polyfit(scaled, history.gap[around], 2)
+            if bend < 0:
+                gap -= 0.25 * slope**2 / bend
+        largest.append(gap if gap > 0 else nan)
+    return np.array(largest)
+
+
 def _walls(result: Result, joint: str) -> SleeveHistory:
     """What presses in a joint; a journal in its bearing is one pair."""
     if joint in result.sleeves:

@@ -194,11 +194,13 @@ def bending(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figur
 
 
 def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> None:
-    """Draw a link's moments as colours, each hinge a band of the length that bends in it."""
+    """Draw a link's moments as colours, each place a band up to the middle to the next one."""
     body = bent_links(result.scene)[bent.link]
     factor, unit = length_unit(body.length)
     half = 0.5 * body.length / body.rods
-    edges = factor * np.append(bent.place - half, bent.place[-1] + half)
+    ends = max(bent.place[0] - half, 0.0), min(bent.place[-1] + half, body.length)
+    middles = (bent.place[1:] + bent.place[:-1]) / 2
+    edges = factor * np.concatenate([ends[:1], middles, ends[1:]])
     most = float(np.abs(bent.moment).max()) or 1.0
     # A colour holds from the middle between two samples to the next one.
     times = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
@@ -210,7 +212,7 @@ def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> N
     if peak.stress is not None:
         words += f", {peak.stress / 1e6:.3g} MPa"
     place = np.interp(peak.at, result.time, x), factor * peak.place
-    axes.plot(*place, "o", mfc="none", color=BLACK, markersize=sized(7.0))
+    axes.plot(*place, "o", mfc="none", color=BLACK, markersize=sized(7.0), clip_on=False)
     axes.set_title(words.replace("-", "\N{MINUS SIGN}"), loc="left")
     axes.set_ylim(0.0, factor * body.length)
     axes.set_ylabel(f"place on {bent.link} ({unit})")

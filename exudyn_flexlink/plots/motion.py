@@ -480,7 +480,7 @@ def _strike_by_strike(
             label += ",\nbeyond the horizon"
         # Strikes alike lie on each other: the earlier ones are broader.
         alpha = 1.0 if i == count - 1 else 0.6
-        axes.plot(since, factor * response.value_at(time), color=colour, label=label, alpha=alpha,
+        axes.plot(since, factor * response.at(time).value, color=colour, label=label, alpha=alpha,
                   linewidth=thin * (count - i))  # fmt: skip
         held = 1e3 * (strike.end - strike.begin)
         axes.axvspan(0, held, color=colour, alpha=0.08, linewidth=0)

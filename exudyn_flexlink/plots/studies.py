@@ -345,6 +345,7 @@ def bifurcation(branches: Branches, *, axis: str = "y", style: Style = SCREEN) -
 
 
 MOST_PANELS = 6
+SMALL = 1e-7  # of the largest number in the same unit: a column without any larger is rounding
 NOTICEABLE = 1e-4  # of a number: with smaller differences the summary prints the same digits
 ALL_BUT_ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences are rounding
 FEW = 8  # so many values, or fewer, all have a tick
@@ -389,18 +390,25 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
 def _differing(table: SweepTable, part: float) -> list[str]:
     """Observables that are numbers and differ from row to row by more than a `part` of them.
 
-    Differences below `LEAST_CHANGE` do not count.
+    Differences below `LEAST_CHANGE` do not count, nor columns that are rounding beside others.
     """
-    columns = table.columns()
-    names = []
-    for name in table.observables:
-        values = [value for value in columns[name] if value is not None]
-        numbers = [float(value) for value in values if isinstance(value, float | int)]
-        if not numbers or len(numbers) < len(values):
-            continue
-        if np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST_CHANGE):
-            names.append(name)
-    return names
+    numbers, largest = dict[str, list[float]](), dict[str, float]()
+    for name, values in table.columns().items():
+        known = [value for value in values if isinstance(value, float | int)]
+        texts = any(isinstance(value, str) for value in values)
+        if name in table.observables and not texts:
+            finite = [float(value) for value in known if isfinite(value)]
+            unit = label_of(name)[1]
+            largest[unit] = max([largest.get(unit, 0.0), *map(abs, finite)])
+            numbers[name] = finite
+
+    def differs(name: str, values: list[float]) -> bool:
+        most, unit = max(map(abs, values), default=0.0), label_of(name)[1]
+        if most <= SMALL * largest[unit]:
+            return False
+        return bool(np.ptp(values) > max(part * most, LEAST_CHANGE))
+
+    return [name for name, values in numbers.items() if differs(name, values)]
 
 
 def _along(table: SweepTable, i: int) -> Scale:

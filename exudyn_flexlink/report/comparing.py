@@ -199,7 +199,8 @@ def _runs(comparison: Comparison) -> list[str]:
     columns = [["engine", "accuracy", "energy balance, off by", "steps", "solver time"]]
     for seen in comparison.both:
         result, checks = seen.result, seen.result.checks
-        energy = f"{checks.energy_residual:.2g} J ({100 * checks.relative_energy_residual:.2g} %)"
+        part = checks.relative_energy_residual
+        energy = f"{checks.energy_residual:.2g} J" + f" ({100 * part:.2g} %)" * (part <= 1)
         time = f"{result.timings['solve']:.2f} s" if "solve" in result.timings else "not known"
         columns.append([result.engine, seen.accuracy, energy, number(checks.steps), time])
     names = ["", *(seen.name for seen in comparison.both)]

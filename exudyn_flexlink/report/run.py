@@ -276,7 +276,7 @@ def bending_peak_columns(last: float) -> Sequence[Column[BendingPeak]]:
     """What is told of the largest bending of a link, in a run up to an instant `last` (s)."""
     return (
         Column("moment", "moment", "{:.4g} N m".format, "", "moment_N_m"),
-        Column("at hinge", "place", lambda place: f"{1e3 * place:.4g} mm", "", "place_m"),
+        Column("at place", "place", lambda place: f"{1e3 * place:.4g} mm", "", "place_m"),
         Column("at", "at", lambda time: instant(time, last), "s", "at_s"),
         Column("stress", "stress", lambda stress: f"{stress / 1e6:.4g} MPa", "", "stress_Pa"),
         Column("strain", "strain", "{:.3g}".format, "", "strain"),
@@ -440,9 +440,13 @@ def friction_table(result: Result) -> Table:
 def error_table(result: Result) -> Table:
     """Return how far a run is off, as it knows itself and by a second run."""
     checks = result.checks
-    share = f"{100 * checks.relative_energy_residual:.2g} % of the largest kinetic energy"
+    missed, share = f"off by {checks.energy_residual:.2g} J", checks.relative_energy_residual
+    if share > 1:  # at rest, a part of the rounding of speeds would say nothing
+        missed += "; nothing moved with as much energy"
+    else:
+        missed += f", {100 * share:.2g} % of the largest kinetic energy"
     rows = [
-        ["energy balance", f"off by {checks.energy_residual:.2g} J, {share}"],
+        ["energy balance", missed],
         ["joints", f"open by {checks.constraint_error:.2g} (m or rad) at most"],
     ]
     penetration = f"penetration {checks.largest_penetration:.2g} m at most"

@@ -20,9 +20,11 @@ from exudyn_flexlink.storage.run import (
     arrays_of,
     attributes_of,
     bending_columns,
+    happening_columns,
     lever_columns,
     load,
     save,
+    strike_columns,
     touch_columns,
     trajectory_columns,
 )

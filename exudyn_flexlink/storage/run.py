@@ -17,10 +17,10 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
-from functools import cache
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Any, TypeVar, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,15 +31,25 @@ from exudyn_flexlink.arrays import FloatArray, Member, Variable, members
 from exudyn_flexlink.loading import plain_data
 from exudyn_flexlink.observables import (
     BENDING,
+    Energies,
     LeverResponse,
     Strike,
+    at_instants,
     bending,
     bent_links,
+    between_samples,
     body_motion,
     contact_totals,
     crank_angle,
     crank_column,
+    crank_joint,
+    energies,
+    even_instants,
+    flight_gaps,
     forces_of,
+    friction_unit,
+    happenings,
+    joint_turning,
     joints_with_play,
     lever_response,
     momentary_forces,
@@ -51,11 +61,17 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.report import TOTALS, bending_peak_columns, entries, friction_columns
 from exudyn_flexlink.result import Extremes, Intervals, Result
-from exudyn_flexlink.scene import PrismaticJoint, Scene, parse_scene
+from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import Document, SceneError, parse_document
-from exudyn_flexlink.storage.documents import AGAIN, check_readable, other_version, write_document
+from exudyn_flexlink.storage.documents import (
+    AGAIN,
+    Column,
+    check_readable,
+    other_version,
+    write_document,
+)
 from exudyn_flexlink.storage.replacing import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
-from exudyn_flexlink.sweeps import column_of, label_of
+from exudyn_flexlink.sweeps import column_of, column_of_contact, label_of
 
 
 @dataclass(frozen=True)
@@ -180,8 +196,8 @@ def _unit_of(scene: Scene, name: str, unit: str) -> str:
     if section == "contacts":
         contact = next((stop for stop in scene.stops if rest.startswith(f"{stop}.")), "")
         return scene.unit_of(contact, unit)
-    joint = scene.joints.get(rest.rpartition(".")[0]) if section == "frictions" else None
-    return "N" if unit == "N m" and isinstance(joint, PrismaticJoint) else unit
+    joint = rest.rpartition(".")[0] if section == "frictions" else None
+    return friction_unit(scene, joint) if joint and unit == "N m" else unit
 
 
 def _attributes(units: str, long_name: str) -> dict[str, str]:
@@ -322,69 +338,109 @@ UNITS = {
 """Of what is told of touches, and of the strikes that are made of them."""
 
 
-def trajectory_columns(result: Result, point: str) -> dict[str, FloatArray]:
+Record = TypeVar("Record")
+Times = FloatArray | None
+"""Instants (N,) s of the rows of a table; None: the samples."""
+
+
+def _seen(record: Record, time: Times) -> Record:
+    """Return what is known of a run at instants of a table."""
+    return record if time is None else at_instants(record, time)
+
+
+def trajectory_columns(result: Result, point: str, time: Times = None) -> dict[str, FloatArray]:
     """Motion of 'body.point' as columns (N,) by name and unit.
 
     Raises:
         ValueError: the scene has no such point.
 
     """
-    seen = path(result, point)
+    seen = _seen(path(result, point), time)
     (x, y), (vx, vy) = seen.position.T, seen.velocity.T
-    return _instants(result) | {"x_m": x, "y_m": y, "vx_m_per_s": vx, "vy_m_per_s": vy}
+    return _instants(result, time) | {"x_m": x, "y_m": y, "vx_m_per_s": vx, "vy_m_per_s": vy}
 
 
-def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
+def lever_columns(result: Result, contact: str, time: Times = None) -> dict[str, FloatArray]:
     """Motion of the body that a contact strikes, as columns (N,) by name and unit.
 
     Raises:
         ValueError: the scene has no such contact.
 
     """
-    seen = lever_response(result, contact)
-    return _instants(result) | {
+    seen = _seen(lever_response(result, contact), time)
+    return _instants(result, time) | {
         seen.measure.name: seen.value,
         seen.measure.rate_name: seen.rate,
         "tip_displacement_m": seen.tip_displacement,
     }
 
 
-def bending_columns(result: Result, link: str) -> dict[str, FloatArray]:
+def bending_columns(result: Result, link: str, time: Times = None) -> dict[str, FloatArray]:
     """Moments of a link's hinges by their places, as columns (N,) like ``moment_at_0.007_m_N_m``.
 
     Raises:
         ValueError: the link has no hinges.
 
     """
-    bent = bending(result, link)
+    bent = _seen(bending(result, link), time)
     columns = zip(bent.place.tolist(), bent.moment.T, strict=True)
-    return _instants(result) | {f"moment_at_{place:.6g}_m_N_m": values for place, values in columns}
+    return _instants(result, time) | {
+        f"moment_at_{place:.6g}_m_N_m": values for place, values in columns
+    }
 
 
 def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     """Every touch of a joint's pairs or of a contact, as columns (touches,) by name and unit.
 
     `pair` counts from 1, in the order of the sleeve's `pairs` in the summary. What still touches as
-    the run ends has `ended` 0, and its `end_s` is the end of the run.
+    the run ends has `ended` 0, and its `end_s` is the end of the run. Of contacts and bearings
+    there is the largest gap of the flight that follows, see `flight_gaps`.
     """
     touches, last = result.intervals[name], float(result.time[-1])
     columns: dict[str, FloatArray] = {"begin_s": touches.begin, "end_s": touches.until(last)}
     angle = crank_column(result.scene)
     if angle is not None:
         columns[f"{angle}_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
-    names = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration")
+    names = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration",
+             "tangential_impulse")  # fmt: skip
     columns["pair"] = np.asarray(touches.pair + 1, dtype=np.float64)
-    columns |= {column_of(name, UNITS[name]): getattr(touches, name) for name in names}
+    column_name = partial(column_of_contact, result.scene, name)
+    columns |= {column_name(key, UNITS[key]): getattr(touches, key) for key in names}
+    if (gaps := flight_gaps(result, name)) is not None:
+        columns[column_name("next_flight_gap", "m")] = gaps
     return columns | {"ended": np.isfinite(touches.end).astype(np.float64)}
 
 
-def force_columns(result: Result) -> dict[str, FloatArray]:
+def strike_columns(result: Result, contact: str) -> dict[str, Column]:
+    """Strikes of a contact as columns (strikes,) of the fields of `Strike`, by name and unit.
+
+    Without laps and angle where nothing turns.
+    """
+    every_strike, columns = strikes(result, contact), dict[str, Column]()
+    units = UNITS | {"crank_angle": "rad"}
+    for key in (member.name for member in members(Strike)):
+        values = [getattr(strike, key) for strike in every_strike]
+        name = crank_column(result.scene) if key == "crank_angle" else key
+        if name is not None and None not in values:
+            columns[column_of_contact(result.scene, contact, name, units.get(key, ""))] = values
+    return columns
+
+
+def happening_columns(result: Result) -> dict[str, Column]:
+    """What happens in a run as columns: when, what and where."""
+    every_one = happenings(result)
+    names = {"t_s": "time", "what": "what", "where": "where"}
+    return {column: [getattr(one, key) for one in every_one] for column, key in names.items()}
+
+
+def force_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
     """All forces and torques as columns (N,), as ``crank.joint_force_x_N``.
 
     A contact by impulses has none: they are in `touch_columns`.
     """
-    columns, left_out = _instants(result), momentary_forces(result)
-    for called, force in forces_of(result).items():
+    columns, left_out = _instants(result, time), momentary_forces(result)
+    for called, known in forces_of(result).items():
+        force = _seen(known, time)
         name, quantity, values = force.name, force.quantity.replace(" ", "_"), force.values
         if quantity == "wall_force":  # of 'sleeve, upper wall'
             name, _, wall = name.rpartition(", ")
@@ -398,54 +454,59 @@ def force_columns(result: Result) -> dict[str, FloatArray]:
     return columns
 
 
-def all_columns(result: Result) -> dict[str, FloatArray]:
+def all_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
     """All that is told at every sample, as columns (N,): ``link.angle_rad``, ``link.end.x_m``.
 
     Bodies and points, answers of struck bodies (``lever.response.angle_rad``), forces (see
     `force_columns`) and energies (``energy.kinetic_J``).
     """
-    struck, energy, instants = struck_bodies(result.scene), result.energy, _instants(result)
-    columns = dict(instants)
+    struck, energy = struck_bodies(result.scene), _seen(energies(result), time)
+    columns = _instants(result, time)
+    instants = tuple(columns)
     for body in result.scene.bodies:
-        seen = body_motion(result, body)
+        seen = _seen(body_motion(result, body), time)
         columns |= {f"{body}.angle_rad": seen.angle, f"{body}.rate_rad_per_s": seen.rate}
-    tables = {point: trajectory_columns(result, point) for point in point_names(result.scene)}
+    tables = {point: trajectory_columns(result, point, time) for point in point_names(result.scene)}
     tables |= {
-        f"{body}.response": lever_columns(result, contact) for body, contact in struck.items()
+        f"{body}.response": lever_columns(result, contact, time) for body, contact in struck.items()
     }
     for name, table in tables.items():
         columns |= {f"{name}.{key}": column for key, column in table.items() if key not in instants}
-    names = ("kinetic", "stored", "dissipated", "supplied", "residual")
-    return (
-        columns
-        | force_columns(result)
-        | {f"energy.{name}_J": getattr(energy, name) for name in names}
-    )
+    columns |= force_columns(result, time)
+    names = (m.name for m in members(Energies) if m.variable)
+    return columns | {f"energy.{name}_J": getattr(energy, name) for name in names}
 
 
-def _instants(result: Result) -> dict[str, FloatArray]:
-    columns = {"t_s": result.time}
-    angle = crank_column(result.scene)
-    if angle is not None:
-        columns[f"{angle}_rad"] = crank_angle(result)
+def _instants(result: Result, time: Times = None) -> dict[str, FloatArray]:
+    columns = {"t_s": result.time if time is None else time}
+    angle, name = crank_column(result.scene), crank_joint(result.scene)
+    if angle is not None and name is not None:
+        turned, rate = joint_turning(result, name)
+        columns[f"{angle}_rad"] = (
+            turned if time is None else between_samples(result.time, turned, rate, time)
+        )
     return columns
 
 
-def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
+def tables_of(result: Result, time: Times = None) -> dict[str, Mapping[str, Column]]:
     """Return the tables of a run by file name; the user's names may not be fit for one."""
     point = watched_point(result.scene)
-    tables = {f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point)}
-    forces = force_columns(result)
+    tables: dict[str, Mapping[str, Column]] = {
+        f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point, time)
+    }
+    forces = force_columns(result, time)
     if len(forces) > len(_instants(result)):
         tables["forces.csv"] = forces
     for link in bent_links(result.scene):
-        tables[_free_name(f"bending_{_fit(link)}", tables)] = bending_columns(result, link)
+        tables[_free_name(f"bending_{_fit(link)}", tables)] = bending_columns(result, link, time)
     for body, contact in struck_bodies(result.scene).items():
-        tables[_free_name(f"lever_{_fit(body)}", tables)] = lever_columns(result, contact)
-    for joint in (*result.bearings, *result.sleeves):
-        if len(result.intervals[joint]):
-            tables[_free_name(f"touches_{_fit(joint)}", tables)] = touch_columns(result, joint)
-    return tables
+        tables[_free_name(f"lever_{_fit(body)}", tables)] = lever_columns(result, contact, time)
+    for name in (name for name, touches in result.intervals.items() if len(touches)):
+        tables[_free_name(f"touches_{_fit(name)}", tables)] = touch_columns(result, name)
+        if name in result.contacts:
+            tables[_free_name(f"strikes_{_fit(name)}", tables)] = strike_columns(result, name)
+    happened = happening_columns(result)
+    return tables | ({"happenings.csv": happened} if happened["t_s"] else {})
 
 
 def _fit(name: str) -> str:
@@ -463,14 +524,18 @@ RUN = "run"
 """The attribute of ``result.nc`` with the fields of a result that are no arrays, as JSON."""
 
 
-def save(result: Result, folder: Path) -> None:
+def save(result: Result, folder: Path, every: float | None = None) -> None:
     """Write a result into `folder`, which is made if it is missing.
+
+    With `every` (s) tables have rows evenly so far apart in place of the samples; ``result.nc`` has
+    the samples all the same.
 
     ``result.nc`` is all of it. The rest is for readers: ``summary.json``,
     ``trajectory_<point>.csv`` of the watched point, ``forces.csv`` of all forces and torques,
     ``bending_<link>.csv`` of the hinges of every flexible link,
-    ``lever_<body>.csv`` of every body that a contact strikes, and ``touches_<joint>.csv`` of every
-    joint with clearance that touched. The column crank_angle_rad has the name of its joint where
+    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<name>.csv`` of every
+    contact and joint with clearance that touched, ``strikes_<contact>.csv``, and ``happenings.csv``
+    of all that happened. The column crank_angle_rad has the name of its joint where
     that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
     Files of the same names are written over; inside a `staged_folder`, all is written whole or not
     at all, and no file of the user is replaced.
@@ -480,7 +545,8 @@ def save(result: Result, folder: Path) -> None:
         StorageError: an array is too large for the file.
 
     """
-    tables = tables_of(result)
+    time = None if every is None else even_instants(result.time, every)
+    tables = tables_of(result, time)
     folder.mkdir(parents=True, exist_ok=True)
     arrays, fields = taken_apart(result)
     fields |= {"scene": result.scene.to_data(), "format": FORMAT}
@@ -504,10 +570,7 @@ def _summary(result: Result) -> dict[str, Any]:
         "completed": result.outcome.completed,
         "source": scene.source,
         **first,
-        "strikes": {
-            name: [_strike(strike, scene) for strike in strikes(result, name)]
-            for name in scene.all_contacts
-        },
+        "strikes": {name: _rows(strike_columns(result, name)) for name in scene.all_contacts},
         "levers": {
             body: _peaks(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
@@ -536,15 +599,9 @@ def _summary(result: Result) -> dict[str, Any]:
     }
 
 
-def _strike(strike: Strike, scene: Scene) -> dict[str, Any]:
-    """Fields of a strike by name and unit; without laps and angle where nothing turns."""
-    absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
-    names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
-    return {
-        column_of(names.get(key) or key, scene.unit_of(strike.contact, units.get(key, ""))): value
-        for key, value in vars(strike).items()
-        if key not in absent
-    }
+def _rows(columns: Mapping[str, Column]) -> list[dict[str, Any]]:
+    """Rows of a table, each by the names of its columns."""
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _peaks(seen: LeverResponse) -> dict[str, float]:

@@ -9,6 +9,7 @@ from exudyn_flexlink.sweeps.plan import (
     ValuesError,
     Varied,
     column_of,
+    column_of_contact,
     drawn,
     grid,
     in_si,

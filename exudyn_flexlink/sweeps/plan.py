@@ -257,6 +257,12 @@ def column_of(path: str, unit: str) -> str:
     return f"{path}_{text}" if text else path
 
 
+def column_of_contact(scene: Scene, contact: str, name: str, unit: str) -> str:
+    """Return the name of a column that tells of a contact: of a hinge's stop of torques, angles."""
+    unit = scene.unit_of(contact, unit)
+    return column_of(name.replace("force", "torque") if unit == "N m" else name, unit)
+
+
 def in_si(value: Value, unit: str) -> Value:
     """Return a number in the SI's `unit`; a text that is no quantity stays as it is."""
     parts = parts_of(value)

@@ -30,7 +30,7 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, SceneError, dotted
-from exudyn_flexlink.sweeps.plan import Point, Sweep, column_of
+from exudyn_flexlink.sweeps.plan import Point, Sweep, column_of_contact
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 
@@ -44,7 +44,10 @@ COLUMNS = {
 }
 """Columns of every table, beside the values that vary and what is observed; fields of `Row`."""
 
-OTHERWISE_TOLD = ("force_N", "penetration_m", ANGLE.name, DISPLACEMENT.name)
+OTHERWISE_TOLD = (
+    *("force_N", "penetration_m", "torque_N_m", "penetration_rad"),
+    *(ANGLE.name, DISPLACEMENT.name),
+)
 """Extremes that have columns of their own."""
 
 Scalar = float | int | bool | str | None
@@ -131,8 +134,12 @@ def standard_row(result: Result) -> dict[str, Scalar]:
         columns[f"{link}.greatest_bending_stress_Pa"] = largest.stress
     for joint in joints_with_play(result):
         columns |= _of_joint(result, joint)
-    for joint, friction in result.frictions.items():
-        columns[f"{joint}.friction_loss_J"] = float(friction.lost[-1])
+    for joint, spec in result.scene.joints.items():
+        rubbing = result.frictions.get(joint)
+        if rubbing is not None or getattr(spec, "friction", None) is not None:
+            columns[f"{joint}.friction_loss_J"] = 0.0 if rubbing is None else rubbing.lost[-1]
+        if getattr(spec, "law", None) is not None:  # also of one whose clearance is 0
+            columns.setdefault(f"{joint}.energy_lost_J", 0.0)
     columns |= _of_watched(result)
     return columns | {
         "energy_dissipated_J": float(result.energy.dissipated[-1]),
@@ -147,7 +154,7 @@ def _of_contact(result: Result, contact: str) -> dict[str, Scalar]:
     every_strike = strikes(result, contact)
     touches = result.contacts[contact].touches
     last: list[Strike] = every_strike[-2:]
-    speed = column_of("greatest_approach_speed", result.scene.unit_of(contact, "m/s"))
+    speed = column_of_contact(result.scene, contact, "greatest_approach_speed", "m/s")
     return {
         f"{contact}.strikes": len(every_strike),
         f"{contact}.last_period_s": last[1].begin - last[0].begin if len(last) > 1 else None,
@@ -170,7 +177,7 @@ def _of_joint(result: Result, joint: str) -> dict[str, Scalar]:
 
 def _greatest_force(result: Result, name: str) -> dict[str, Scalar]:
     """Largest normal force; None of impulses, which have none, 0 of what never touched."""
-    column = column_of("greatest_force", result.scene.unit_of(name, "N"))
+    column = column_of_contact(result.scene, name, "greatest_force", "N")
     force = float(result.intervals[name].peak_force.max(initial=0.0))
     return {f"{name}.{column}": force if isfinite(force) else None}
 

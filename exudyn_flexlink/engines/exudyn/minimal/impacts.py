@@ -66,8 +66,8 @@ def meets(touch: Touch, time: float) -> bool:
 class Jump(NamedTuple):
     """Jump of the independent speeds, and of each contact (c,) what it does.
 
-    Impulse (N s), rate of the gap before and after (m/s), energy lost, and work of the drives that
-    keep their speeds (J).
+    Impulse (N s), rate of the gap before and after (m/s), energy lost, work of the drives that keep
+    their speeds (J), and the impulse of friction (N s).
     """
 
     speeds: FloatArray
@@ -76,6 +76,7 @@ class Jump(NamedTuple):
     after: FloatArray
     lost: FloatArray
     motor_work: FloatArray
+    rub: FloatArray
 
 
 def jump_of(
@@ -116,6 +117,7 @@ def jump_of(
         after,
         -0.5 * (push * (before + after) + rub * slips),
         drives.T @ state.v,
+        rub,
     )
 
 
@@ -324,4 +326,5 @@ def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:
         energy_lost=float(jump.lost[c]),
         peak_force=inf,
         motor_work=float(jump.motor_work[c]),
+        tangential_impulse=float(jump.rub[c]),
     )

@@ -1,0 +1,143 @@
+"""What samples tell of the instants between them; N is the number of samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from exudyn_flexlink.arguments import instants, takes
+from exudyn_flexlink.arrays import FloatArray, members
+
+NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
+HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
+ROUNDINGS = 4  # of an instant: what a jump is told before by less than that is told after it
+LEAST_OF_SPLINE = 2  # samples
+
+Record = TypeVar("Record")
+
+
+class OverTime:
+    """A dataclass of arrays along samples `time` (N,) s that tells them at other instants, too."""
+
+    if TYPE_CHECKING:
+        time: FloatArray
+
+    def at(self: Record, time: ArrayLike) -> Record:
+        """Return the same at instants (M,) s, or at one: see `at_instants`.
+
+        Raises:
+            ValueError: one of them is not in the run.
+
+        """
+        return at_instants(self, time)
+
+
+@takes(time=instants)
+def at_instants(record: Record, time: ArrayLike) -> Record:
+    """Return a dataclass that has `time` (N,) s with its arrays at instants (M,) s, or at one.
+
+    Arrays whose rates it has are interpolated by `between_samples`, others by `straight_between`;
+    of bounds the larger one of both samples around holds. What has no axis of time stays.
+
+    Raises:
+        ValueError: one of them is not in the run.
+
+    """
+    known: Any = record
+    times = np.asarray(time, dtype=float)
+    require_inside(known.time, times)
+    arrays: dict[str, FloatArray] = {}
+    for name, _, variable in members(type(record)):
+        values = getattr(known, name)
+        if variable is None or values is None or variable.dimensions.partition(" ")[0] != "time":
+            continue
+        if variable.rate:
+            rates = getattr(known, variable.rate)
+            arrays[name] = between_samples(known.time, values, rates, times)
+        else:
+            arrays[name] = straight_between(known.time, values, times, bound=variable.bound)
+    made: Record = replace(known, **(arrays | {"time": times}))
+    return made
+
+
+def even_instants(time: FloatArray, every: float) -> FloatArray:
+    """Instants (M,) s evenly `every` (s) apart, from the first of samples (N,) s on."""
+    count = int((time[-1] - time[0]) / every * (1 + NOTHING))
+    return np.asarray(time[0] + every * np.arange(count + 1))
+
+
+def require_inside(time: FloatArray, at: FloatArray) -> None:
+    """Refuse instants `at` (s) outside the samples `time` (N,) s of a run.
+
+    Raises:
+        ValueError: one of them is outside, or no number.
+
+    """
+    begin, end = float(time[0]), float(time[-1])
+    if not np.all((at >= begin - NOTHING) & (at <= end + NOTHING)):
+        raise ValueError(f"time: the run goes from {begin:.9g} to {end:.9g} s, no further")
+
+
+def straight_between(
+    time: FloatArray, values: FloatArray, at: FloatArray, *, bound: bool = False
+) -> FloatArray:
+    """Values at instants `at` (M,) s on straight lines between samples (N, ...) at `time` (N,) s.
+
+    At a jump, on both sides of which there is a sample, it is the later one. Before the first
+    sample and after the last the value is theirs. Of a `bound` it is the larger of both samples.
+    """
+    before = np.searchsorted(time, at + ROUNDINGS * np.spacing(np.abs(at)), side="right") - 1
+    before = np.clip(before, 0, len(time) - 1)
+    after = np.minimum(before + 1, len(time) - 1)
+    span, since = time[after] - time[before], np.maximum(at - time[before], 0.0)
+    part = np.divide(since, span, out=np.zeros_like(since), where=span > 0)
+    part = part.reshape((*part.shape, *(1,) * (values.ndim - 1)))
+    first, second = values[before], values[after]
+    if bound:
+        return np.asarray(np.where(part > 0, np.maximum(first, second), first))
+    return np.asarray(first + part * (second - first))
+
+
+def between_samples(
+    time: FloatArray, values: FloatArray, rates: FloatArray, at: FloatArray
+) -> FloatArray:
+    """Values at instants `at` (M,) s: the cubic through values and rates of the samples around.
+
+    `time` (N,) s, `values` (N, ...) and their time derivatives `rates` (N, ...). Exact at samples.
+    Straight where the rates jump between two samples (an impulse): a cubic would overshoot.
+    Instants outside the samples continue the outermost cubic.
+    """
+    if len(time) < 2:
+        return np.asarray(np.broadcast_to(values[0], (*np.shape(at), *values.shape[1:])).copy())
+    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+    shape = (*np.shape(at), *(1,) * (values.ndim - 1))
+    span = (time[i + 1] - time[i]).reshape(shape)
+    span = np.where(span > 0, span, 1.0)  # two samples of one instant: any span gives their value
+    slope = (values[i + 1] - values[i]) / span
+    v0, v1 = rates[i], rates[i + 1]
+    off = np.abs(slope - 0.5 * (v0 + v1))
+    smooth = (off < 0.4 * np.abs(v1 - v0)) | (off < HARMLESS * np.max(np.abs(rates)))
+    v0, v1 = np.where(smooth, v0, slope), np.where(smooth, v1, slope)
+    x = (np.asarray(at) - time[i]).reshape(shape) / span
+    b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
+    return np.asarray(values[i] + span * x * (v0 + x * (b + x * c)))
+
+
+def derivative(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Time derivative (N, ...) of values (N, ...) at samples (N,) s, by cubic splines.
+
+    There is one spline between every two jumps, on both sides of which there is a sample; nan where
+    one sample alone is between two of them.
+    """
+    # scipy takes long to import, and few ask for accelerations
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
+    jumps = np.flatnonzero(np.diff(time) <= ROUNDINGS * np.spacing(time[1:])) + 1
+    slopes = np.full(values.shape, np.nan)
+    for part in np.split(np.arange(len(time)), jumps):
+        if len(part) >= LEAST_OF_SPLINE:
+            slopes[part] = CubicSpline(time[part], values[part])(time[part], 1)
+    return slopes
