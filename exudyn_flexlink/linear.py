@@ -129,9 +129,11 @@ class LinearModel:
         solved = np.linalg.solve(self.mass, np.hstack([-self.stiffness, -self.damping]))
         first_order = np.vstack([np.eye(count, 2 * count, count), solved])
         values, vectors = np.linalg.eig(first_order)
-        errors = np.linalg.norm(np.linalg.solve(self.mass, self.stiffness_error))
-        squared = errors + ROUNDING * float(np.abs(solved[:, :count]).max())
-        values = np.where(np.abs(values) ** 2 > squared, values, 0.0)
+        # What the errors of K make of each square; where it is as large there is no stiffness.
+        sizes, whole = np.abs(vectors[:count]), np.abs(solved[:, :count]).max()
+        moved = (vectors[:count].conj() * (self.mass @ vectors[:count])).sum(axis=0).real
+        squares = (sizes * (self.stiffness_error @ sizes)).sum(axis=0) / moved + ROUNDING * whole
+        values = np.where(np.abs(values) ** 2 > squares, values, 0.0)
         order = np.lexsort((values.imag, np.round(np.abs(values), 12)))
         return values[order].astype(complex), vectors[:count, order].astype(complex)
 

@@ -8,6 +8,7 @@ import pytest
 from cli_runs import code_of
 from pages_of_docs import DOCS
 from physics_tools import scene
+from scipy.optimize import brentq
 
 import exudyn_flexlink as fl
 
@@ -130,7 +131,8 @@ def test_what_rests_on_a_contact_swings_on_its_slope(law, stiffness, damping):
 def test_a_touch_that_lasts_presses_as_it_does_then():
     """Two thirds of the way down K = k: e = 1 leaves no loss."""
     text = FLOOR.replace("LAW", "{stiffness: 1.0e4, restitution: 1}")
-    result = fl.simulate(scene(f"{text}initial: {{positions: {{ball: [0, 0.01]}}}}\n{RUN}{WEIGHT}"))
+    run = RUN.replace("0.5", "0.1") + WEIGHT
+    result = fl.simulate(scene(f"{text}initial: {{positions: {{ball: [0, 0.01]}}}}\n{run}"))
     touches = result.touches("face")
     model = fl.linearised(result, at=touches.begin[0] + 0.3 * (touches.end[0] - touches.begin[0]))
     assert model.pressing == ("face",)
@@ -246,6 +248,42 @@ initial: {{guesses: {{beam: 125 deg}}, speeds: {{beam: 4}}}}
     assert model.mass == pytest.approx(mass / ahead(angle) ** 2, rel=1e-8)
     assert model.stiffness == pytest.approx(known, rel=1e-6)
     assert model.damping == pytest.approx(residual(angle, speed + step).imag / 1e-30, rel=1e-6)
+
+
+@pytest.mark.parametrize("friction", ["torque: 0.2", "coefficient: 0.2, radius: 20 mm"])
+def test_friction_that_slides_goes_on_by_the_force_in_its_joint(friction):
+    """I z'' + m g l/2 cos(z) + T = 0, with T given, or mu R times the force of the pin."""
+    text = PENDULUM.replace("at: [0, 0]}", f"at: [0, 0], friction: {{{friction}}}}}")
+    text += "initial: {guesses: {r: -40 deg}, speeds: {r: 5}}\n"
+    result = fl.simulate(scene(text + RUN.replace("0.5", "0.2") + WEIGHT))
+    model = fl.linearised(result, at=0.1)
+    k, inertia = result.sample_at(0.1), 1.2 * 0.8**2 / 3
+    angle, speed = result.body("r").angle[k], result.body("r").rate[k]
+
+    def turned(z, w):
+        def left(a):
+            arm = 0.4 * np.array([cos(z), sin(z)])
+            pull = 1.2 * (a * np.array([-arm[1], arm[0]]) - w**2 * arm + [0, G])
+            brake = 0.2 if "torque" in friction else 0.2 * 0.02 * np.hypot(*pull)
+            return inertia * a + 1.2 * G * 0.4 * cos(z) + brake
+
+        return brentq(left, -100, 100, xtol=1e-13)
+
+    h = 1e-4
+    stiffness = -inertia * (turned(angle + h, speed) - turned(angle - h, speed)) / (2 * h)
+    damping = -inertia * (turned(angle, speed + h) - turned(angle, speed - h)) / (2 * h)
+    assert speed > 1
+    assert model.stiffness == pytest.approx(stiffness, rel=1e-7)
+    assert model.damping == pytest.approx(damping, abs=1e-7)
+
+
+def test_a_link_that_presses_on_a_wall_keeps_its_slow_motions():
+    """The wall, 1e5 times as stiff as all else, must not hide them; its depth is below 1 um."""
+    result = fl.simulate(fl.load_scene("clearance", turns=0.35))
+    model = fl.linearised(result, at=0.1972)
+    assert model.pressing == ("sleeve: rod 9 on lower corner of the end",)
+    assert 10 < abs(model.eigenvalues[0]) < 50
+    assert model.stiffness_error.max() < 1e-11 * model.stiffness.max()
 
 
 def test_a_bead_in_a_slot_swings_by_the_curvature_of_its_lowest_place():

@@ -2,8 +2,9 @@
 
 With ``M z'' = f`` for the independent coordinates z, the residual ``r = M a - f`` at the
 accelerations a of the motion has the derivatives ``K = dr/dz`` and ``C = dr/dz'``. Central
-differences of order 8 tell them, halved until they agree (`scipy.differentiate`): of smooth forces
-to ten digits or so.
+differences of order 8 tell them, of smooth forces to ten digits or so. Each entry is that of the
+step that agrees best with the one before: `scipy.differentiate` takes the last step, where rounding
+may have outgrown what it had gained.
 """
 
 from __future__ import annotations
@@ -12,13 +13,12 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 import numpy as np
-from scipy.differentiate import jacobian
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import ContactPush
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import TROUBLES, MinimalModel, TreeForces
-from exudyn_flexlink.engines.touching import Change, Moment
+from exudyn_flexlink.engines.touching import Change, Laws, Moment
 from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.linear import LinearModel, NotLinearError
 from exudyn_flexlink.mechanism import Assembly, FaceContact
@@ -29,10 +29,13 @@ LARGEST = 0.01  # of the mechanism's size: how far differences move anything
 LEAST_MOVED = 0.1  # of what the coordinate that moves most moves: others count as much
 OF_DEPTH = 0.2  # of a contact's depth: differences change it by less
 LEAST_DEPTH = 1e-12  # m or rad: a contact that is less deep begins or ends
-HALVINGS = 16
+# Of a central difference of order 8 (B. Fornberg, Math. Comput. 51 (1988) 699, table 1).
+NODES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+FINER, MOST_STEPS = 0.25, 7  # of each step: the next one
 ROUNDING = 2e-14  # of the forces that the first differences make: smaller changes are rounding
-AGREE = 1e-10  # of an entry: differences of two steps that agree so well are not halved again
-ENOUGH = 1e-12  # of those forces: differences that agree so well are not halved again
+AGREE = 1e-10  # of an entry: no shorter step is taken where two agree so well
+ENOUGH = 1e-12  # of those forces: likewise
 AT_ONCE = 4_000_000  # entries of mass matrices that are evaluated together
 SLIDES = 5.0  # times the slip at which friction acts in full but for 1e-4: a slower contact is held
 
@@ -102,7 +105,9 @@ def _two_sided(model: MinimalModel) -> list[int]:
 
 def _depths(model: MinimalModel, at: ContactPush) -> FloatArray:
     """Depths (a,) beyond which the contacts that act are no longer smooth; inf where always."""
-    always = model.contacts.lets_go.copy()
+    contacts = model.contacts
+    walls = np.arange(len(contacts.all)) >= contacts.count  # which go on smoothly, if linear
+    always = contacts.lets_go | (walls & (Laws([c.law for c in contacts.all]).exponents == 1))
     always[_two_sided(model)] = True
     return np.where(always[model.touches.pressing], np.inf, -at.look.gap)
 
@@ -156,19 +161,23 @@ def _slopes(
     forces = np.abs(of(ways.reshape(-1, 2, count))).max(axis=0)
     forces = np.where(forces > 0, forces, 1.0)
 
-    def scaled(x: FloatArray) -> FloatArray:
-        values = of((x.reshape(2 * count, -1).T @ ways).reshape(-1, 2, count)) / forces
-        return np.asarray(values.T.reshape(count, *x.shape[1:]))
-
-    agree = {"rtol": AGREE, "atol": ENOUGH}
-    solved = jacobian(
-        scaled, np.zeros(2 * count), initial_step=1.0, maxiter=HALVINGS, tolerances=agree
+    best, error, larger = np.zeros((2 * count, count)), np.full((2 * count, count), np.inf), None
+    for h in 0.25 * FINER ** np.arange(MOST_STEPS):
+        moved = (h * NODES[:, None, None] * ways).reshape(-1, 2, count)
+        slopes = np.tensordot(WEIGHTS / h, of(moved).reshape(len(NODES), -1, count), 1) / forces
+        if larger is not None:
+            apart = np.maximum(np.abs(slopes - larger), ROUNDING)
+            better = apart < error
+            best, error = np.where(better, slopes, best), np.where(better, apart, error)
+            if (error <= np.maximum(AGREE * np.abs(best), ENOUGH)).all():
+                break
+        larger = slopes
+    best = np.where(np.abs(best) > error, best, 0.0)
+    slopes, errors = (
+        np.swapaxes(column.reshape(2, count, count), 1, 2) * (forces[:, None] / steps)
+        for column in (best, error)
     )
-    error = np.maximum(solved.error, ROUNDING)
-    both = np.stack([np.where(np.abs(solved.df) > error, solved.df, 0.0), error])
-    slopes, errors = np.moveaxis(both.reshape(2, count, 2, count), 2, 1)
-    units = forces[:, None] / steps
-    return units * slopes, units * errors
+    return slopes, errors
 
 
 def _steps(model: MinimalModel, at: TreeForces) -> FloatArray:
