@@ -201,10 +201,6 @@ class Guard:
         """How long (s) before a step's end the zero was; negative: after. 0 if near enough."""
         return 0.0
 
-    def arrives(self, step: Any) -> bool:  # noqa: ARG002
-        """Tell that a step ends at the zero, or near enough."""
-        return True
-
     def cross(self, time: float) -> None:
         """Change the equations at this time (s)."""
         raise NotImplementedError

@@ -412,7 +412,7 @@ class ImplicitStepper:
         step = self._step(h)
         step = None if step is None else self._ending(event, step)
         given = self.control.fixed is not None
-        if step is None or not (given or self._arrives(event, step)):
+        if step is None or not (given or self.knots.part(step) >= 1):
             self.h = h / 3  # reach the event from nearer
             return None
         return step
@@ -437,7 +437,3 @@ class ImplicitStepper:
             return None
         finish = step.finish._replace(a=accelerations[-1])
         return step._replace(finish=finish, stages=stages, accelerations=accelerations)
-
-    def _arrives(self, event: Crossing, step: Step) -> bool:
-        """Tell that a step ends at its event, and that nothing keeps it from being good."""
-        return event.guard.arrives(step) and self.knots.part(step) >= 1

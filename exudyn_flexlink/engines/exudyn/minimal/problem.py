@@ -379,13 +379,6 @@ class ContactGuard(Guard):
 class RigidGuard(ContactGuard):
     """A contact by impulse, of this number, is met, or ends."""
 
-    def arrives(self, step: Step) -> bool:
-        """Tell that it closes where its gap is closed: small bounces are as high as it is off."""
-        k, problem = self.contact, self.problem
-        touch = problem.finder.touch_at(k, problem.end_of(step))
-        closes = problem.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
-        return not closes or meets(touch, step.end)
-
     def change(self, time: float, what: Change, touch: Touch) -> None:  # noqa: ARG002
         """Let it bounce, begin or end."""
         self.problem.strike(time, self.contact)
