@@ -3,8 +3,8 @@
 They run in a folder that has the repository's models and docs, with nothing but PATH and HOME set,
 and whoever asks for the network is ended. Those of README are processes, where HOME is no folder;
 those of another page share one process, which draws one figure of a run for eight, and 2 frames of
-a second for 30. A command that was run there is not run again. Of the models in the folder, flexible
-links have 2 rods for 10, and a run 0.6 turns for 4: commands do the same with them in less time.
+a second for 30. A command that was run there is not run again. Of the models in the folder,
+flexible links have 2 rods for 10, and a run 0.6 turns for 4: commands do the same in less time.
 `test_docs` and the tests of the engines run the models as they are, `test_plots` draws all figures.
 """
 
