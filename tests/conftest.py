@@ -3,15 +3,18 @@
 import os
 import signal
 from dataclasses import replace
+from math import inf
 
 import pytest
 from matplotlib.figure import Figure
 from results import rigid_link, solved_to, tilting_link
 from studies import studied
 
+from exudyn_flexlink.engines import interrupts
 from exudyn_flexlink.result import NOT_ASKED, Outcome
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of workers that take all cores between them
+interrupts.SURE = inf  # s: no second run in a process of its own, but in `test_beside`
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background: tests send Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
 MOST_WORKERS = 8  # each takes 0.6 GB, and collects all tests for itself

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.text import Text
 
-from exudyn_flexlink.curves import ray_crossings
 from exudyn_flexlink.engines.touching import HERMITE, ExtremeSeeker
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.mechanism import (
@@ -101,24 +100,26 @@ def scene_from(text):
 
 
 def guide_distance(scene, theta):
-    """Distance CP (N,) on the scene's track, of the guide at the angles theta from 0 on."""
+    """Distance CP (N,) on the scene's track, of the guide at the angles theta from 0 on.
+
+    Seen from C, P goes round one way; Newton's method finds it on the guide's line, near where a
+    table of its directions has it.
+    """
     curve = build_mechanism(scene).slots[0].curve
-    u, found = 0.0, []
-    for angle in theta:
-        along = np.array([np.cos(angle), np.sin(angle)])
-        crossings = ray_crossings(curve, CRANK, along)
-        crossings += curve.period * np.round((u - crossings) / curve.period)
-        u = crossings[np.argmin(np.abs(crossings - u))]
-        found.append((curve.point(u) - CRANK) @ along)
-    return np.array(found)
+    table = curve.period * np.linspace(0, max(theta) / (2 * pi) + 1, 500)
+    away = (curve.point(table) - CRANK) @ [1, 1j]
+    u = np.interp(theta, np.unwrap(np.angle(away)), table)
+    back = np.exp(-1j * theta)
+    for _ in range(5):
+        away, way = ((x @ [1, 1j]) * back for x in (curve.point(u) - CRANK, curve.derivative(u)))
+        u = u - away.imag / way.imag
+    return away.real
 
 
 def exact_s(scene, times):
-    """Where S of `rigid_link` is (K, 2), m, at instants that never fall: C + (r + l) e(theta)."""
+    """Where S of `rigid_link` is (K, 2), m, at instants (s): C + (r + l) e(theta)."""
     theta = SPEED * times
-    # The track is followed from the start on: each lap has a curve of its own.
-    way = np.union1d(np.arange(0.0, theta[-1], 0.2), theta)
-    reach = guide_distance(scene, way)[np.searchsorted(way, theta)] + LENGTH
+    reach = guide_distance(scene, theta) + LENGTH
     return CRANK + reach[:, None] * np.stack([np.cos(theta), np.sin(theta)], axis=1)
 
 

@@ -227,8 +227,8 @@ contacts:
     point: link.end
     line: [lever.start, lever.end]
     law: {{stiffness: 2.0e4, restitution: 0.5}}
-initial: {{angles: {{guide: 0.1, lever: 0}}, speeds: {{guide: -3, lever: 1}}}}
-run: {{duration: 0.04}}
+initial: {{angles: {{guide: 0.03, lever: 0}}, speeds: {{guide: -3, lever: 1}}}}
+run: {{duration: 0.011}}
 accuracy: {{tolerance: 1.0e-6}}
 solver: {{formulation: beam, elements: 3}}
 """

@@ -98,7 +98,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.engines import interrupts
 interrupts.SURE = interrupts.WORTH = 0.0
 print("once")
-found = fl.simulate(fl.load_scene("no_clearance", turns=0.6))
+found = fl.simulate(fl.load_scene("no_clearance", ["bodies.link.rods=3"], turns=0.3))
 print(found.error.largest, found.error.other)
 """
 

@@ -16,7 +16,7 @@ from exudyn_flexlink.observables import common_times, judged_points, paths, sepa
 from exudyn_flexlink.scene import Run
 from exudyn_flexlink.source import SceneError
 
-CLOSE = "accuracy.tolerance=1e-8"
+CLOSE = "accuracy.tolerance=1e-7"
 ENGINES = [("lagrangian", ()), ("exudyn", ()), ("exudyn", ("solver.formulation=redundant",))]
 BOTH = pytest.mark.parametrize(
     ("engine", "settings"), ENGINES, ids=["lagrangian", "minimal", "redundant"]
@@ -66,7 +66,7 @@ def test_the_papers_mechanism_goes_on_in_its_second_lap(engine, settings):
 
 
 def test_a_link_with_clearance_goes_on_between_two_touches():
-    settings = ("run.turns=0.5", "accuracy.tolerance=1e-8", "bodies.link.rods=2")
+    settings = ("run.turns=0.35", "accuracy.tolerance=1e-7", "bodies.link.rods=2")
     whole = simulate(load_scene(MODELS / "clearance.yaml", settings), "lagrangian", measure=False)
     touches = whole.intervals["sleeve"]
     free = next(span for span in free_spans(whole) if span[0] > 0.1)
@@ -111,7 +111,7 @@ accuracy: {tolerance: 1.0e-9}
 
 @pytest.mark.parametrize("settings", [(), ("solver.formulation=redundant",)])
 def test_drives_go_on_by_their_clock_and_springs_rest_as_they_did(settings):
-    settings = (*settings, "accuracy.tolerance=1e-5") if settings else ()
+    settings = (*settings, "accuracy.tolerance=1e-4") if settings else ()
     whole = simulate(scene(STEEL + DRIVEN, *settings), measure=False)
     again = rest_of(whole, 0.4)
     assert again.scene.springs["twist"].rest_angle == pytest.approx(0.3)

@@ -172,7 +172,7 @@ def test_every_model_says_its_truth_and_where_it_comes_from():
 
 def test_a_curvature_jump_costs_no_order():
     """Half the step leaves a quarter of the error, as steps end on the jump."""
-    exact = simulate(load_scene(MODELS / "curvature_jump.yaml", ["accuracy.tolerance=1e-11"]))
+    exact = simulate(load_scene(MODELS / "curvature_jump.yaml", ["accuracy.tolerance=1e-9"]))
     found = []
     for step in ("4e-4", "2e-4"):
         settings = [f"accuracy.step={step}", "solver.formulation=redundant"]

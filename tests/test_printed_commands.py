@@ -2,9 +2,10 @@
 
 They run in a folder that has the repository's models and docs, with nothing but PATH and HOME set,
 and whoever asks for the network is ended. Those of README are processes, where HOME is no folder;
-those of another page share one process. A command that was run there is not run again. Of the
-models in the folder, flexible links have 2 rods for 10, and a run one turn for 4: commands do the
-same with them in less time. `test_docs` and the tests of the engines run the models as they are.
+those of another page share one process, which draws one figure of a run for eight, and 2 frames of
+a second for 30. A command that was run there is not run again. Of the models in the folder,
+flexible links have 2 rods for 10, and a run 0.6 turns for 4: commands do the same in less time.
+`test_docs` and the tests of the engines run the models as they are, `test_plots` draws all figures.
 """
 
 import json
@@ -35,8 +36,13 @@ socket.getaddrinfo = lambda *_, **__: os._exit(99)
 """What Python imports by itself as it starts, as `sitecustomize`."""
 IN_ONE_PROCESS = """
 import json, sys
+from exudyn_flexlink import plots
+from exudyn_flexlink.animation import writing
 from exudyn_flexlink.cli import main
 
+writing.GIF_FPS = writing.VIDEO_FPS = 2.0
+for name in set(plots.FIGURES) - {"mechanism"}:
+    del plots.FIGURES[name]
 for words in json.loads(sys.argv[1]):
     if main(words) != 0:
         sys.exit(f"failed: {words}")
@@ -48,7 +54,7 @@ def printed(page):
     return [words[1:] for name, words in commands() if (name, words[0]) == (page, PROGRAM)]
 
 
-SMALLER = {"rods: 10": "rods: 2", "turns: 4": "turns: 1"}
+SMALLER = {"rods: 10": "rods: 2", "turns: 4": "turns: 0.6"}
 
 
 @pytest.fixture

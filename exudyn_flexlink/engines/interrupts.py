@@ -299,10 +299,12 @@ class Beside:
         """
         if self._process is None or self._folder is None:
             return None
+        done = 0.0
         with interrupts(self._interrupt):
             while self._process.poll() is None:
                 if progress is not None:
-                    progress(_number(self._folder / DONE))
+                    done = max(done, _number(self._folder / DONE))
+                    progress(done)
                 time.sleep(BETWEEN_LOOKS)
         try:
             made = pickle.loads((self._folder / MADE).read_bytes())
