@@ -58,6 +58,14 @@ def test_the_cheapest_setting_well_within_the_target_is_chosen(study):
     assert chosen.processor == pytest.approx(0.158, rel=1e-3)
 
 
+def test_of_methods_that_cost_the_same_the_first_is_chosen(study):
+    """Not the one whose name has the smallest hash, which is another in each process."""
+    exudyn = points_of(study, "Exudyn")
+    named = [replace(exudyn[0].method, name=f"Exudyn, {k}") for k in range(8)]
+    twins = [replace(p, method=method) for method in named for p in exudyn]
+    assert advise(replace(study, points=tuple(twins))).choice.method == named[0]
+
+
 def test_luck_is_advised_only_where_no_error_control_keeps_the_target(study):
     """A cheap run at 25 times the target that happens to be exact: no reason to trust it."""
     judge_, exudyn = points_of(study, "Lagrangian")[0], points_of(study, "Exudyn")

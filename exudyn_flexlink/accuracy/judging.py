@@ -357,7 +357,7 @@ def _cheapest(points: Sequence[Point], most: float) -> Point | None:
     Not the fastest of all: where settings hardly differ, the noise of timing would choose.
     """
     fit = []
-    for method in {p.method for p in points}:
+    for method in dict.fromkeys(p.method for p in points):
         rungs = sorted((p for p in points if p.method == method), key=lambda p: p.value)
         fit += list(takewhile(lambda p: p.claimed <= most, rungs))[-1:]
     return min(fit, key=lambda p: p.processor, default=None)
