@@ -103,7 +103,7 @@ def test_a_row_for_every_touch(tilting, tilted):
     table = np.genfromtxt(tilted / "touches_sleeve.csv", delimiter=",", names=True)
     assert ",".join(table.dtype.names) == (
         "begin_s,end_s,crank_angle_rad,pair,impulse_N_s,energy_lost_J,peak_force_N,"
-        "approach_speed_m_per_s,place_m,penetration_m,ended"
+        "approach_speed_m_per_s,place_m,penetration_m,tangential_impulse_N_s,ended"
     )
     sleeve = tilting.sleeves["sleeve"]
     np.testing.assert_allclose(table["begin_s"], sleeve.touches.begin, rtol=1e-11)

@@ -26,7 +26,7 @@ class OverTime:
         time: FloatArray
 
     def at(self: Record, time: ArrayLike) -> Record:
-        """Return the same at instants (M,) s, or at one: see `at_instants`.
+        """Return the same at instants (M,) s, or at one, between samples too: see `Result.at`.
 
         Raises:
             ValueError: one of them is not in the run.

@@ -10,9 +10,12 @@ from typing import Any
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.api.figures import Shown
+from exudyn_flexlink.api.results import Tabled
+from exudyn_flexlink.observables.instants import OverTime
 
 WIDTH = 96  # columns of a signature
-LEFT_OUT = {"from_parts", "model_post_init"}  # what only the program calls
+ADDED = (Shown, OverTime, Tabled)  # classes that give methods to others
+LEFT_OUT = {"from_parts", "model_post_init", "seen_at", "lengths"}  # what only the program calls
 MEMBERS = (FunctionType, classmethod, property, cached_property)
 
 
@@ -54,7 +57,7 @@ def told_class(name: str, item: type) -> Iterator[str]:
 
 def members(item: type) -> dict[str, Any]:
     """Methods and properties of a class that it has in the package, and public, in order."""
-    own = [vars(base) for base in (*item.__bases__, item) if base is Shown or base is item]
+    own = [vars(base) for base in (*item.__bases__, item) if base in {*ADDED, item}]
     return {
         name: getattr(member, "__func__", member)
         for each in own
@@ -66,6 +69,7 @@ def members(item: type) -> dict[str, Any]:
 def results_of(function: Any) -> list[type]:
     """Classes of the package that a function or property says it returns."""
     function = getattr(function, "fget", None) or getattr(function, "func", None) or function
+    function = inspect.unwrap(function)  # which knows the names of its annotations
     words = re.findall(r"\w+", str(inspect.signature(function).return_annotation))
     found = (getattr(function, "__globals__", {}).get(word) for word in words)
     return [
@@ -78,7 +82,7 @@ def told(name: str, item: Any) -> Iterator[str]:
     yield f"{'###' if name.startswith('fl.') else '####'} `{name.removeprefix('fl.')}`\n"
     if inspect.isfunction(item):
         signature = re.sub(r"(: |-> )'([^']*)'", r"\1\2", str(inspect.signature(item)))
-        text = name + re.sub(r"\((self|cls)(, )?", "(", signature, count=1)
+        text = name + re.sub(r"\((self|cls)(: Record)?(, )?", "(", signature, count=1)
         glued = re.sub(r"(?<!,) ", "~", text)  # a line may end after a comma alone
         shown = "\n".join(wrap(glued, WIDTH, subsequent_indent="    ", break_on_hyphens=False))
         yield f"```text\n{shown.replace('~', ' ')}\n```\n"
