@@ -130,7 +130,8 @@ class LinearModel:
         first_order = np.vstack([np.eye(count, 2 * count, count), solved])
         values, vectors = np.linalg.eig(first_order)
         # What the errors of K make of each square; where it is as large there is no stiffness.
-        sizes, whole = np.abs(vectors[:count]), np.abs(solved[:, :count]).max()
+        sizes = np.abs(vectors[:count])
+        whole = np.abs(solved[:, :count]).max()
         moved = (vectors[:count].conj() * (self.mass @ vectors[:count])).sum(axis=0).real
         squares = (sizes * (self.stiffness_error @ sizes)).sum(axis=0) / moved + ROUNDING * whole
         values = np.where(np.abs(values) ** 2 > squares, values, 0.0)

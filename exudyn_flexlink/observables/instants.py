@@ -92,7 +92,8 @@ def straight_between(
     before = np.searchsorted(time, at + ROUNDINGS * np.spacing(np.abs(at)), side="right") - 1
     before = np.clip(before, 0, len(time) - 1)
     after = np.minimum(before + 1, len(time) - 1)
-    span, since = time[after] - time[before], np.maximum(at - time[before], 0.0)
+    span = time[after] - time[before]
+    since = np.maximum(at - time[before], 0.0)
     part = np.divide(since, span, out=np.zeros_like(since), where=span > 0)
     part = part.reshape((*part.shape, *(1,) * (values.ndim - 1)))
     first, second = values[before], values[after]
@@ -120,9 +121,11 @@ def between_samples(
     v0, v1 = rates[i], rates[i + 1]
     off = np.abs(slope - 0.5 * (v0 + v1))
     smooth = (off < 0.4 * np.abs(v1 - v0)) | (off < HARMLESS * np.max(np.abs(rates)))
-    v0, v1 = np.where(smooth, v0, slope), np.where(smooth, v1, slope)
+    v0 = np.where(smooth, v0, slope)
+    v1 = np.where(smooth, v1, slope)
     x = (np.asarray(at) - time[i]).reshape(shape) / span
-    b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
+    b = 3 * slope - 2 * v0 - v1
+    c = v0 + v1 - 2 * slope
     return np.asarray(values[i] + span * x * (v0 + x * (b + x * c)))
 
 

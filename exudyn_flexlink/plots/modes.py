@@ -41,7 +41,8 @@ def modes(model: LinearModel, *, style: Style = SCREEN) -> Figure:
     moved = [q + size * (turns * mode.poses).real for mode in shown]
     box = Sketch(model.scene, np.concatenate(moved)).box
     columns = 1 if style.narrow else min(COLUMNS, len(shown))
-    rows, (width, height) = ceil(len(shown) / columns), box[1] - box[0]
+    rows = ceil(len(shown) / columns)
+    width, height = box[1] - box[0]
     about = "its rest" if model.time is None else f"t = {model.time:.4g} s"
     subject = f"Modes about {about}; damping in % of the critical one"
     panel = (style.width / columns - BESIDE) * height / width + ABOVE

@@ -392,7 +392,8 @@ def _differing(table: SweepTable, part: float) -> list[str]:
 
     Differences below `LEAST_CHANGE` do not count, nor columns that are rounding beside others.
     """
-    numbers, largest = dict[str, list[float]](), dict[str, float]()
+    numbers = dict[str, list[float]]()
+    largest = dict[str, float]()
     for name, values in table.columns().items():
         known = [value for value in values if isinstance(value, float | int)]
         texts = any(isinstance(value, str) for value in values)

@@ -125,7 +125,8 @@ def _refuse(model: MinimalModel, at: TreeForces) -> None:
     if at.push is None:
         return
     acting = [contacts[k] for k in model.touches.pressing]
-    depths, slips = _depths(model, at.push).tolist(), at.push.look.slip.tolist()
+    depths = _depths(model, at.push).tolist()
+    slips = at.push.look.slip.tolist()
     for contact, depth, slip in zip(acting, depths, slips, strict=True):
         friction = contact.friction
         if friction is not None and abs(slip) < SLIDES * friction.slip_speed:
@@ -161,14 +162,17 @@ def _slopes(
     forces = np.abs(of(ways.reshape(-1, 2, count))).max(axis=0)
     forces = np.where(forces > 0, forces, 1.0)
 
-    best, error, larger = np.zeros((2 * count, count)), np.full((2 * count, count), np.inf), None
+    best = np.zeros((2 * count, count))
+    error = np.full((2 * count, count), np.inf)
+    larger = None
     for h in 0.25 * FINER ** np.arange(MOST_STEPS):
         moved = (h * NODES[:, None, None] * ways).reshape(-1, 2, count)
         slopes = np.tensordot(WEIGHTS / h, of(moved).reshape(len(NODES), -1, count), 1) / forces
         if larger is not None:
             apart = np.maximum(np.abs(slopes - larger), ROUNDING)
             better = apart < error
-            best, error = np.where(better, slopes, best), np.where(better, apart, error)
+            best = np.where(better, slopes, best)
+            error = np.where(better, apart, error)
             if (error <= np.maximum(AGREE * np.abs(best), ENOUGH)).all():
                 break
         larger = slopes
