@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.observables import BodyMotion, PointPath
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.storage import all_columns, lever_columns, save
@@ -35,7 +35,7 @@ def run():
     spreads = [ForceSpread(largest, 0.1, 0.1, 1.0) for largest in (0.25, 0.5)]
     forces = {"joint force of crank": ForceDeviation("N", *spreads)}
     error = MeasuredError(points=("link.end",), largest=1e-7, horizon=2.0, forces=forces)
-    return own_result(with_a_jump(replace(results.rigid_link(), error=error)))
+    return api_result(with_a_jump(replace(results.rigid_link(), error=error)))
 
 
 def test_angles_between_samples_are_of_fourth_order():
@@ -106,7 +106,7 @@ def test_even_rows_begin_with_the_run_and_end_within_it(run, tmp_path):
 
 def test_the_acceleration_of_a_vibration_is_minus_omega_squared_times_the_place():
     time = np.linspace(0, 1, 101)
-    run = own_result(results.block(lambda t: 0.3 * np.sin(7 * t), lambda t: 2.1 * np.cos(7 * t)))
+    run = api_result(results.block(lambda t: 0.3 * np.sin(7 * t), lambda t: 2.1 * np.cos(7 * t)))
     path = run.path("block.nose")
     np.testing.assert_allclose(path.acceleration[:, 0], -14.7 * np.sin(7 * time), atol=3e-3)
     at = np.array([0.1234, 0.5])

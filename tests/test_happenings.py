@@ -9,10 +9,11 @@ import results
 from physics_tools import run, scene
 from test_joint_friction import ROD, rubbing
 
-from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import flight_gaps, happenings
-from exudyn_flexlink.result import Event, Interval
+from exudyn_flexlink.result import Event, Interval, MeasuredError
 from exudyn_flexlink.storage import save, touch_columns
 
 G, E = 9.81, 0.6
@@ -92,7 +93,7 @@ def test_no_flight_follows_what_lasts_or_slid_off_its_face(rigid):
 
 
 def test_strikes_touches_and_happenings_are_tables(rigid, tmp_path):
-    mine = own_result(rigid)
+    mine = api_result(rigid)
     strikes = mine.strikes("strike").to_dataframe()
     assert strikes["begin_s"].tolist() == [strike.begin for strike in mine.strikes("strike")]
     assert {"lap", "crank_angle_rad", "peak_force_N", "ended"} <= set(strikes.columns)
@@ -116,3 +117,26 @@ def test_where_nothing_happens_there_is_no_table(none, tmp_path):
     save(still, tmp_path)
     assert happenings(still) == []
     assert not (tmp_path / "happenings.csv").exists()
+
+
+@pytest.mark.parametrize("off", [1e-3, 1e-5])
+def test_reversals_within_the_error_of_the_run_are_not_told(off):
+    """Of a swing that decays by e^-d from one end to the next, the ways between are in closed form.
+
+    It shakes by less than the error, too, so that its rate changes its sign often.
+    """
+    swings, speed, d = results.pendulum(40001), 40 * pi, 0.4
+    time, reach = swings.time, build_mechanism(swings.scene).parts[0].reach
+    swing = np.exp((-d / pi + 1j) * speed * time).real
+    poses, rates = np.zeros_like(swings.poses), np.zeros_like(swings.rates)
+    poses[:, 0, 2] = swing + 0.1 * off / reach * np.sin(5e3 * time)
+    rates[:, 0, 2] = np.gradient(poses[:, 0, 2], time)
+    error = MeasuredError(("rod.end",), limit=1e-2, largest=off)
+    told = happenings(replace(swings, poses=poses, rates=rates, error=error))
+
+    late = np.arctan(d / pi)
+    ends = np.arange(1, 40) - late / pi
+    ways = np.cos(late) * np.exp(-d * ends) * (1 + np.exp(-d))
+    told_ends = np.array([t for t, _ in named(told, "turns back")]) * speed / pi
+    assert len(told_ends) in {np.sum(ways > 1.3 * off / reach), np.sum(ways > 0.7 * off / reach)}
+    np.testing.assert_allclose(told_ends, ends[: len(told_ends)], atol=0.1)

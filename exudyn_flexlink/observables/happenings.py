@@ -6,23 +6,25 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import build_mechanism, speed_along
-from exudyn_flexlink.observables.points import joint_turning
+from exudyn_flexlink.mechanism import GROUND, build_mechanism, length_along, speed_along
+from exudyn_flexlink.observables.points import joint_turning, part_of_point
 from exudyn_flexlink.result import Interval, Result
 from exudyn_flexlink.scene import RevoluteJoint
 
 STANDS = 1e-9  # of a joint's largest rate: what is slower stands still, but for rounding
-LEAST_WAY = 1e-9  # m or rad: a joint that could not move farther in the whole run never turns back
+LEAST_WAY = 1e-9  # m: a way that is rounding, where no second run tells an error
 
 
 class Happening(NamedTuple):
     """What happened at `time` (s), in words, and `where`: a contact, a joint or a slot by name.
 
     `what` is one of ``touches``, ``lifts off``, ``slides off the face``, ``impact`` (speeds jump),
-    ``turns back`` (a joint's rate changes its sign), ``comes to rest`` and ``moves again`` (dry
-    friction holds a joint), ``lap`` (a point passes the seam of its closed slot).
+    ``turns back`` (a joint's rate changes its sign, before and after it goes farther than the run
+    may be off), ``comes to rest`` and ``moves again`` (dry friction holds a joint), ``lap`` (a
+    point passes the seam of its closed slot).
     """
 
     time: float
@@ -41,8 +43,8 @@ def happenings(result: Result) -> list[Happening]:
         ends = friction.end[np.isfinite(friction.end)]
         seen += [Happening(time, "comes to rest", name) for time in friction.begin.tolist()]
         seen += [Happening(time, "moves again", name) for time in ends.tolist()]
-    for name, rate in _rates(result).items():
-        back = _reversals(result.time, rate).tolist()
+    for name, (way, rate) in _motions(result).items():
+        back = _reversals(result.time, way, rate, _least_way(result)).tolist()
         seen += [Happening(time, "turns back", name) for time in back]
     return sorted(seen, key=lambda happening: happening.time)
 
@@ -57,28 +59,50 @@ def _of_touch(touch: Interval, where: str) -> Iterator[Happening]:
         yield Happening(touch.end, what, where)
 
 
-def _rates(result: Result) -> dict[str, FloatArray]:
-    """How fast joints turn (rad/s) or slide (m/s), (N,) each, by their names."""
-    joints = result.scene.joints
-    hinges = [name for name, joint in joints.items() if isinstance(joint, RevoluteJoint)]
-    slides = [slide for slide in build_mechanism(result.scene).slides if slide.name in joints]
-    return {name: joint_turning(result, name)[1] for name in hinges} | {
-        slide.name: speed_along(slide, result.poses, result.rates) for slide in slides
-    }
+def _motions(result: Result) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Ways of joints (N,), m, and their rates (N,), m/s, by names.
+
+    The way of a hinge is its angle times the reach of the larger part that turns.
+    """
+    model, motions = build_mechanism(result.scene), {}
+    for name, joint in result.scene.joints.items():
+        if isinstance(joint, RevoluteJoint):
+            ends = [part_of_point(result.scene, model, point) for point in joint.points]
+            reach = max(model.parts[part].reach for part in ends if part != GROUND)
+            angle, rate = joint_turning(result, name)
+            motions[name] = reach * angle, reach * rate
+    for slide in model.slides:
+        if slide.name in result.scene.joints:
+            speed = speed_along(slide, result.poses, result.rates)
+            motions[slide.name] = length_along(slide, result.poses), speed
+    return motions
 
 
-def _reversals(time: FloatArray, rate: FloatArray) -> FloatArray:
+def _least_way(result: Result) -> float:
+    """Way (m) by which points may be off: a smaller one between two reversals tells nothing.
+
+    Where a run is off by more than was asked, its warnings tell from when on; a motion before may
+    be true all the same.
+    """
+    error = result.error
+    return max(LEAST_WAY, 0.0 if error.missing else min(error.largest, error.limit))
+
+
+def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float) -> FloatArray:
     """Instants (K,) s at which a rate (N,) changes its sign; where it rests before, those of that.
 
+    Only those of extremes of the `way` (N,) that it leaves by `least` or more on both sides.
     Between two samples the rate goes straight.
     """
     largest = float(np.abs(rate).max(initial=0.0))
-    if largest * (time[-1] - time[0]) < LEAST_WAY:
-        return np.zeros(0)
     moving = np.flatnonzero(np.abs(rate) > STANDS * largest)
     turns = np.flatnonzero(rate[moving[1:]] * rate[moving[:-1]] < 0)
     before, after = moving[turns], moving[turns + 1]
     part = rate[before] / (rate[before] - rate[after])
     span = time[after] - time[before]
     crossing = time[before] + part * span
-    return np.where(after == before + 1, crossing, time[before + 1])
+    instants = np.where(after == before + 1, crossing, time[before + 1])
+    # Both ends of the run bound the first and the last way.
+    extremes = np.concatenate([way[:1], np.interp(instants, time, way), way[-1:]])
+    told = [find_peaks(side * extremes, prominence=least)[0] - 1 for side in (1.0, -1.0)]
+    return np.asarray(instants[np.sort(np.concatenate(told))])
