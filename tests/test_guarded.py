@@ -16,7 +16,7 @@ import results
 from folders import posix
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.api.scenes import own_scene
+from exudyn_flexlink.api.scenes import api_scene
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import StorageError, staged_folder
@@ -143,7 +143,7 @@ def test_drives_that_jump_are_told_and_others_are_not(joint, kind, values, jump)
     """At 0.5 s, in place or speed; a drive that meets the one before may take its place."""
     drive = f"drives: {{own: {{type: {kind}, joint: {joint}, value: {values[0]}}}}}"
     document = parse_document(RAIL + drive, "rail.yaml")
-    scene = own_scene(scene_of(document))
+    scene = api_scene(scene_of(document))
     begun = fl.simulate(scene, measure=False).continued(0.5).with_({"run": {"duration": 0.01}})
     assert not [told for told in fl.simulate(begun, measure=False).warnings if "jumps" in told]
     again = fl.simulate(begun.with_({"drives.own.value": values[1]}), measure=False)
@@ -157,7 +157,7 @@ def test_drives_that_jump_are_told_and_others_are_not(joint, kind, values, jump)
 def test_a_run_that_goes_on_with_other_geometry_says_what_that_moves():
     """The rod turns about another place: its centre, where it was, is 12 mm too far left."""
     document = parse_document(RAIL + "initial: {speeds: {rod: 2}}", "rail.yaml")
-    run = fl.simulate(own_scene(scene_of(document)), measure=False)
+    run = fl.simulate(api_scene(scene_of(document)), measure=False)
     begun = run.continued(0.5)
     begun = begun.with_({"run": {"duration": 0.01}})
     assert not fl.simulate(begun, measure=False).warnings
