@@ -49,7 +49,8 @@ key `points` adds others.
 
 Nobody writes where each body stands: joints place them at time 0. `initial` gives what they leave
 open, mostly the angle of one crank, and roughly that of others where the joints close in two ways.
-`check` prints the start it found. Angles need a unit: `90` means 90 rad, `90 deg` a right angle.
+`check` prints the start it found. An angle without a unit is in rad: a right angle is `90 deg`,
+while `90` is 90 rad.
 
 A short model is one of bodies, joints and something that moves it:
 

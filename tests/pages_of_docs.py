@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PROGRAM = ".venv/bin/exudyn-flexlink"
+PROGRAM = "exudyn-flexlink"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")),
          *sorted((DOCS / "reference").glob("*.md"))]  # fmt: skip
 BLOCK = re.compile(r"^ *```(?P<language>\w*)\n(?P<text>.*?)^ *```$", re.MULTILINE | re.DOTALL)
@@ -27,5 +27,5 @@ def commands():
     for page in PAGES:
         for block in blocks(page, ""):
             for line in re.split(r"\n| && ", block):
-                if line.lstrip().startswith((".venv/", "python")):
-                    yield page.name, shlex.split(line)
+                if line.lstrip().startswith((".venv/", "python", f"{PROGRAM} ")):
+                    yield page.name, shlex.split(line.replace(f".venv/bin/{PROGRAM}", PROGRAM))

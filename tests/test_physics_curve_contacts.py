@@ -297,3 +297,42 @@ def test_a_point_that_a_plastic_impact_stops_turns_away(speed):
     np.testing.assert_allclose(result.poses[:, 0, :2], centre, atol=1e-7)
     turned = 0.3 + turning * result.time + impulse * across / 0.2 * since
     np.testing.assert_allclose(result.poses[:, 0, 2], turned, atol=1e-7)
+
+
+# --- an inner corner --------------------------------------------------------------------------
+
+CORNER = """
+curves: {{{curves}}}
+bodies: {{bead: {{type: rigid, mass: 1, inertia: 0, points: {{c: [0, 0]}}}}}}
+contacts: {{{contacts}}}
+initial: {{positions: {{bead: [-0.3, {y}]}}, velocities: {{bead: [1, -1]}}}}
+run: {{duration: 0.8}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+APART = ("floor: {{type: line, from: [-1, 0], to: [{past}, 0]}}, "
+         "wall: {{type: line, from: [0, -{past}], to: [0, 1]}}")  # fmt: skip
+ROUNDED = ("joined: {type: joined, pieces: [{type: line, from: [-1, 0], to: [-0.05, 0]}, "
+           "{type: circle, centre: [-0.05, 0.05], radius: 0.05, from: -90 deg, to: 0 deg}, "
+           "{type: line, from: [0, 0.05], to: [0, 1]}]}")  # fmt: skip
+
+
+def thrown_into_corner(curves, y):
+    """Where a bead is at last that flies into the corner of a floor and a wall, y above it."""
+    names = ["joined"] if "joined" in curves else ["floor", "wall"]
+    law = "law: {stiffness: 1.0e5, restitution: 0.5}"
+    each = (f"{n}: {{type: point_on_curve, point: bead.c, curve: {n}, side: left, {law}}}"
+            for n in names)  # fmt: skip
+    result = alone(CORNER.format(curves=curves, contacts=", ".join(each), y=y))
+    return where(result, "bead.c")[-1]
+
+
+def test_a_corner_of_lines_that_end_there_leaks():
+    np.testing.assert_allclose(thrown_into_corner(APART.format(past=0), 0.3), [0.5, -0.5])
+
+
+@pytest.mark.parametrize("y", [0.2997, 0.3, 0.3003])
+@pytest.mark.parametrize("curves", [APART.format(past=0.1), ROUNDED], ids=["longer", "rounded"])
+def test_a_corner_of_longer_lines_or_an_arc_holds(curves, y):
+    last = thrown_into_corner(curves, y)
+    assert last[0] < -0.2
+    assert last[1] > 0.2
