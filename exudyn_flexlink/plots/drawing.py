@@ -369,7 +369,7 @@ def _room(posed: Sketch) -> tuple[FloatArray, FloatArray]:
 def _caption(scene: Scene, posed: Sketch) -> str:
     """Say which gravity acts, and how many points have no room for their names."""
     x, y = scene.gravity
-    words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s^2"]
+    words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s\N{SUPERSCRIPT TWO}"]
     many = len(_named_points(posed))
     words += [f"{many} named points, too many to be named here"] if many > MOST_NAMED else []
     return "; ".join(words).replace("-", "\u2212")
