@@ -415,6 +415,7 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
             ha=("left", "center", "right")[min(third, 2)],
             va="bottom" if above else "top",
             fontsize=mpl.rcParams["legend.fontsize"],
+            bbox={"fc": axes.get_facecolor(), "edgecolor": "none", "alpha": 0.85, "pad": 0.3},
         )
 
 
