@@ -193,7 +193,10 @@ def draw(studies: dict[str, dict[str, list[Answer]]], *, style: Style = SCREEN) 
                 row[1].annotate(
                     str(one.count),
                     at,
-                    (5, 4),
+                    # Half ends have the curve in the middle: the room is below it.
+                    (-5, -4) if kind == "half_ends" else (5, 4),
+                    ha="right" if kind == "half_ends" else "left",
+                    va="top" if kind == "half_ends" else "bottom",
                     textcoords="offset points",
                     color=colour,
                     fontsize=style.small,

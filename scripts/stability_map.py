@@ -82,6 +82,10 @@ def swept(
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
+KEY = """2: S repeats itself every 2 laps; to 2: it settles to that; never: neighbours part;
+?: none of these is sure; *: a run of the study warned"""
+
+
 def speed_of(row: Row) -> float:
     """Speed of the drive, rad/s."""
     return float(next(value for key, value in row.items() if key.startswith("drives.motor")))
@@ -123,6 +127,7 @@ def mapped(maps: Mapping[str, list[Row]], *, style: Style = SCREEN) -> Figure:
         axes.set_xlabel("crank speed (rad/s)")
     panels[0].set_ylabel("clearance on each side (mm)")
     figure.colorbar(image, ax=list(panels), label="largest Lyapunov exponent, per lap")
+    figure.supxlabel(KEY, fontsize=style.small, color=BLACK)
     return figure
 
 

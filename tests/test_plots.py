@@ -37,6 +37,7 @@ from exudyn_flexlink.plots import (
     mechanism,
     start,
 )
+from exudyn_flexlink.plots.drawing import Labels
 from exudyn_flexlink.plots.forces import STATE_COLOURS
 from exudyn_flexlink.plots.outline import pitch_circles
 from exudyn_flexlink.plots.panels import DOUBT_LINE, along
@@ -104,6 +105,8 @@ def test_a_run_has_the_figures_that_show_something_with_units(make, names, rigid
 
 def test_points_have_the_letters_of_the_paper_and_forces_say_where_they_act(drawn):
     told = [text.get_text() for text in texts(drawn["mechanism"])]
+    # Both points of a text coincide: where the lever is struck, its end is 2 mm off the link's.
+    assert {"E", "S"} <= set(told)
     assert {"guide CD", "lever BE"} <= set(told)
     named = {name for text in told if len(text) < 9 for name in text.split(", ")}
     assert named >= set("BCDEOPS")
@@ -113,6 +116,23 @@ def test_points_have_the_letters_of_the_paper_and_forces_say_where_they_act(draw
     assert "size of the\njoint force (N)" in told
     assert "crank at guide.start" in told
     assert "pin at link.start" in told
+
+
+def test_names_lie_on_no_line_and_on_no_other_name(drawn):
+    axes = Figure(figsize=(4, 4)).subplots()
+    axes.axis((-1, 1, -1, 1))
+    corner = np.array([[-1, 0], [0, 0], [0, 1]])
+    labels = Labels(axes, [corner, -corner])
+    for name in ("first", "second", "third"):
+        labels.write(name, np.zeros(2), np.array([0.0, 1.0]))
+    boxes = [text.get_window_extent() for text in axes.texts]
+    for line in (corner, -corner):
+        ends = axes.transData.transform(line)
+        assert not any(box.count_contains(np.linspace(*ends[k : k + 2], 200))
+                       for box in boxes for k in range(2))  # fmt: skip
+    lettered = [axes for axes in drawn["mechanism"].axes if axes.texts]
+    for of in (boxes, *([text.get_window_extent() for text in a.texts] for a in lettered)):
+        assert not any(box.overlaps(other) for i, box in enumerate(of) for other in of[:i])
 
 
 def test_title_engine_and_assumptions(rigid, drawn):

@@ -21,6 +21,7 @@ from exudyn_flexlink.plots import (
     polar,
     save_figure,
 )
+from exudyn_flexlink.plots.motion import X_COLOURS, Y_COLOURS
 from exudyn_flexlink.plots.panels import BEYOND, number_text
 from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.shipped import FIGURE_FORMATS, FIGURE_STYLES
@@ -111,13 +112,17 @@ def test_nothing_is_cut_off_and_legends_cover_no_data(make, style, rigid, partin
 
 def test_no_lap_is_hidden_by_another(rigid):
     """Where laps lie on each other, each is broader than those drawn over it."""
-    for figure in (coordinates(rigid), polar(rigid)):
-        laps = [line for line in figure.axes[0].lines if "lap" in str(line.get_label())]
-        for colour_x in ("$x$", "$y$", "lap"):
-            own = [line for line in laps if line.get_label().startswith(colour_x)]
-            drawn = sorted(own, key=lambda line: line.get_zorder())
+    for figure, count in ((coordinates(rigid), 4), (polar(rigid), 2)):
+        (axes, *_) = figure.axes
+        for colours in (X_COLOURS, Y_COLOURS)[: count // 2]:
+            curves = [line for line in axes.lines if len(line.get_xdata()) > 100]
+            laps = [line for line in curves if line.get_color() in colours]
+            drawn = sorted(laps, key=lambda line: line.get_zorder())
+            assert len(drawn) == 4
             widths = [line.get_linewidth() for line in drawn]
             assert all(below > over for below, over in pairwise(widths))
+        entries = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert len([entry for entry in entries if "laps" in entry]) == count  # one for a colour
 
 
 # --- what is known

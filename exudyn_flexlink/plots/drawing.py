@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 from math import ceil, pi
 from typing import Any
 
@@ -48,6 +48,7 @@ from exudyn_flexlink.plots.outline import (
     coil,
     is_guide,
     joint_marks,
+    pivots,
     together,
 )
 from exudyn_flexlink.plots.panels import (
@@ -112,22 +113,48 @@ def mechanism(
         legend_outside(panels[-1], below=True, handles=sketch.legend())
     else:
         panels, columns = _new_panels(result, sketch, len(names), style)
-    size = float(np.max(sketch.box[1] - sketch.box[0]))
-    for axes, (time, what) in zip(panels, shown, strict=False):
-        index = result.sample_at(time)
+    samples = [result.sample_at(time) for time, _ in shown]
+    for axes, index, (_, what) in zip(panels, samples, shown, strict=False):
         sketch.draw(axes, index)
         sketch.draw_path(axes, slice(index + 1))
-        sketch.name_points(axes, index, size)
+        sketch.mark_points(axes, index)
         sketch.window(axes, sketch.box)
         axes.set_title(_panel_title(result, index, what, style), loc="left")
+    frames = dict[str, FloatArray]()
     if zoom is not None:
         _draw_zoom(panels[-1], sketch, result, zoom)
         at = [what for _, what in shown].index(FIRST)
         corner, sides = sketch.unit[0] * zoom.low, sketch.unit[0] * (zoom.high - zoom.low)
         panels[at].indicate_inset((*corner, *sides), edgecolor=BLACK, alpha=0.8)
+        frames[FIRST] = zoom.frame
     _label(panels, columns, sketch.unit[1], zoomed=zoom is not None)
     letter(panels)
+    if ax is None:
+        settle(panels[0].figure.figure)  # names are placed in a layout that is final
+    for axes, index, (_, what) in zip(panels, samples, shown, strict=False):
+        _name_points(axes, sketch, [index], frames.get(what))
+    if zoom is not None:
+        _name_points(panels[-1], sketch, zoom.samples)
     return panels[0].figure.figure
+
+
+def _name_points(
+    axes: Axes, sketch: Sketch, samples: Sequence[int], frame: FloatArray | None = None
+) -> None:
+    """Name points at the last of some samples, as the paper does, off the lines at all of them.
+
+    A name also keeps off a `frame` (corners, 2), m, that is drawn there.
+    """
+    factor, places = sketch.unit[0], sketch.letters(samples[-1])
+    lines = [drawn.line.at(sketch.poses[at]) for drawn in sketch.shown for at in samples]
+    lines += [sketch.track] if frame is None else [sketch.track, frame]
+    labels = Labels(axes, [factor * line for line in lines])
+    pivot = [np.array([at.x, at.y]) for at in pivots(sketch.model)]
+    labels.keep_free(factor * np.stack([*places.values(), *pivot]), sized(SYMBOL))
+    near = TOGETHER * float(np.max(sketch.box[1] - sketch.box[0]))
+    for first, names in together(places, near).items():
+        labels.write(", ".join(sorted(names)), factor * places[first], UP,
+                     fontsize=float(mpl.rcParams["legend.fontsize"]))  # fmt: skip
 
 
 def _new_panels(result: Result, sketch: Sketch, count: int, style: Style) -> tuple[list[Axes], int]:
@@ -187,6 +214,12 @@ class _Zoom:
     low: FloatArray
     high: FloatArray
 
+    @property
+    def frame(self) -> FloatArray:
+        """Its outline (corners, 2), m."""
+        (left, low), (right, high) = self.low, self.high
+        return np.array([[left, low], [right, low], [right, high], [left, high], [left, low]])
+
 
 def _zoom_of(sketch: Sketch, result: Result, strike: Strike) -> _Zoom | None:
     """What a zoom on a strike shows; None of an impact, or if it would not be much larger.
@@ -214,7 +247,7 @@ def _draw_zoom(axes: Axes, sketch: Sketch, result: Result, zoom: _Zoom) -> None:
     for i, index in enumerate(zoom.samples):
         sketch.draw(axes, index, alpha=0.2 + 0.8 * i / (ZOOM_INSTANTS - 1))
     sketch.draw_path(axes, slice(first, last + 1))
-    sketch.name_points(axes, last, float(np.max(zoom.high - zoom.low)))
+    sketch.mark_points(axes, last)
     sketch.window(axes, (zoom.low, zoom.high))
     begin, end = (time_text(result, float(result.time[at])) for at in (first, last))
     axes.set_title(f"strike and vibration,\nt = {begin} to {end} s", loc="left")
@@ -260,19 +293,21 @@ def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
 LEGEND = 2.2  # inches on a screen, beside the drawing; in print below it
 LOWEST, TALLEST_START = 2.4, 7.5  # inches, of the drawing
 SAME = 1e-6  # of the drawing: points nearer than this are one
+TOGETHER = 2e-3  # of the drawing: points nearer than this look like one, and have one text
+UP = np.array([0.0, 1.0])
 MOST_BODIES = 14  # in the legend: it has no more room
 MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
 SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
-SPOTS = 12  # of a line that names keep away from
-DIRECTIONS = 12
+SPOT = 3.0  # points, between two spots of a line that names keep away from
+DIRECTIONS = 24
 LABEL_DISTANCE = 7.0  # points, from a place to its label
 FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
 APART = 2.0  # points, between two names, so that they don't read as one
 # What a place for a name costs, which is 1 where it lies on another:
 OF_LINE = 0.15  # for a spot of a line that is hidden
 OUTSIDE = 4.0  # for leaving the axes
-OF_DISTANCE = 0.06  # for standing farther off
+OF_DISTANCE = 0.12  # for standing farther off
 
 
 _TURN = np.linspace(0.0, 4 * pi, 60)
@@ -334,7 +369,7 @@ def _room(posed: Sketch) -> tuple[FloatArray, FloatArray]:
 def _caption(scene: Scene, posed: Sketch) -> str:
     """Say which gravity acts, and how many points have no room for their names."""
     x, y = scene.gravity
-    words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s^2"]
+    words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s\N{SUPERSCRIPT TWO}"]
     many = len(_named_points(posed))
     words += [f"{many} named points, too many to be named here"] if many > MOST_NAMED else []
     return "; ".join(words).replace("-", "\u2212")
@@ -376,17 +411,7 @@ def _name(axes: Axes, posed: Sketch) -> None:
     low, high = posed.box
     middle, near = (low + high) / 2, SAME * float(np.max(high - low))
     lines = {body: posed.lines(body, 0) for body in posed.scene.bodies}
-    polylines = [
-        *(x for of in lines.values() for x in of),
-        *(
-            line.line.at(posed.poses[0])
-            for line in posed.drawn(["curve"])[: len(posed.model.slots)]
-        ),
-    ]
-    # Names keep away from points all along the lines.
-    spots = [np.linspace(a, b, SPOTS) for line in polylines for a, b in pairwise(line)]
-    alone = [line for line in polylines if len(line) == 1]
-    labels = Labels(axes, factor * np.concatenate([*spots, *alone]))
+    labels = Labels(axes, [factor * drawn.line.at(posed.poses[0]) for drawn in posed.shown])
     marks = (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model))
     if marks:
         symbols = np.stack([anchor_position(mark.anchor, posed.poses[0]) for mark in marks])
@@ -406,17 +431,18 @@ def _name(axes: Axes, posed: Sketch) -> None:
 class Labels:
     """Places names one after the other; what is placed first has the best place.
 
-    The limits of the axes, and the layout of the figure, have to be final. `spots` (N, 2), in data
-    coordinates, are places that had better stay free.
+    The limits of the axes, and the layout of the figure, have to be final. Names keep off `lines`
+    (points, 2), in data coordinates.
     """
 
-    def __init__(self, axes: Axes, spots: FloatArray) -> None:
+    def __init__(self, axes: Axes, lines: Sequence[FloatArray]) -> None:
         self._axes, self._window = axes, axes.get_window_extent()
         self._taken: list[Bbox] = []
-        self._spots = axes.transData.transform(spots)
         figure = axes.get_figure()
         assert figure is not None
         self._pixels = figure.dpi / 72  # in a point
+        drawn = [axes.transData.transform(line) for line in lines]
+        self._spots = np.concatenate([_along(line, SPOT * self._pixels) for line in drawn])
 
     def keep_free(self, places: FloatArray, size: float) -> None:
         """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
@@ -426,15 +452,20 @@ class Labels:
         ]
 
     def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
-        """Write a name beside a place (data coordinates), rather in the direction `towards`."""
+        """Write a name beside a place (data coordinates), rather in the direction `towards`.
+
+        That of a place outside the axes is left out.
+        """
         x, y = (float(coordinate) for coordinate in place)
+        first, at = float(np.arctan2(towards[1], towards[0])), self._axes.transData.transform(place)
+        if not self._window.contains(*at):
+            return
         shown = self._axes.annotate(
             shortened(text), (x, y), (0, 0), textcoords="offset points", ha="center", va="center",
             zorder=8, **look,
         )  # fmt: skip
         shown.set_in_layout(False)
         half = np.array(shown.get_window_extent().size) / 2
-        first, at = float(np.arctan2(towards[1], towards[0])), self._axes.transData.transform(place)
         lines = []
         for far, turn in product(FARTHER, range(DIRECTIONS)):
             angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * pi / DIRECTIONS
@@ -455,3 +486,11 @@ class Labels:
         outside = 1 - inside / (box.width * box.height)
         on_lines = OF_LINE * box.count_contains(self._spots)
         return float(OUTSIDE * outside + box.count_overlaps(self._taken) + on_lines)
+
+
+def _along(line: FloatArray, apart: float) -> FloatArray:
+    """Spots (N, 2) along a line (points, 2), evenly no farther `apart` than that."""
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    at = np.linspace(0.0, way[-1], 2 + int(way[-1] / apart))
+    return np.stack([np.interp(at, way, across) for across in line.T], axis=1)

@@ -87,7 +87,8 @@ STATE_WORDS = {
     State.OPPOSITE_SIDES: "two points, opposite sides",
 }
 BENDING_HEIGHT = 2.2  # inches of a link's panel
-ROOM = 2.3  # half the height of a drawing, in clearances
+ROOM = 2.3  # half the height of a drawing, at least, in clearances
+WIDER = 1.1  # times as far as the link reaches
 ARROW = 0.9  # length, in clearances
 FORCE_DIGITS = 2  # that are shown of a wall's force: stiff walls make much of small errors
 
@@ -162,7 +163,8 @@ def guide_contact(result: Result, *, style: Style = SCREEN, ax: Given = None) ->
         beyond = ", beyond the horizon" * is_beyond(result, float(result.time[index]))
         axes.set_title(f"{what}: {title_at(result, index, 1)}{beyond}", loc="left")
         axes.set_ylabel(f"across ({unit})")
-    reach = ROOM * channel.clearance * factor
+    drawn = [line.get_ydata() for axes in panels for line in axes.lines]
+    reach = max(ROOM * channel.clearance * factor, WIDER * float(np.abs(np.hstack(drawn)).max()))
     for axes in panels:
         axes.set_ylim(-reach, reach)
     panels[-1].set_xlabel(f"along the guide, from its start ({unit})")
@@ -373,8 +375,9 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
         axes.plot(1e3 * since[inside], force, color=colour, marker=".", markersize=sized(2.5),
                   linewidth=0.8, label=label)  # fmt: skip
     axes.set_xlabel("time since the first touch (ms)")
-    unit = " or ".join(dict.fromkeys(result.scene.unit_of(name, "N") for name in zooms))
-    axes.set_ylabel(f"contact force\n({unit})")
+    units = dict.fromkeys(result.scene.unit_of(name, "N") for name in zooms)
+    what = " or ".join("torque" if unit == "N m" else "force" for unit in units)
+    axes.set_ylabel(f"contact {what}\n({' or '.join(units)})")
     legend_outside(axes)
 
 

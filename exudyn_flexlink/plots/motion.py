@@ -257,11 +257,15 @@ def lap_look(
     """How a lap of `last` is drawn: laps on one curve of the `cycle` share a colour.
 
     A few laps are nested, each broader and paler than those after it, so that all are seen where
-    they lie on each other. Of many, those of the first cycle are, and later ones are thin lines;
-    those alike have one entry in the legend.
+    they lie on each other. Of many, those of the first cycle are, and later ones are thin lines.
+    Those of one colour have one entry in the legend, of many the first cycle's another.
     """
     rank, label = last - number, f"{name}lap {number}"
-    if last > NESTED:
+    if last <= NESTED:
+        own = range(number, last + 1, cycle)
+        label = f"{name}laps {', '.join(map(str, own))}" if len(own) > 1 else label
+        label = label if number <= cycle else ""
+    else:
         rank = 1 + cycle - number if number <= cycle else 0
         alike = range(number, last + 1, cycle)
         if number > 2 * cycle:
@@ -411,6 +415,7 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
             ha=("left", "center", "right")[min(third, 2)],
             va="bottom" if above else "top",
             fontsize=mpl.rcParams["legend.fontsize"],
+            bbox={"fc": axes.get_facecolor(), "edgecolor": "none", "alpha": 0.85, "pad": 0.3},
         )
 
 

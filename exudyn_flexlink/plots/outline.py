@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -337,7 +336,7 @@ def lettered(scene: Scene) -> dict[str, str]:
 def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
     """Points that the paper names: S, the watched one, O, P in the only slot, ends of rods."""
     anchors = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
-    if len(model.slots) == 1:
+    if len(model.slots) == 1 and model.slots[0].anchor != anchors["S"]:
         anchors["P"] = model.slots[0].anchor
     for letters, body in lettered(scene).items():
         for name, end in zip(letters, ("start", "end"), strict=True):
@@ -371,7 +370,6 @@ def box_around(
 BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
 SHOWN = ("curve", "ring", "rope", "stop", *BODIES)
 LABELLED = {"curve": "", "stop": "stop", "rope": "rope or buffer"}
-TOGETHER = 0.06  # of the picture's size: names of points nearer than this would hide each other
 BAND = 7.0  # points: width of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
 
@@ -465,38 +463,23 @@ class Sketch:
             beyond = self.track[self.result.time >= extent[0]]
             axes.plot(*(factor * beyond).T, **BEYOND_LINE, linewidth=sized(BAND))
 
-    def name_points(self, axes: Axes, index: int, size: float) -> None:
-        """Mark and name points as the paper does, in axes that are `size` (m) large.
+    def letters(self, index: int) -> dict[str, FloatArray]:
+        """Places (2,) m of the points that the paper names, by their letters, at a sample."""
+        anchors = named_points(self.scene, self.model)
+        return {name: anchor_position(at, self.poses[index]) for name, at in anchors.items()}
 
-        S is drawn last; points that are close to each other have one text with all names.
-        """
-        points = {
-            name: np.asarray(anchor_position(anchor, self.poses[index]))
-            for name, anchor in named_points(self.scene, self.model).items()
-        }
-        for name, place in points.items():
+    def mark_points(self, axes: Axes, index: int) -> None:
+        """Mark S, O and P at a sample; S is drawn last."""
+        for name, place in self.letters(index).items():
             if name in _MARKS:
                 axes.plot(*self.unit[0] * place, **_mark(name), zorder=7 if name == "S" else 6)
-        for first, names in together(points, TOGETHER * size).items():
-            x, y = self.unit[0] * points[first]
-            axes.annotate(
-                ", ".join(sorted(names)),
-                (x, y),
-                xytext=(0, sized(5)),
-                textcoords="offset points",
-                ha="center",
-                fontsize=mpl.rcParams["legend.fontsize"],
-                annotation_clip=True,
-                zorder=8,
-                bbox={"fc": axes.get_facecolor(), "edgecolor": "none", "alpha": 0.6, "pad": 0.3},
-            )
 
     def legend(self) -> list[Line2D]:
         """Entries for all that is drawn."""
         scene, model = self.scene, self.model
         handles = self.body_legend({body: pair for pair, body in lettered(scene).items()})
         labels = {"S": f"S: {watched_point(scene)}, path", "P": "P: in the slot", "O": "O: origin"}
-        for name in ("S", "P", "O") if len(model.slots) == 1 else ("S", "O"):
+        for name in (name for name in labels if name in named_points(scene, model)):
             line = "-" if name == "S" else ""
             look = {**_mark(name), "linestyle": line, "linewidth": 1.0}
             handles.append(Line2D([], [], label=labels[name], **look))
@@ -526,6 +509,9 @@ def _look(scene: Scene, line: Drawn) -> dict[str, Any]:
         "bar": {"linewidth": sized(2.2), "zorder": 4},
         "link": {"linewidth": 1.5, "marker": ".", "markersize": sized(3), "zorder": 4},
     }
-    if line.kind == "bar" and isinstance(scene.bodies[line.line.name], RigidBody):
+    if line.kind == "bar" and isinstance(body := scene.bodies[line.line.name], RigidBody):
         looks["bar"] |= {"marker": "o", "markersize": sized(4)}
+        if len(body.points) <= 1 and not np.ptp(line.line.places, axis=0).any():
+            # A body without any extent is seen behind the marks of its point.
+            looks["bar"] |= {"marker": "s", "markersize": sized(9)}
     return {"color": line.colour, **looks[line.kind]}

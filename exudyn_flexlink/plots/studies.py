@@ -15,7 +15,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
 from exudyn_flexlink.accuracy import Errors, Method, Point, Study
@@ -127,7 +127,7 @@ LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # an axis of time with fewer has labels between powers of ten, too
 ROW = 0.24  # inches on a screen: height of a number's row
-LEAST_SHOWN = 1e-17  # smaller differences, in any unit, are drawn here
+LEAST_SHOWN = 1e-12  # of what is allowed: smaller differences are drawn here
 FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 
 
@@ -209,30 +209,29 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
 
 @styled
 def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure:
-    """One row for every number of some runs: its difference, and the allowed one."""
+    """One row for every number of some runs: its difference over the allowed one."""
     numbers = [(run, number) for run in runs for number in run.numbers]
     title = "Benchmarks against published numbers"
-    subject = "Difference of each number, in its SI unit; a bar ends at what is allowed"
+    subject = "Difference of each number, over what is allowed"
     notes = [f"{run.benchmark}, {run.run}: {run.stopped}" for run in runs if run.stopped]
     figure = framed_figure((title, subject), 0.9 + ROW * len(numbers), style, notes=notes)
     axes = figure.subplots()
     axes.set_xscale("log")
-    for row, (_, number) in enumerate(numbers):
-        colour = BLUE if number.fine else OF_FAILED
-        axes.plot([LEAST_SHOWN, number.allowed], [row, row], color=GREY, linewidth=0.7)
-        axes.plot([number.allowed], [row], "|", color=BLACK, markersize=sized(8))
-        if isfinite(number.computed):
-            axes.plot([max(number.difference, LEAST_SHOWN)], [row], "o", color=colour)
+    axes.axvline(1.0, color=BLACK, label="allowed")
     for fine, colour, label in ((True, BLUE, "as near as allowed"), (False, OF_FAILED, "off")):
-        if any(number.fine == fine for _, number in numbers):
-            axes.plot([], [], "o", color=colour, label=label)
-    axes.plot([], [], "|", color=BLACK, markersize=sized(8), label="allowed")
+        rows = [
+            (max(number.difference / number.allowed, LEAST_SHOWN), row)
+            for row, (_, number) in enumerate(numbers)
+            if number.fine == fine and isfinite(number.computed)
+        ]
+        if rows:
+            axes.plot(*zip(*rows, strict=True), "o", color=colour, label=label)
     axes.set_yticks(
         range(len(numbers)),
         [f"{run.benchmark}, {run.run}: {n.name} ({n.unit})" for run, n in numbers],
     )
     axes.set_ylim(len(numbers) - 0.5, -0.5)
-    axes.set_xlabel("difference")
+    axes.set_xlabel("difference / allowed difference")
     legend_outside(axes)
     return figure
 
@@ -301,24 +300,31 @@ def _section(axes: Axes, study: Stability) -> None:
     x, y = 1e3 * section.position.T
     axes.scatter(x, y, c=order, cmap="viridis_r", s=sized(14), zorder=3)
     axes.ticklabel_format(useOffset=False)
+    axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.set_xlabel(f"x of {section.point} (mm)")
     axes.set_ylabel("y (mm)")
-    at = f"at {np.degrees(section.phase):.4g} deg" if section.by_crank else "once a lap"
-    axes.set_title(f"{at}; later laps darker", loc="left")
+    at = f"at {np.degrees(section.phase):.4g} deg" if section.by_crank else "by time"
+    axes.set_title(f"{len(order)} laps {at}; later ones darker", loc="left")
 
 
 def _spectrum(axes: Axes, study: Stability) -> None:
-    """Power spectrum of the point's distance from its ideal place; x is broad and pale, below y."""
+    """Power spectrum of the point's distance from its ideal place; x is broad and pale, below y.
+
+    What repeats itself has lines at multiples of one frequency, so dense that they would be a
+    block: of what is nearest to each multiple, the largest is drawn.
+    """
     vibration = study.vibration
     top = 0.0
     looks = ({"linewidth": sized(3.0), "alpha": 0.45}, {"linewidth": sized(0.6)})
     both = (("x", BLUE, vibration.x), ("y", RED, vibration.y))
     for (name, colour, spectrum), look in zip(both, looks, strict=True):
         if len(spectrum.frequency):
-            axes.loglog(
-                spectrum.frequency[1:], spectrum.power[1:], color=colour, label=name, **look
-            )
-            top = max(top, float(spectrum.power[1:].max()))
+            multiples = np.rint(spectrum.frequency * study.rhythm.cycle)
+            first = np.flatnonzero(np.diff(multiples, prepend=-1.0))
+            power = np.maximum.reduceat(spectrum.power, first)[1:]
+            frequency = multiples[first][1:] / study.rhythm.cycle
+            axes.loglog(frequency, power, color=colour, label=name, marker=".", **look)
+            top = max(top, float(power.max(initial=0.0)))
     if top > 0:
         axes.set_ylim(FAINTEST * top, 3 * top)
         axes.legend(loc="best")
