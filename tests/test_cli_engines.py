@@ -83,7 +83,7 @@ def test_compare_runs_both_and_writes_what_it_found(run_of, monkeypatch, capsys)
                  "exudyn/summary.json", "lagrangian/lever.png"):  # fmt: skip
         assert (folder / name).is_file()
     told = "Written to {}:\n  comparison.csv, comparison.json, comparison.png, manifest.json, {}"
-    inside = "exudyn/ (7 files), lagrangian/ (7 files)"
+    inside = "exudyn/ (10 files), lagrangian/ (10 files)"
     assert told.format(f"{folder}{os.sep}", inside) in shown.out
     assert [engine for engine, _ in seen] == ["lagrangian", "exudyn"]
 

@@ -80,7 +80,7 @@ def test_asked_to_end_while_results_are_saved(name, code, monkeypatch, capsys):
     )
     whole = storage.save
 
-    def save(result, folder):
+    def save(result, folder, every=None):
         ask(name)
         whole(result, folder)
 

@@ -185,8 +185,7 @@ COMMANDS = {
          "no_clearance --set run.turns=2 --out runs/short",
          "no_clearance --engine lagrangian --impact impulse",
          "clearance_friction --without friction,damping",
-         "clearance --set run.turns=1 --no-measure --report",
-         "no_clearance --every 1ms"),
+         "clearance --set run.turns=1 --no-measure --report --every 1ms"),
         (*MODEL, engine(), IMPACT, without(), MEASURE,
          Option("--every", "rows of CSV files are evenly so far apart, in s or such as 1ms; "
                 "default: where the run has its samples, closer where more happens. result.nc "
@@ -312,8 +311,7 @@ COMMANDS = {
          "no_clearance --set bodies.link.hinges.stiffness=beam",
          "clearance --without impact",
          "whitworth --figure whitworth.png",
-         "hanging_chain --equilibrium",
-         "no_clearance --equilibrium --figure modes.png"),
+         "hanging_chain --equilibrium --figure modes.png"),
         (*MODEL, without(),
          Option("--equilibrium", "tell where all forces balance while drives stand still, what "
                 "joints hold there, and the frequencies of small motions about it"),

@@ -259,6 +259,7 @@ class ImplicitStepper:
         self.slips: list[tuple[float, float, float]] = []
         self.steps, self.smallest, self.largest = 0, inf, 0.0
         self._end = end
+        self._nearer = False  # an event was missed by a step's end, and is met from nearer
         self.at: Evaluation
         self._state: State
 
@@ -279,6 +280,7 @@ class ImplicitStepper:
     def restart(self, event: Crossing | None = None) -> None:
         """Go on from the present state, after an event if any."""
         self.control.forget()
+        self._nearer = False
         bends = event is not None and event.guard.bends
         if not bends:
             self.radau.restart()
@@ -420,15 +422,19 @@ class ImplicitStepper:
     def _ending(self, event: Crossing, step: Step) -> Step | None:
         """Move a step's end a little along its polynomial, to its event; None if it is not there.
 
-        Then the motion only came near it, by the polynomial of a longer step.
+        Then the motion may only have come near it, by the polynomial of a longer step. From nearer
+        that tells better, once.
         """
         solved, farthest = step, END_SHIFT * step.h
         for _ in range(CORRECTIONS):
             late = event.guard.late(step)
             if late == 0.0:
                 break
-            if abs(late) > farthest:
+            if abs(late) > farthest and not self._nearer:
+                self._nearer = True
                 return None
+            if abs(late) > farthest:
+                break
             step = step.ending(step.end - late)
         return step if step is solved else self._with_its_stages(step)
 

@@ -61,7 +61,7 @@ def sensitivity_text(rows: Sequence[Sensitivity]) -> str:
     tables = []
     for quantity in dict.fromkeys(row.quantity for row in rows):
         of = [row for row in rows if row.quantity == quantity]
-        of.sort(key=lambda row: -abs(row.relative))
+        of.sort(key=lambda row: -float(f"{abs(row.relative):.3g}"))  # those alike stay in order
         cells = [
             [
                 row.parameter,

@@ -375,16 +375,16 @@ class TreeContacts:
         numbers = np.flatnonzero(through)
         return self._channels[numbers[0]] if len(numbers) else None
 
-    def left_since(self, k: int, touch: Touch) -> float:
+    def left_since(self, k: int, touch: Touch) -> float | None:
         """Time (s) since a point that presses slid off the end of its face; negative: until then.
 
-        0 if it is not about to.
+        None if it is not about to.
         """
         if touch.slip == 0 or touch.inside == inf:
-            return 0.0
+            return None
         length = float(self.length[k])
         beyond = touch.place - length if touch.slip > 0 else touch.place
-        return beyond / touch.slip if abs(beyond) <= NEAR_END * length else 0.0
+        return beyond / touch.slip if abs(beyond) <= NEAR_END * length else None
 
     def follow(self, k: int, x: FloatArray, *, presses: bool) -> None:
         """Take up a state in which contact k goes on, begins or ends."""

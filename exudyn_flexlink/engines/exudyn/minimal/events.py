@@ -706,8 +706,17 @@ class EventFinder:
         return bool(self._contacts.lets_go[k] and closed)
 
     def _change(self, k: int, step: Step) -> float | None:
-        """When within the step a contact's state changes that presses, or has let go."""
-        return first_fall(partial(self._left, k, step), None, (step.t, step.end))
+        """When within the step a contact's state changes that presses, or has let go.
+
+        A force that vanishes and comes back between two looks is found by its rate.
+        """
+        rate = None
+        if self.presses(k) and (k in self._contacts.rigid or self._contacts.lets_go[k]):
+            stages = step.stages.kept.pushes[:, k, 0]
+            force = np.append(step.begin.kept.pushes[k, 0], stages)
+            slope = Polynomial(step.method.powers @ force).deriv()
+            rate = lambda t: float(slope((t - step.t) / step.h))  # noqa: E731
+        return first_fall(partial(self._left, k, step), rate, (step.t, step.end))
 
     def _left(self, k: int, step: Step, t: float) -> float:
         """Value (m) that is positive until contact k's state changes; of a reaction, N."""

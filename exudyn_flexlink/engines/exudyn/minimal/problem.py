@@ -343,10 +343,12 @@ class ContactGuard(Guard):
         """How long (s) before a step's end the contact began or ended; negative: after."""
         k, finder, contacts = self.contact, self.problem.finder, self.problem.model.contacts
         touch = finder.touch_at(k, self.problem.end_of(step))
-        slid = contacts.left_since(k, touch) if finder.presses(k) else 0.0
-        beside = touch.inside < 0 or touch.gap_rate == 0
-        if slid or beside or self._force_decides() or meets(touch, step.end):
+        slid = contacts.left_since(k, touch) if finder.presses(k) else None
+        if slid is not None:
             return slid
+        beside = touch.inside < 0 or touch.gap_rate == 0
+        if beside or self._force_decides() or meets(touch, step.end):
+            return 0.0
         return touch.gap / touch.gap_rate
 
     def _force_decides(self) -> bool:
