@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import GROUND, build_mechanism, length_along, speed_along
@@ -94,6 +93,8 @@ def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float
     Only those of extremes of the `way` (N,) that it leaves by `least` or more on both sides.
     Between two samples the rate goes straight.
     """
+    from scipy.signal import find_peaks  # noqa: PLC0415 - a check needs no SciPy
+
     largest = float(np.abs(rate).max(initial=0.0))
     moving = np.flatnonzero(np.abs(rate) > STANDS * largest)
     turns = np.flatnonzero(rate[moving[1:]] * rate[moving[:-1]] < 0)
