@@ -13,7 +13,14 @@ from results import rigid_link
 from exudyn_flexlink import storage
 from exudyn_flexlink.storage import load, staged_folder, written_files
 
-NEW = {"forces.csv", "manifest.json", "result.nc", "summary.json", "trajectory_rod.end.csv"}
+NEW = {
+    "forces.csv",
+    "happenings.csv",
+    "manifest.json",
+    "result.nc",
+    "summary.json",
+    "trajectory_rod.end.csv",
+}
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
 
 

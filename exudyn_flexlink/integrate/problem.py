@@ -32,17 +32,14 @@ def later(t: float, by: float) -> float:
 
 
 FEW, MANY = 5, 7  # stages of a step
-ACCURATE = 1e-5  # m: a tolerance from which on more stages pay beside contacts, too, as measured
 
 
-def stages_for(contacts: Sized, tolerance: float | None) -> int:
-    """Return the number of stages of a mechanism's steps, by the tolerance (m) of the run, if any.
+def stages_for(contacts: Sized) -> int:
+    """Return the number of stages of a mechanism's steps.
 
-    More stages pay where the error decides how long steps are. Beside `contacts` a loose tolerance
-    does not: there steps end at touches.
+    More stages pay where steps are long. With `contacts` they are not: they end at touches.
     """
-    accurate = tolerance is not None and tolerance <= ACCURATE
-    return MANY if accurate or not len(contacts) else FEW
+    return FEW if len(contacts) else MANY
 
 
 def order_of(stages: int) -> int:

@@ -327,7 +327,7 @@ def prepare(
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     control = ErrorControl(
         accuracy.tolerance or smallest,
-        stages_for(mechanism.contacts_and_pairs, accuracy.tolerance),
+        stages_for(mechanism.contacts_and_pairs),
         accuracy.step,
         limits,
         late=LATE * seed,
