@@ -9,8 +9,10 @@ from scipy.integrate import solve_ivp
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.touching import SHORTEST_SWING
 from exudyn_flexlink.integrate.collocation import collocation
+from exudyn_flexlink.integrate.events import Crossing, Guard
 from exudyn_flexlink.integrate.problem import FEW, MANY, Evaluation, Pressing, State
 from exudyn_flexlink.integrate.radau import ErrorTimes, Radau
+from exudyn_flexlink.integrate.stepper import ErrorControl, HybridProblem, ImplicitStepper
 from exudyn_flexlink.loading import load_scene
 
 TIMES = ErrorTimes(SHORTEST_SWING, 0.25 * SHORTEST_SWING)
@@ -180,3 +182,61 @@ def test_between_steps_places_and_speeds_belong_together():
     np.testing.assert_allclose(v[:, 0], through(times), atol=1e-10)
     assert q[-1, 0] == pytest.approx(step.finish.q[0], abs=1e-13)
     assert v[-1, 0] == pytest.approx(step.finish.v[0], abs=1e-12)
+
+
+class Swinging(HybridProblem):
+    """An oscillator in whose steps something happens, once, at 3 ms, as their polynomials tell."""
+
+    def __init__(self, model, guard):
+        self.model, self.guard, self.state = model, guard, (np.ones(1), np.zeros(1))
+
+    def begin(self, at):
+        pass
+
+    def restart(self, time):
+        at = self.model.evaluate(time, *self.state)
+        return at, State(*self.state, at.accelerations)
+
+    def position_per_speed_error(self, at):
+        return np.zeros((1, 1))
+
+    def longest(self, at):
+        return 1.0
+
+    def slipped(self, step):
+        return 0.0
+
+    def accept(self, step):
+        self.state = step.finish[:2]
+
+    def first_event(self, step):
+        return Crossing(3e-3, self.guard) if step.t < 3e-3 < step.end else None
+
+
+class Far(Guard):
+    """What a step to it misses by its whole length, `times` times."""
+
+    def __init__(self, times):
+        self.times = times
+
+    def late(self, step):
+        self.times -= 1
+        return -step.h if self.times >= 0 else 0.0
+
+
+@pytest.mark.parametrize(("misses", "landed"), [(0, 3e-3), (1, 0.0), (9, 0.0)])
+def test_a_step_that_misses_its_event_is_made_from_nearer_but_once(misses, landed):
+    """A longer step's polynomial may only come near it; what is missed again is met as it is."""
+    model = Oscillator([2.0], [18.0], [0.4])
+    model.knots = tuple
+    problem = Swinging(model, Far(misses))
+    stepper = ImplicitStepper(model, problem, ErrorControl(1e-6, FEW), TIMES, 1.0)
+    stepper.begin()
+    stepper.h = 9e-3
+    event = stepper.advance(1.0)
+    assert stepper.time == pytest.approx(landed)
+    assert (event is None) == (landed == 0.0)
+    while event is None:
+        event = stepper.advance(1.0)
+    assert stepper.time == pytest.approx(3e-3)
+    assert stepper.steps < 9

@@ -1,14 +1,18 @@
 """Strikes that once were silently wrong, and those of drives as slow as the hours."""
 
 import warnings
+from functools import partial
 from math import pi
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from random_strikes import RIGHT, draw, judge
 
 from exudyn_flexlink.engines import measured, simulate
+from exudyn_flexlink.engines.exudyn.minimal.contacts import Touch, TreeContacts
+from exudyn_flexlink.engines.exudyn.minimal.problem import ContactGuard
 from exudyn_flexlink.integrate.problem import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import common_times, lever_response, separation
@@ -131,6 +135,17 @@ def test_creeping_off_a_face_is_told_where_it_is_off():
         told = [text for text in result.warnings if "may be off by more than 1e-06 m" in text]
         assert len(told) == (result.error.largest > 1e-6)
         assert told or off < 1e-6
+
+
+def test_a_point_exactly_at_the_end_of_its_face_has_slid_off_just_now():
+    """It presses all the same: its gap would tell an instant far away, and no step end there."""
+    touch = Touch(gap=-1e-5, place=0.03, gap_rate=0.2, slip=1.4, inside=0.0)
+    contacts = SimpleNamespace(length=np.array([0.03]))
+    contacts.left_since = partial(TreeContacts.left_since, contacts)
+    finder = SimpleNamespace(touch_at=lambda *_: touch, presses=lambda _: True)
+    model = SimpleNamespace(contacts=contacts)
+    problem = SimpleNamespace(finder=finder, model=model, end_of=lambda _: None)
+    assert ContactGuard(problem, 0).late(SimpleNamespace(end=0.3)) == 0.0
 
 
 def test_instants_are_one_where_the_clock_cannot_tell_them_apart():

@@ -20,9 +20,11 @@ places follow its integral.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.integrate.collocation import Collocation, collocation
@@ -72,6 +74,11 @@ class Step(NamedTuple):
         speeds = method.powers @ self.speeds
         q = self.start.q + self.h * ((part * powers / (method.degrees + 1)) @ speeds)
         return q, powers @ speeds
+
+    def slope(self, at_nodes: FloatArray) -> Callable[[float], float]:
+        """Return the slope (per step) by time (s) of the polynomial through values at its nodes."""
+        polynomial = Polynomial(self.method.powers @ at_nodes).deriv()
+        return lambda time: float(polynomial((time - self.t) / self.h))
 
     def ending(self, end: float) -> Step:
         """Return the same with its end moved a little, to `end` (s), along its polynomial."""

@@ -430,11 +430,11 @@ class ImplicitStepper:
             late = event.guard.late(step)
             if late == 0.0:
                 break
-            if abs(late) > farthest and not self._nearer:
+            if abs(late) > farthest:
+                if self._nearer:
+                    break
                 self._nearer = True
                 return None
-            if abs(late) > farthest:
-                break
             step = step.ending(step.end - late)
         return step if step is solved else self._with_its_stages(step)
 

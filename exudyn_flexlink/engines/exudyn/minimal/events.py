@@ -26,7 +26,7 @@ from math import ceil, factorial, floor, inf, log2
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.polynomial import Polynomial, chebyshev
+from numpy.polynomial import chebyshev
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import CurveFollower, TableFollower, Touch
@@ -118,12 +118,8 @@ class FrictionWatch:
             at_nodes = np.concatenate([guard.value(state) for state in known])
             if (to_looks(len(at_nodes)) @ at_nodes)[1:].min() > 0:
                 continue
-            slope = Polynomial(step.method.powers @ at_nodes).deriv()
-            time = first_fall(
-                partial(self._at, step, guard.value),
-                lambda t, slope=slope: float(slope((t - step.t) / step.h)),  # type: ignore[misc]
-                (step.t, step.end),
-            )
+            value = partial(self._at, step, guard.value)
+            time = first_fall(value, step.slope(at_nodes), (step.t, step.end))
             if time is not None:
                 happening.append(Crossing(time, guard))
         return happening
@@ -712,10 +708,8 @@ class EventFinder:
         """
         rate = None
         if self.presses(k) and (k in self._contacts.rigid or self._contacts.lets_go[k]):
-            stages = step.stages.kept.pushes[:, k, 0]
-            force = np.append(step.begin.kept.pushes[k, 0], stages)
-            slope = Polynomial(step.method.powers @ force).deriv()
-            rate = lambda t: float(slope((t - step.t) / step.h))  # noqa: E731
+            forces = step.begin.kept.pushes[k, 0], step.stages.kept.pushes[:, k, 0]
+            rate = step.slope(np.append(*forces))
         return first_fall(partial(self._left, k, step), rate, (step.t, step.end))
 
     def _left(self, k: int, step: Step, t: float) -> float:
