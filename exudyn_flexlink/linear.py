@@ -36,7 +36,7 @@ class NotLinearError(ValueError):
     """A mechanism has no linear equations at a state; the text names what prevents them."""
 
 
-def motion_told(exponent: complex, *, short: bool = False) -> str:
+def motion_text(exponent: complex, *, short: bool = False) -> str:
     """How a motion ``exp(s t)`` goes on, in words; `short`: damping is in % of the critical one."""
     rate, size = exponent.real, abs(exponent)
     if size == 0:
@@ -135,7 +135,7 @@ class LinearModel:
         moved = (vectors[:count].conj() * (self.mass @ vectors[:count])).sum(axis=0).real
         squares = (sizes * (self.stiffness_error @ sizes)).sum(axis=0) / moved + ROUNDING * whole
         values = np.where(np.abs(values) ** 2 > squares, values, 0.0)
-        order = np.lexsort((values.imag, np.round(np.abs(values), 12)))
+        order = np.lexsort((values.imag, np.abs(values)))
         return values[order].astype(complex), vectors[:count, order].astype(complex)
 
     @cached_property

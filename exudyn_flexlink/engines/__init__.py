@@ -86,6 +86,9 @@ def linear_model(of: Scene | Result, at: float | None = None) -> LinearModel:
         SceneError: the scene has no rest.
 
     """
+    if (of.scene if isinstance(of, Result) else of).solver.formulation == "beam":
+        message = "a beam has no linear equations here, its rods have: take 'minimal'"
+        raise NotRepresentableError(("solver", "formulation"), message)
     room = import_module("exudyn_flexlink.engines.exudyn.minimal.linear")
     if isinstance(of, Result):
         scene, (assembly, touching, time) = of.scene, instant_of(of, at)
@@ -96,9 +99,6 @@ def linear_model(of: Scene | Result, at: float | None = None) -> LinearModel:
         assembly = replace(rest.assembly, mechanism=replace(mechanism, speed_motors=held))
         contacts = enumerate(mechanism.contacts_and_pairs)
         touching = {k: 0.0 for k, contact in contacts if contact.name in rest.presses}
-    if scene.solver.formulation == "beam":
-        message = "a beam has no linear equations here, its rods have: take 'minimal'"
-        raise NotRepresentableError(("solver", "formulation"), message)
     made: LinearModel = room.linear_model(scene, assembly, touching, time)
     return made
 

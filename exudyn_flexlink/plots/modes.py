@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from exudyn_flexlink.linear import LinearModel, Response, motion_told
+from exudyn_flexlink.linear import LinearModel, Response, motion_text
 from exudyn_flexlink.plots.frame import (
     BLUE,
     RED,
@@ -53,7 +53,7 @@ def modes(model: LinearModel, *, style: Style = SCREEN) -> Figure:
         for k in range(len(sketch.poses)):
             sketch.draw(axes, k, alpha=PALE if k else 1.0)
         sketch.window(axes, box)
-        axes.set_title(motion_told(mode.eigenvalue, short=True))
+        axes.set_title(motion_text(mode.eigenvalue, short=True))
         axes.set_xlabel(f"x ({sketch.unit[1]})")
     for axes in panels[::columns]:
         axes.set_ylabel(f"y ({sketch.unit[1]})")

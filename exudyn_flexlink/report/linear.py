@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from exudyn_flexlink.linear import LinearModel, Mode, motion_told
+from exudyn_flexlink.linear import LinearModel, Mode, motion_text
 from exudyn_flexlink.report.text import (
     MOST_LISTED,
     Table,
@@ -23,7 +23,7 @@ def linear_text(model: LinearModel) -> str:
     """Return all of it, for people: modes, coordinates, errors."""
     about = "its rest" if model.time is None else f"t = {model.time:.6g} s"
     shown = list(enumerate(model.modes[:MOST_LISTED], start=1))
-    modes = [[str(k), motion_told(mode.eigenvalue), _most_moved(mode)] for k, mode in shown]
+    modes = [[str(k), motion_text(mode.eigenvalue), _most_moved(mode)] for k, mode in shown]
     by_unit: dict[str, list[str]] = {}
     for name, unit in zip(model.coordinates, model.units, strict=True):
         by_unit.setdefault(unit, []).append(name)

@@ -14,7 +14,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.curves import Curve, Spline
 from exudyn_flexlink.laws import LineContact, PowerPenalty, PressingLaw, RestitutionPenalty
-from exudyn_flexlink.linear import motion_told
+from exudyn_flexlink.linear import motion_text
 from exudyn_flexlink.loading import other_ways, rest_of_scene
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -118,9 +118,10 @@ def _held(numbers: Mapping[str, float], forces: Collection[str]) -> list[list[st
 
 def _small_motions(rest: Rest) -> list[str]:
     """Frequencies of small motions, also damped ones if anything damps."""
-    if not len(rest.damped):
+    exponents = rest.damped
+    if not len(exponents):
         return section("Small motions about it, undamped", [["", _modes(rest)]])
-    damped = [["", motion_told(exponent)] for exponent in rest.damped[:MOST_LISTED].tolist()]
+    damped = [["", motion_text(exponent)] for exponent in exponents[:MOST_LISTED].tolist()]
     damped[0][0] = "damped"
     return section("Small motions about it", [["undamped", _modes(rest)], *damped])
 
