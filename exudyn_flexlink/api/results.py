@@ -461,7 +461,7 @@ class Samples:
         return data_frame(self._result, name, self.time)
 
     def __repr__(self) -> str:
-        return f"<Samples of '{self._result.scene.title}': {observables.span(self.time)}>"
+        return f"<Samples of '{self._result.scene.title}': {observables.samples_text(self.time)}>"
 
 
 def api_result(plain: PlainResult) -> Result:

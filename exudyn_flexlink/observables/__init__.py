@@ -73,7 +73,7 @@ from exudyn_flexlink.observables.points import (
     point_anchor,
     point_names,
     room,
-    span,
+    samples_text,
     steady_speeds,
     still_text,
     turned_since_start,

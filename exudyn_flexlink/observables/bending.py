@@ -16,7 +16,7 @@ from exudyn_flexlink.arrays import FloatArray, Variable
 from exudyn_flexlink.observables.forces import BENDING, bending_places, bent_links, moments
 from exudyn_flexlink.observables.instants import OverTime
 from exudyn_flexlink.observables.parting import force_error
-from exudyn_flexlink.observables.points import span
+from exudyn_flexlink.observables.points import samples_text
 from exudyn_flexlink.result import Result
 
 
@@ -70,7 +70,7 @@ class Bending(OverTime):
         largest = self.largest
         return (
             f"<Bending of {self.link}: to {largest.moment:.5g} N m at {largest.place:.4g} m, "
-            f"{len(self.place)} places; {span(self.time)}>"
+            f"{len(self.place)} places; {samples_text(self.time)}>"
         )
 
 

@@ -12,7 +12,7 @@ from exudyn_flexlink.arrays import FloatArray, Variable
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables.instants import OverTime
 from exudyn_flexlink.observables.levers import extremes_of
-from exudyn_flexlink.observables.points import span
+from exudyn_flexlink.observables.points import samples_text
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, WeldJoint
@@ -45,7 +45,7 @@ class Force(OverTime):
         largest = float(np.abs(self.size).max(initial=0.0))
         return (
             f"<Force, {self.quantity} of {self.name}: to {largest:.5g} {self.unit}; "
-            f"{span(self.time)}>"
+            f"{samples_text(self.time)}>"
         )
 
     @property
@@ -162,13 +162,12 @@ def moments(result: Result, link: str) -> FloatArray:
         motion[:, second, 2] - motion[:, first, 2] for motion in (result.poses, result.rates)
     )
     moment = np.asarray(stiffness * angle + damping * rate)
-    if len(hinges) == 1:
-        return np.repeat(moment, len(bending_places(result.scene, link)), axis=1)
     known = hinge_places(bent_links(result.scene)[link])
     places = bending_places(result.scene, link)
+    if len(known) == 1:
+        return np.repeat(moment, len(places), axis=1)
     k = np.clip(np.searchsorted(known, places) - 1, 0, len(known) - 2)
-    span = known[k + 1] - known[k]
-    part = (places - known[k]) / span
+    part = (places - known[k]) / (known[k + 1] - known[k])
     before, after = moment[:, k], moment[:, k + 1]
     return np.asarray((1 - part) * before + part * after)
 

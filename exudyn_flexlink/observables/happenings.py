@@ -105,5 +105,5 @@ def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float
     instants = np.where(after == before + 1, crossing, time[before + 1])
     # Both ends of the run bound the first and the last way.
     extremes = np.concatenate([way[:1], np.interp(instants, time, way), way[-1:]])
-    told = [find_peaks(side * extremes, prominence=least)[0] - 1 for side in (1.0, -1.0)]
-    return np.asarray(instants[np.sort(np.concatenate(told))])
+    peaks = [find_peaks(side * extremes, prominence=least)[0] - 1 for side in (1.0, -1.0)]
+    return np.asarray(instants[np.sort(np.concatenate(peaks))])

@@ -14,7 +14,6 @@ from exudyn_flexlink.arrays import FloatArray, members
 NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
 HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
 ROUNDINGS = 4  # of an instant: what a jump is told before by less than that is told after it
-LEAST_OF_SPLINE = 2  # samples
 
 Record = TypeVar("Record")
 
@@ -141,6 +140,6 @@ def derivative(time: FloatArray, values: FloatArray) -> FloatArray:
     jumps = np.flatnonzero(np.diff(time) <= ROUNDINGS * np.spacing(time[1:])) + 1
     slopes = np.full(values.shape, np.nan)
     for part in np.split(np.arange(len(time)), jumps):
-        if len(part) >= LEAST_OF_SPLINE:
+        if len(part) > 1:  # one sample has no slope
             slopes[part] = CubicSpline(time[part], values[part])(time[part], 1)
     return slopes

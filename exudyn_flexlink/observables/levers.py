@@ -32,7 +32,7 @@ from exudyn_flexlink.mechanism import (
     turning,
 )
 from exudyn_flexlink.observables.instants import OverTime
-from exudyn_flexlink.observables.points import point_anchor, span, watched_point
+from exudyn_flexlink.observables.points import point_anchor, samples_text, watched_point
 from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene, SleeveJoint
@@ -233,7 +233,7 @@ class LeverResponse(OverTime):
         unit = self.measure.unit
         return (
             f"<LeverResponse of {self.body}: from {least:+.5g} {unit} at {at:.5g} s to "
-            f"{greatest:+.5g} {unit} at {then:.5g} s; {span(self.time)}>"
+            f"{greatest:+.5g} {unit} at {then:.5g} s; {samples_text(self.time)}>"
         )
 
     @takes(begin=number(Dimension.TIME, endless=True), end=number(Dimension.TIME, endless=True))

@@ -26,7 +26,7 @@ from exudyn_flexlink.observables.points import (
     judged_points,
     paths,
     room,
-    span,
+    samples_text,
     still_text,
 )
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError, Result
@@ -415,7 +415,9 @@ class JointForce(OverTime):
     def __repr__(self) -> str:
         largest = float(np.linalg.norm(self.force, axis=-1).max(initial=0.0))
         turned = "" if self.torque is None else f", torque to {np.abs(self.torque).max():.5g} N m"
-        return f"<JointForce of {self.joint}: to {largest:.5g} N{turned}; {span(self.time)}>"
+        return (
+            f"<JointForce of {self.joint}: to {largest:.5g} N{turned}; {samples_text(self.time)}>"
+        )
 
 
 def joint_force(result: Result, joint: str) -> JointForce:

@@ -63,7 +63,7 @@ class PointPath:
     samples: PointPath | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        return f"<PointPath of {self.point}: {span(self.time)}>"
+        return f"<PointPath of {self.point}: {samples_text(self.time)}>"
 
     @takes(time=instants)
     def at(self, time: ArrayLike) -> FloatArray:
@@ -108,10 +108,10 @@ class BodyMotion(OverTime):
     rate: Annotated[FloatArray, RATE]
 
     def __repr__(self) -> str:
-        return f"<BodyMotion of {self.body}: {span(self.time)}>"
+        return f"<BodyMotion of {self.body}: {samples_text(self.time)}>"
 
 
-def span(time: FloatArray) -> str:
+def samples_text(time: FloatArray) -> str:
     """Say up to when there are how many samples; `time` may be one instant."""
     if not np.ndim(time):
         return f"at {time:.5g} s"
